@@ -5,6 +5,7 @@ mod arrays;
 mod conducted;
 mod control;
 mod experiment;
+mod hashed;
 mod json;
 mod log;
 mod operators;

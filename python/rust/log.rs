@@ -81,9 +81,6 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
     Ok(result)
 }
 
-/// A number of a tick.
-type Field = fn(&TickMessage) -> f64;
-
 /// A column for each field of a tick, in their order.
 fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, PyDict>> {
     fn column<'py, T: Element>(
@@ -94,18 +91,8 @@ fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, P
         PyArray1::from_iter(py, ticks.iter().map(field))
     }
     let columns = PyDict::new(py);
-    let numbers: [(&str, Field); 8] = [
-        ("time_s", |tick| tick.time_s),
-        ("reference_m", |tick| tick.reference_m),
-        ("indenter_position_m", |tick| tick.indenter_position_m),
-        ("position_m", |tick| tick.position_m),
-        ("environment_force_n", |tick| tick.environment_force_n),
-        ("force_n", |tick| tick.force_n),
-        ("contact_force_n", |tick| tick.contact_force_n),
-        ("observed_energy_j", |tick| tick.observed_energy_j),
-    ];
     columns.set_item("tick", column(py, ticks, |tick| tick.tick))?;
-    for (name, field) in numbers {
+    for (name, field) in TickMessage::NUMBERS {
         columns.set_item(name, column(py, ticks, field))?;
     }
     columns.set_item("limiters", column(py, ticks, |tick| tick.limiters))?;

@@ -4,6 +4,7 @@ use super::file::ExperimentFile;
 use super::run::{Ran, Supervisor};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::pushed::Trial as _;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -45,8 +46,10 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
     let ran = match &experiment {
         ExperimentFile::Relax(relaxation) => relaxation.record(&request, supervisor),
         ExperimentFile::Creep(creep) => creep.record(&request, supervisor),
-        ExperimentFile::Wall(wall) => wall.run_alone(&request, supervisor),
-        ExperimentFile::Coupler(coupler) => coupler.run_alone(&request, supervisor),
+        ExperimentFile::Wall(wall) => wall.recorded(&request, supervisor).map(|(ran, ..)| ran),
+        ExperimentFile::Coupler(coupler) => {
+            coupler.recorded(&request, supervisor).map(|(ran, ..)| ran)
+        }
         ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
             unreachable!("it is judged while it runs")
         }

@@ -113,10 +113,7 @@ impl LinkedName {
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        match self {
-            Self::Serial(name) => name.connect(patience, warn, stop),
-            Self::Foreign(name) => open(name, 1, patience, stop),
-        }
+        self.open(1, warn, (patience, stop))
     }
 
     /// The same for an experiment of so many axes.
@@ -130,10 +127,7 @@ impl LinkedName {
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        let link = match self {
-            Self::Serial(name) => name.connect(patience, warn, stop),
-            Self::Foreign(name) => open(name, axes, patience, stop),
-        }?;
+        let link = self.open(axes, warn, (patience, stop))?;
         let has = usize::from(link.capabilities().axes);
         match (has, axes) {
             _ if has == axes => Ok(link),
@@ -153,6 +147,26 @@ impl LinkedName {
                     ""
                 },
             ))),
+        }
+    }
+
+    /// Connects; a device of another maker is made for so many axes.
+    fn open(
+        &self,
+        axes: usize,
+        warn: Warn<'_>,
+        (patience, stop): (Duration, Option<&AtomicBool>),
+    ) -> Result<SerialLink, Failure> {
+        match self {
+            Self::Serial(name) => {
+                let options = ConnectOptions {
+                    baud: name.baud,
+                    patience,
+                    stop,
+                };
+                name.connect(options, warn)
+            }
+            Self::Foreign(name) => open(name, axes, patience, stop),
         }
     }
 }
@@ -193,26 +207,12 @@ impl fmt::Display for SerialName {
 }
 
 impl SerialName {
-    /// Connects, and tells `warn` what is worth saying about the port. A set `stop` ends the waiting.
-    ///
-    /// # Errors
-    /// Exit code 3: no port, no device, no answer.
-    pub fn connect(
-        &self,
-        patience: Duration,
-        warn: Warn<'_>,
-        stop: Option<&AtomicBool>,
-    ) -> Result<SerialLink, Failure> {
+    fn connect(&self, options: ConnectOptions<'_>, warn: Warn<'_>) -> Result<SerialLink, Failure> {
         let link = if self.path == "auto" {
             self.find()?
         } else {
-            let options = ConnectOptions {
-                baud: self.baud,
-                patience,
-                stop,
-            };
             SerialLink::connect(&self.path, options).map_err(|error| {
-                if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                if (options.stop).is_some_and(|stop| stop.load(Ordering::Relaxed)) {
                     return Failure::Run(anyhow::anyhow!(
                         "interrupted: {} was waited for in vain ({error})",
                         self.path
@@ -282,6 +282,15 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
     match error {
         SerialError::Link(LinkError::Faulted(_)) => Failure::Run(error_at),
         _ => Failure::Device(error_at),
+    }
+}
+
+/// What a device refused is bad input; else as [`at_port`].
+#[must_use]
+pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
+    match error.is_refusal() {
+        true => Failure::bad_input(error),
+        false => at_port(path, &error),
     }
 }
 

@@ -59,7 +59,7 @@ pub use drive::{Drive, DriveReport, DriveVerdict};
 pub use failure::Failure;
 pub use file::ExperimentFile;
 pub use imperfections::Imperfections;
-pub use modelled::ModelledTissue;
+pub use modelled::{ModelledTissue, TissuePiece};
 pub use named::Named;
 pub use preflight::{Dynamics, PreflightRequest, PreflightVerdict};
 pub use pushed::{TrialPlan, TrialReport, TrialSetup, dynamics};

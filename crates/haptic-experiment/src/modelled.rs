@@ -3,6 +3,7 @@
 mod closed_form;
 mod history;
 mod operator;
+mod piece;
 
 use crate::failure::Failure;
 use fracdiff::num_complex::Complex;
@@ -13,6 +14,7 @@ use haptic_tissue::{Material, Model, SampledModel};
 pub(crate) use history::memory;
 pub(crate) use operator::loop_operator;
 pub use operator::operator;
+pub use piece::TissuePiece;
 use std::collections::BTreeMap;
 use std::ops::Deref;
 

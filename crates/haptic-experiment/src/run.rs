@@ -84,8 +84,7 @@ pub fn run_logged<F, E, V, const D: usize>(
     controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     schedule: Schedule,
-    request: &FolderRequest,
-    mut metadata: BTreeMap<String, String>,
+    (request, mut metadata): (&FolderRequest, BTreeMap<String, String>),
     supervisor: Supervisor<'_>,
 ) -> Result<Ran, Failure>
 where

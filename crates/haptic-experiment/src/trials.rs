@@ -3,11 +3,11 @@
 use super::realtime::RealtimeOptions;
 use super::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
 use super::schedule::{Pace, Schedule};
-use crate::device::{Warn, at_port};
+use crate::device::{Warn, at_port, refused_at_port};
 use crate::failure::Failure;
 use haptic_link::{Configuration, EventKind, LoopMode, Scope, Start};
 use haptic_remote::LinkError;
-use haptic_remote::serial::{Heard, SerialError, SerialLink};
+use haptic_remote::serial::{Heard, SerialLink};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -113,13 +113,7 @@ impl<'a> Trials<'a> {
             self.told.call_once(|| (self.warn)(&text));
         }
         let path = link.path().to_owned();
-        let problem = |error: SerialError| {
-            if error.is_refusal() {
-                Failure::bad_input(error)
-            } else {
-                at_port(&path, &error)
-            }
-        };
+        let problem = |error| refused_at_port(&path, error);
         link.set_for(configuration, &law.operator.1, Scope::Run)
             .map_err(problem)?;
         let watchdog = Duration::from_millis(u64::from(self.remote.watchdog_ms()));

@@ -10,9 +10,7 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-mod device;
 mod judged;
-mod metadata;
 mod report;
 mod running;
 mod specification;

@@ -58,13 +58,7 @@ pub(crate) enum Item {
         opacity: f64,
     },
     /// Markers of one shape, set off by a rim.
-    Markers {
-        middles: Points,
-        shape: Shape,
-        radius: f64,
-        colour: &'static str,
-        rim: Stroke,
-    },
+    Markers(Markers),
     /// A line of text.
     Text(Text),
 }
@@ -91,14 +85,24 @@ impl Item {
         colour: &'static str,
         rim: Stroke,
     ) -> Self {
-        Self::Markers {
+        Self::Markers(Markers {
             middles: rounded_all(middles),
             shape,
             radius,
             colour,
             rim,
-        }
+        })
     }
+}
+
+/// Markers of one shape and size.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Markers {
+    pub(crate) middles: Points,
+    pub(crate) shape: Shape,
+    pub(crate) radius: f64,
+    pub(crate) colour: &'static str,
+    pub(crate) rim: Stroke,
 }
 
 /// Straight lines in one stroke, and the border of a box if there is one.

@@ -83,16 +83,10 @@ impl Canvas {
                 colour,
                 opacity,
             } => self.fill(joined(rings, true), (colour, *opacity), around),
-            Item::Markers {
-                middles,
-                shape,
-                radius,
-                colour,
-                rim,
-            } => {
-                let path = markers(middles, *shape, *radius);
-                self.fill(path.clone(), (colour, 1.0), around)?;
-                self.stroke(path, *rim, around)
+            Item::Markers(all) => {
+                let path = markers(&all.middles, all.shape, all.radius);
+                self.fill(path.clone(), (all.colour, 1.0), around)?;
+                self.stroke(path, all.rim, around)
             }
             Item::Text(text) => self.text(text, around),
         }

@@ -86,18 +86,12 @@ impl Sheet {
                     .with("fill", colour)
                     .with("fill-opacity", opacity),
             ),
-            Item::Markers {
-                middles,
-                shape,
-                radius,
-                colour,
-                rim,
-            } => self.empty(
+            Item::Markers(all) => self.empty(
                 Element::new("path")
-                    .with("d", marker_data(middles, *shape, *radius))
-                    .with("stroke", rim.colour)
-                    .with("stroke-width", rim.width)
-                    .with("fill", colour),
+                    .with("d", marker_data(&all.middles, all.shape, all.radius))
+                    .with("stroke", all.rim.colour)
+                    .with("stroke-width", all.rim.width)
+                    .with("fill", all.colour),
             ),
             Item::Text(text) => self.text(text),
         }

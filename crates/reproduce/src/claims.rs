@@ -198,6 +198,19 @@ mod tests {
         assert_eq!(ClaimVerdict::of(false, false), ClaimVerdict::No);
     }
 
+    /// Verdicts on the claims that no finding is about.
+    const AS_THE_NUMBERS_HAVE_IT: [(&str, ClaimVerdict); 9] = [
+        ("C1", ClaimVerdict::OnlyExact),
+        ("C2", ClaimVerdict::Holds),
+        ("C3", ClaimVerdict::Holds),
+        ("C4a", ClaimVerdict::OnlyWithMuir),
+        ("C4b", ClaimVerdict::OnlyWithMuir),
+        ("C5", ClaimVerdict::No),
+        ("C6", ClaimVerdict::No),
+        ("C8", ClaimVerdict::Holds),
+        ("C10", ClaimVerdict::Holds),
+    ];
+
     #[test]
     fn the_findings_of_the_theory_come_out_and_a_broken_formula_changes_its_verdict() {
         let truth = judge_all(&Formulas::default(), &|| true).expect("judges");
@@ -209,17 +222,7 @@ mod tests {
         assert_eq!(verdict(&truth, "C11"), ClaimVerdict::No);
         assert_eq!(verdict(&truth, "C12"), ClaimVerdict::OnlyExact);
         // The rest, as the numbers have it: a slip in one of their formulas shows here.
-        for (id, want) in [
-            ("C1", ClaimVerdict::OnlyExact),
-            ("C2", ClaimVerdict::Holds),
-            ("C3", ClaimVerdict::Holds),
-            ("C4a", ClaimVerdict::OnlyWithMuir),
-            ("C4b", ClaimVerdict::OnlyWithMuir),
-            ("C5", ClaimVerdict::No),
-            ("C6", ClaimVerdict::No),
-            ("C8", ClaimVerdict::Holds),
-            ("C10", ClaimVerdict::Holds),
-        ] {
+        for (id, want) in AS_THE_NUMBERS_HAVE_IT {
             assert_eq!(verdict(&truth, id), want, "{id}");
         }
         let numbers = |id: &str, kind: fn(&Claim) -> &Evidence| {

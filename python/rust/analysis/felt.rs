@@ -1,44 +1,31 @@
 //! Transparency: the closed loop as a hand feels it.
 
-use super::operator;
+use super::environment;
 use super::plant::AnyPlant;
 use crate::arrays::{complex_vector, vector};
-use crate::refused::{OrRefused as _, refused};
-use fracdiff::Order;
-use haptic_analysis::Environment;
+use crate::refused::refused;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 /// Two columns.
 type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
-/// Effective stiffness and damping of the closed loop at frequencies; `impedance` is that of the plant there, without hand.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the wrapper in Python names them"
-)]
+/// Effective stiffness and damping of the closed loop at frequencies; `impedance` is that of the plant there, without hand. A
+/// wall is K, B and order, an operator sample time, scheme and horizon.
 #[pyfunction]
 pub(crate) fn transparency<'py>(
     omega: &Bound<'py, PyAny>,
     impedance: &Bound<'py, PyAny>,
     plant: AnyPlant<'py>,
-    stiffness_n_per_m: f64,
-    dissipation_n_s_mu_per_m: f64,
-    order: f64,
-    sample_time: f64,
-    scheme: &str,
-    horizon: f64,
+    wall: (f64, f64, f64),
+    operator: (f64, String, f64),
 ) -> PyResult<Pair<'py>> {
     let py = omega.py();
     let omega = vector("omega", omega)?;
     let impedance = complex_vector("impedance", impedance)?;
-    let operator = operator(order, sample_time, scheme, horizon)?;
-    let wall = Environment {
-        stiffness_n_per_m,
-        dissipation_n_s_mu_per_m,
-        order: Order::new(order).or_refused()?,
-        sample_time_s: sample_time,
-    };
+    let (sample_time, scheme, horizon) = operator;
+    let operator = super::operator(wall.2, sample_time, &scheme, horizon)?;
+    let wall = environment(wall, sample_time)?;
     let path = plant.path(sample_time)?;
     let (mut stiffness, mut damping) = (Vec::new(), Vec::new());
     for (index, (&omega, &impedance)) in omega.iter().zip(&impedance).enumerate() {

@@ -16,7 +16,7 @@ pub(crate) use sampled_loop::PyLoop;
 
 use crate::refused::OrRefused as _;
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_analysis::LoopOperator;
+use haptic_analysis::{Environment, LoopOperator};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -53,6 +53,19 @@ fn operator(
     known.truncate(KNOWN_MOST - 1);
     known.insert(0, (key, Arc::clone(&operator)));
     Ok(operator)
+}
+
+/// K, B and order as a sampled wall.
+fn environment(
+    (stiffness_n_per_m, dissipation_n_s_mu_per_m, order): (f64, f64, f64),
+    sample_time_s: f64,
+) -> PyResult<Environment> {
+    Ok(Environment {
+        stiffness_n_per_m,
+        dissipation_n_s_mu_per_m,
+        order: Order::new(order).or_refused()?,
+        sample_time_s,
+    })
 }
 
 fn designed(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<LoopOperator> {

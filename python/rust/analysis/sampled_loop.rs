@@ -1,11 +1,10 @@
 //! A loop closed over a virtual wall: verdict, margins, sensitivity.
 
 use super::plant::AnyPlant;
-use super::{at, operator};
+use super::{at, environment, operator};
 use crate::arrays::any_shape;
 use crate::refused::{OrRefused as _, refused};
-use fracdiff::Order;
-use haptic_analysis::{Dynamics, Environment, LoopOperator, SampledLoop, SampledPlant};
+use haptic_analysis::{Dynamics, LoopOperator, SampledLoop, SampledPlant};
 use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -107,12 +106,8 @@ impl PyLoop {
         horizon: f64,
     ) -> PyResult<Self> {
         let operator = operator(order, sample_time, scheme, horizon)?;
-        let wall = Environment {
-            stiffness_n_per_m,
-            dissipation_n_s_mu_per_m,
-            order: Order::new(order).or_refused()?,
-            sample_time_s: sample_time,
-        };
+        let wall = (stiffness_n_per_m, dissipation_n_s_mu_per_m, order);
+        let wall = environment(wall, sample_time)?;
         let unit = Dynamics::ideal(plant.mass_kg(), 0.0)
             .nondimensional(&wall)
             .or_refused()?;

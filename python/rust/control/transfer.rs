@@ -2,6 +2,7 @@
 
 use super::memory;
 use crate::arrays::{any_shape, complex_vector, matrix, vector};
+use crate::hashed::hashed;
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::Seconds;
 use fractional_control::{
@@ -10,6 +11,7 @@ use fractional_control::{
 use nalgebra::{DMatrix, DVector, RowDVector};
 use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
+use std::hash::Hash as _;
 
 /// A fractional transfer function ``G(s) = sum b_j s^beta_j / sum a_i s^alpha_i``.
 ///
@@ -219,10 +221,7 @@ impl PyTransferFunction {
     }
 
     fn __hash__(&self) -> u64 {
-        use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-        let mut hasher = DefaultHasher::new();
-        self.0.to_string().hash(&mut hasher);
-        hasher.finish()
+        hashed(|hasher| self.0.to_string().hash(hasher))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (Pairs, Pairs)) {

@@ -110,26 +110,13 @@ pub(crate) fn zwidth<'py>(
 /// A tissue and the area and thickness of its specimen in m² and m.
 type WishedTissue<'py> = (Bound<'py, PyMaterial>, f64, f64);
 
-/// The best wall by computation.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the wrapper in Python names them"
-)]
-#[pyfunction]
-pub(crate) fn design<'py>(
-    parameters: &Bound<'py, PyDict>,
+/// What the best wall is to be best in.
+fn wish_of(
     wish: &str,
-    tissue: Option<WishedTissue<'py>>,
+    tissue: Option<WishedTissue<'_>>,
     frequency_hz: Option<f64>,
-    gain_margin: Option<f64>,
-    orders: Vec<f64>,
-    force_noise_limit_n: Option<f64>,
-    realistic: bool,
-    progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let py = parameters.py();
-    let wall = bench(parameters, realistic)?;
-    let wish = match (wish, tissue, frequency_hz) {
+) -> PyResult<Wish> {
+    Ok(match (wish, tissue, frequency_hz) {
         ("stiffest-wall", None, None) => Wish::StiffestWall,
         ("stiffest-wall", None, Some(_)) => {
             return Err(refused(
@@ -159,7 +146,29 @@ pub(crate) fn design<'py>(
                 "wish \"{wish}\" is not one of stiffest-wall, most-damping, tissue"
             )));
         }
-    };
+    })
+}
+
+/// The best wall by computation.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the wrapper in Python names them"
+)]
+#[pyfunction]
+pub(crate) fn design<'py>(
+    parameters: &Bound<'py, PyDict>,
+    wish: &str,
+    tissue: Option<WishedTissue<'py>>,
+    frequency_hz: Option<f64>,
+    gain_margin: Option<f64>,
+    orders: Vec<f64>,
+    force_noise_limit_n: Option<f64>,
+    realistic: bool,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = parameters.py();
+    let wall = bench(parameters, realistic)?;
+    let wish = wish_of(wish, tissue, frequency_hz)?;
     let design = Design {
         device: Device {
             plant: wall.setup.device,

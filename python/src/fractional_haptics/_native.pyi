@@ -210,12 +210,8 @@ def transparency(
     omega: ArrayLike,
     impedance: ArrayLike,
     plant: Device | LinearPlant,
-    stiffness_n_per_m: float,
-    dissipation_n_s_mu_per_m: float,
-    order: float,
-    sample_time: float,
-    scheme: str,
-    horizon: float,
+    wall: tuple[float, float, float],
+    operator: tuple[float, str, float],
 ) -> tuple[_Floats, _Floats]: ...
 def read_log(path: str | os.PathLike[str]) -> dict[str, Any]: ...
 def experiment_parameters(kind: str) -> list[tuple[str, str, Any, bool, str, str]]: ...

@@ -321,12 +321,8 @@ def transparency(
         frequencies,
         _impedance(own, frequencies),
         own,
-        stiffness_n_per_m,
-        dissipation_n_s_mu_per_m,
-        order,
-        sample_time,
-        scheme,
-        horizon,
+        (stiffness_n_per_m, dissipation_n_s_mu_per_m, order),
+        (sample_time, scheme, horizon),
     )
     return Felt(frequencies, stiffness, damping)
 

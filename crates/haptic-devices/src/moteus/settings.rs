@@ -65,7 +65,7 @@ impl MoteusSettings {
         let number =
             |range: RangeInclusive<u32>| f64::from(*range.start())..=f64::from(*range.end());
         let radius = Self::RADIUS_LEAST_M..=*Self::RADIUS_M.end();
-        let ranges = [
+        all_within([
             (
                 "servo id",
                 f64::from(self.id),
@@ -101,19 +101,32 @@ impl MoteusSettings {
                 "in [2, 1000]",
                 "",
             ),
-        ];
-        for (what, value, range, allowed, unit) in ranges {
-            if !range.contains(&value) {
-                return Err(ParameterError::Range {
-                    what,
-                    value,
-                    allowed,
-                    unit,
-                });
-            }
-        }
-        Ok(())
+        ])
     }
+}
+
+/// Name of a value, the value and its range; the range in words, and the unit.
+pub(super) type Ranged = (
+    &'static str,
+    f64,
+    RangeInclusive<f64>,
+    &'static str,
+    &'static str,
+);
+
+/// Refuses the first value outside its range.
+pub(super) fn all_within<const N: usize>(values: [Ranged; N]) -> Result<(), ParameterError> {
+    for (what, value, range, allowed, unit) in values {
+        if !range.contains(&value) {
+            return Err(ParameterError::Range {
+                what,
+                value,
+                allowed,
+                unit,
+            });
+        }
+    }
+    Ok(())
 }
 
 impl Default for MoteusSettings {

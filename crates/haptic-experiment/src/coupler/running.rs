@@ -5,8 +5,9 @@ use super::specification::CouplerExperiment;
 use crate::curves::{CouplerCurves, Published};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
-use crate::preflight::{PreflightSubject as _, PreflightVerdict};
+use crate::preflight::{PreflightSubject, PreflightVerdict};
 use crate::pushed::{self, Trial, TrialSetup, encoder_step};
+use crate::remote::{RemoteDevice, RemoteLaw};
 use crate::run::{Ran, Supervisor};
 use crate::safety::GuardChoice;
 use crate::settling::Settling;
@@ -31,59 +32,8 @@ impl CouplerExperiment {
         supervisor: Supervisor<'_>,
     ) -> Result<Published<CouplerReport, CouplerCurves>, Failure> {
         self.check_loop()?;
-        let mut parts = self.parts()?;
-        let (judge, rest_m) = (parts.judge, parts.rest_m);
-        let ran = self.record(&mut parts, request, supervisor)?;
-        let reported = self.publish(&ran, judge, rest_m)?;
-        Ok(Published::new(reported, ran.folder))
-    }
-
-    /// Runs the loop and writes the log.
-    fn record(
-        &self,
-        parts: &mut Parts,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let preflight = self.preflight(parts.samples);
-        // Only a loop on the host carries a coupler: the device renders nothing.
-        let setup = &self.setup;
-        let files = (request, self.metadata());
-        setup.record(parts, preflight, |_| setup.law(), files, supervisor)
-    }
-
-    fn metadata(&self) -> std::collections::BTreeMap<String, String> {
-        let law = vec![
-            (
-                "coupler_stiffness_n_s_per_m",
-                self.coupler_stiffness_n_s_per_m.to_string(),
-            ),
-            (
-                "coupler_dissipation_n_s_1_minus_mu_per_m",
-                self.coupler_dissipation_n_s_1_minus_mu_per_m.to_string(),
-            ),
-            ("object_mass_kg", self.object.mass_kg.to_string()),
-            (
-                "object_damping_n_s_per_m",
-                self.object.damping_n_s_per_m.to_string(),
-            ),
-            (
-                "object_stiffness_n_per_m",
-                self.object.stiffness_n_per_m.to_string(),
-            ),
-        ];
-        self.setup
-            .metadata(Self::KIND, (self.order, self.scheme), law)
-    }
-
-    /// Runs without a report.
-    #[cfg(test)]
-    pub(crate) fn run_alone(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        self.record(&mut self.parts()?, request, supervisor)
+        let report = |ran: &Ran, judge, rest_m| self.publish(ran, judge, rest_m);
+        self.published(request, supervisor, report)
     }
 
     /// The same without log or files: does it settle, and without friction too?
@@ -167,15 +117,8 @@ impl Trial for CouplerExperiment {
         &self.setup
     }
 
-    fn operator_choice(&self) -> (Order, Scheme) {
-        (self.order, self.scheme)
-    }
-
-    fn with_setup(&self, setup: TrialSetup) -> Self {
-        Self {
-            setup,
-            ..self.clone()
-        }
+    fn setup_mut(&mut self) -> &mut TrialSetup {
+        &mut self.setup
     }
 
     /// The analysis has its say here on the simulated device alone: a serial one heard it before it was armed.
@@ -184,6 +127,41 @@ impl Trial for CouplerExperiment {
         // Energy bounding promises passivity for the damping of the device.
         let guarded = self.setup.safety.guard == GuardChoice::EnergyBounding;
         analysis.and_then(|analysis| analysis.warning(guarded))
+    }
+
+    fn subject(&self, samples: u64) -> impl PreflightSubject {
+        self.preflight(samples)
+    }
+
+    /// Only a loop on the host carries a coupler: the device renders nothing.
+    fn law_there(&self, _: &RemoteDevice, _: u64) -> Result<RemoteLaw, Failure> {
+        self.setup.law()
+    }
+
+    fn operator_choice(&self) -> (Order, Scheme) {
+        (self.order, self.scheme)
+    }
+
+    fn law_in_numbers(&self) -> Vec<(&'static str, String)> {
+        vec![
+            (
+                "coupler_stiffness_n_s_per_m",
+                self.coupler_stiffness_n_s_per_m.to_string(),
+            ),
+            (
+                "coupler_dissipation_n_s_1_minus_mu_per_m",
+                self.coupler_dissipation_n_s_1_minus_mu_per_m.to_string(),
+            ),
+            ("object_mass_kg", self.object.mass_kg.to_string()),
+            (
+                "object_damping_n_s_per_m",
+                self.object.damping_n_s_per_m.to_string(),
+            ),
+            (
+                "object_stiffness_n_per_m",
+                self.object.stiffness_n_per_m.to_string(),
+            ),
+        ]
     }
 
     fn parts(&self) -> Result<Parts, Failure> {

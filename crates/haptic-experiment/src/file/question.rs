@@ -9,7 +9,7 @@ use crate::design::coupler::{CouplerCriterion, CouplerDesign};
 use crate::design::{Design, Device, RequireName, Requirement, Wish, WishName};
 use crate::parameters::{self as p, Parameter};
 use crate::pushed::TRIAL_SAMPLES;
-use crate::{Imperfections, ZWidth};
+use crate::{Imperfections, TissuePiece, ZWidth};
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamperConfig;
 use std::path::Path;
@@ -138,9 +138,9 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
                 let reason = "the wish tissue needs one: give `tissue`".to_owned();
                 return Err(table.fail_at(p::WISH.key, reason));
             }
-            let (material, specimen) = piece(table)?;
+            let TissuePiece { material, specimen } = piece(table)?;
             Wish::Tissue {
-                material,
+                material: *material,
                 specimen,
                 frequency_hz: frequency_hz.unwrap_or(p::COMPARED_AT_HZ),
             }

@@ -5,7 +5,7 @@ use super::error::FileError;
 use super::reader::Table;
 use super::safety::safety;
 use crate::drive::Drive;
-use crate::modelled::ModelledTissue;
+use crate::modelled::{ModelledTissue, TissuePiece};
 use crate::preflight::PreflightRequest;
 use crate::rendering::Rendering;
 use crate::run::SAMPLES;
@@ -50,7 +50,7 @@ pub(super) fn creep(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Cree
 }
 
 /// A tissue of the library and a piece of it.
-pub(super) fn piece(table: &Table<'_>) -> Result<(ModelledTissue, Specimen), FileError> {
+pub(super) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     let library = table.text(&p::LIBRARY)?;
     let folder = (!library.is_empty()).then(|| table.beside(library));
     let library = Library::load(folder.as_deref())
@@ -67,7 +67,10 @@ pub(super) fn piece(table: &Table<'_>) -> Result<(ModelledTissue, Specimen), Fil
     let thickness = table.number(&p::THICKNESS)?;
     let specimen = Specimen::new(SquareMetres(area), Metres(thickness))
         .map_err(|error| table.fail(error.to_string()))?;
-    Ok((material, specimen))
+    Ok(TissuePiece {
+        material: Box::new(material),
+        specimen,
+    })
 }
 
 fn rendering(
@@ -78,7 +81,7 @@ fn rendering(
     let remote = remote(table)?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
-    let (material, specimen) = piece(table)?;
+    let TissuePiece { material, specimen } = piece(table)?;
     let scheme = scheme(
         table,
         material.composed(),
@@ -88,7 +91,7 @@ fn rendering(
     )?;
     Ok(Rendering {
         preflight: PreflightRequest::default(),
-        material,
+        material: *material,
         specimen,
         scheme,
         precision: table.choice(&p::PRECISION)?,

@@ -87,13 +87,7 @@ fn motion(table: &Table<'_>, window_s: f64) -> Result<HandMotion, FileError> {
 
 fn place(table: &Table<'_>) -> Result<RemotePlace, FileError> {
     match table.choice(&p::PLACE)? {
-        PlaceName::Tissue => {
-            let (material, specimen) = piece(table)?;
-            Ok(RemotePlace::Tissue {
-                material: Box::new(material),
-                specimen,
-            })
-        }
+        PlaceName::Tissue => Ok(RemotePlace::Tissue(piece(table)?)),
         PlaceName::Wall => {
             let order = Order::new(table.number(&p::PLACE_ORDER)?);
             Ok(RemotePlace::Wall {

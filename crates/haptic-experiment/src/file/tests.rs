@@ -37,131 +37,134 @@ fn empty_tables_are_the_commands_defaults() {
     }
 }
 
+/// What stands in [`WALL`], what is put in its place, and the beginning of what is said.
+const WRONG: &[(&str, &str, &str)] = &[
+    (
+        "= 0.065",
+        "= -1",
+        "lab/wall.toml:2: mass_kg = -1 is not above 0",
+    ),
+    (
+        "= 0.065",
+        "= nan",
+        "lab/wall.toml:2: mass_kg = NaN is not above 0",
+    ),
+    (
+        "= 0.065",
+        "= \"x\"",
+        "lab/wall.toml:2: mass_kg = \"x\" is a string, not a number",
+    ),
+    (
+        "= 0.065",
+        "= 0x41",
+        "lab/wall.toml:2: mass_kg is not written as a decimal number",
+    ),
+    (
+        "order = 0.5",
+        "order = 2.5",
+        "lab/wall.toml:5: order = 2.5 is not from 0 to 2",
+    ),
+    (
+        "order = 0.5\n",
+        "",
+        "lab/wall.toml:1: missing key `order` in [wall]",
+    ),
+    (
+        "order =",
+        "ordre =",
+        "lab/wall.toml:5: unknown key `ordre` in [wall]: did you mean `order`?",
+    ),
+    (
+        "[wall]",
+        "[wal]",
+        "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall], [coupler]",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nscheme = \"exact\"\n",
+        "lab/wall.toml:2: scheme exact is for analysis only",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nseed = -1\n",
+        "lab/wall.toml:2: seed = -1 is not a whole number",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\none_sided = 1\n",
+        "lab/wall.toml:2: one_sided = 1 is an integer, not true or false",
+    ),
+    (
+        "[wall]\n",
+        "[relax]\n[wall]\n",
+        "lab/wall.toml:2: a second table [wall]: an experiment file has one of",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\npush_n = 200\n",
+        "lab/wall.toml:2: push_n = 200 is not below force_limit_n = 100",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nguard = \"on\"\n",
+        "lab/wall.toml:2: guard = \"on\" is not one of off, observer, energy-bounding",
+    ),
+    (
+        "damping_n_s_per_m = 3.5\n",
+        "damping_n_s_per_m = 0\nguard = \"energy-bounding\"\n",
+        "lab/wall.toml:1: damping of the device 0 N·s/m is not above 0",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nduration_s = 0.1\n",
+        "lab/wall.toml:1: window 0.4 s is not in [0.02, 0.1] s",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\ndelay_s = 1\n",
+        "lab/wall.toml:1: force delay 1 s",
+    ),
+    ("[wall]", "[wall", "lab/wall.toml:1: "),
+    (
+        WALL,
+        "",
+        "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler]",
+    ),
+    (
+        WALL,
+        "wall = 3",
+        "lab/wall.toml:1: `wall` is not a table: write [wall]",
+    ),
+    (
+        WALL,
+        "[relax]\nramp_time_s = 300",
+        "lab/wall.toml:2: ramp_time_s = 300 is not below duration_s = 200",
+    ),
+    (
+        WALL,
+        "[relax]\ncontact = \"soft\"",
+        "lab/wall.toml:2: contact = \"soft\" is not one of compliant, rigid",
+    ),
+    (
+        WALL,
+        "[creep]\n\ntissue = \"jelly\"",
+        "lab/wall.toml:3: tissue \"jelly\" is not in the library",
+    ),
+    (
+        WALL,
+        "[creep]\ntissue = \"a.toml\"",
+        "lab/wall.toml:2: cannot read the material file `lab/a.toml`",
+    ),
+    (
+        WALL,
+        "[relax]\nduration_s = 1e7",
+        "lab/wall.toml:2: duration_s = 10000000 with sample_time_s = 0.001 is 10000000001 samples",
+    ),
+];
+
 #[test]
 fn what_is_wrong_is_said_in_one_line_with_its_place() {
-    for (from, to, want) in [
-        (
-            "= 0.065",
-            "= -1",
-            "lab/wall.toml:2: mass_kg = -1 is not above 0",
-        ),
-        (
-            "= 0.065",
-            "= nan",
-            "lab/wall.toml:2: mass_kg = NaN is not above 0",
-        ),
-        (
-            "= 0.065",
-            "= \"x\"",
-            "lab/wall.toml:2: mass_kg = \"x\" is a string, not a number",
-        ),
-        (
-            "= 0.065",
-            "= 0x41",
-            "lab/wall.toml:2: mass_kg is not written as a decimal number",
-        ),
-        (
-            "order = 0.5",
-            "order = 2.5",
-            "lab/wall.toml:5: order = 2.5 is not from 0 to 2",
-        ),
-        (
-            "order = 0.5\n",
-            "",
-            "lab/wall.toml:1: missing key `order` in [wall]",
-        ),
-        (
-            "order =",
-            "ordre =",
-            "lab/wall.toml:5: unknown key `ordre` in [wall]: did you mean `order`?",
-        ),
-        (
-            "[wall]",
-            "[wal]",
-            "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall], [coupler]",
-        ),
-        (
-            "[wall]\n",
-            "[wall]\nscheme = \"exact\"\n",
-            "lab/wall.toml:2: scheme exact is for analysis only",
-        ),
-        (
-            "[wall]\n",
-            "[wall]\nseed = -1\n",
-            "lab/wall.toml:2: seed = -1 is not a whole number",
-        ),
-        (
-            "[wall]\n",
-            "[wall]\none_sided = 1\n",
-            "lab/wall.toml:2: one_sided = 1 is an integer, not true or false",
-        ),
-        (
-            "[wall]\n",
-            "[relax]\n[wall]\n",
-            "lab/wall.toml:2: a second table [wall]: an experiment file has one of",
-        ),
-        (
-            "[wall]\n",
-            "[wall]\npush_n = 200\n",
-            "lab/wall.toml:2: push_n = 200 is not below force_limit_n = 100",
-        ),
-        (
-            "[wall]\n",
-            "[wall]\nguard = \"on\"\n",
-            "lab/wall.toml:2: guard = \"on\" is not one of off, observer, energy-bounding",
-        ),
-        (
-            "damping_n_s_per_m = 3.5\n",
-            "damping_n_s_per_m = 0\nguard = \"energy-bounding\"\n",
-            "lab/wall.toml:1: damping of the device 0 N·s/m is not above 0",
-        ),
-        (
-            "[wall]\n",
-            "[wall]\nduration_s = 0.1\n",
-            "lab/wall.toml:1: window 0.4 s is not in [0.02, 0.1] s",
-        ),
-        (
-            "[wall]\n",
-            "[wall]\ndelay_s = 1\n",
-            "lab/wall.toml:1: force delay 1 s",
-        ),
-        ("[wall]", "[wall", "lab/wall.toml:1: "),
-        (
-            WALL,
-            "",
-            "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler]",
-        ),
-        (
-            WALL,
-            "wall = 3",
-            "lab/wall.toml:1: `wall` is not a table: write [wall]",
-        ),
-        (
-            WALL,
-            "[relax]\nramp_time_s = 300",
-            "lab/wall.toml:2: ramp_time_s = 300 is not below duration_s = 200",
-        ),
-        (
-            WALL,
-            "[relax]\ncontact = \"soft\"",
-            "lab/wall.toml:2: contact = \"soft\" is not one of compliant, rigid",
-        ),
-        (
-            WALL,
-            "[creep]\n\ntissue = \"jelly\"",
-            "lab/wall.toml:3: tissue \"jelly\" is not in the library",
-        ),
-        (
-            WALL,
-            "[creep]\ntissue = \"a.toml\"",
-            "lab/wall.toml:2: cannot read the material file `lab/a.toml`",
-        ),
-        (
-            WALL,
-            "[relax]\nduration_s = 1e7",
-            "lab/wall.toml:2: duration_s = 10000000 with sample_time_s = 0.001 is 10000000001 samples",
-        ),
-    ] {
+    for &(from, to, want) in WRONG {
         assert!(WALL.contains(from), "{from}");
         let have = read(&WALL.replace(from, to)).expect_err(to);
         assert!(have.starts_with(want), "have {have}\nwant {want}");

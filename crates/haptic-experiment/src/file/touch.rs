@@ -141,11 +141,7 @@ fn shape(table: &Table<'_>, axes: usize) -> Result<TouchShape, FileError> {
 
 fn law(table: &Table<'_>) -> Result<TouchLaw, FileError> {
     if !table.text(&p::TOUCH_TISSUE)?.is_empty() {
-        let (material, specimen) = piece(table)?;
-        return Ok(TouchLaw::Tissue {
-            material: Box::new(material),
-            specimen,
-        });
+        return Ok(TouchLaw::Tissue(piece(table)?));
     }
     let order = Order::new(table.number(&p::TOUCH_ORDER)?);
     Ok(TouchLaw::Wall {

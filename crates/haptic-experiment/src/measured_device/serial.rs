@@ -3,7 +3,7 @@
 use super::conduct::{DriveError, drive};
 use super::plan::MeasurePlan;
 use super::record::MotionRecord;
-use crate::device::{Warn, at_port, firmware_version};
+use crate::device::{Warn, at_port, firmware_version, refused_at_port};
 use crate::failure::Failure;
 use crate::realtime::RealtimeOptions;
 use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push};
@@ -47,13 +47,7 @@ pub fn on_serial(
         .name
         .connect_with(1, remote.patience, warn, Some(stop))?;
     let path = link.path().to_owned();
-    let problem = |error: SerialError| {
-        if error.is_refusal() {
-            Failure::bad_input(error)
-        } else {
-            at_port(&path, &error)
-        }
-    };
+    let problem = |error| refused_at_port(&path, error);
     configure(plan, &remote, &mut link, warn)?.map_err(problem)?;
     let watchdog = Duration::from_millis(u64::from(remote.watchdog_ms()));
     link.arm(watchdog).map_err(problem)?;

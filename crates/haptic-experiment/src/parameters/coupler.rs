@@ -1,12 +1,10 @@
 //! Of `[coupler]`: coupler and object; device and trial are those of `[wall]`.
 
-use super::experiment::{ENCODER_RESOLUTION, SCHEME, SEED, SENSOR_NOISE};
-use super::kind::{Parameter, parameters};
+use super::kind::{Parameter, joined, parameters};
 use super::range::{COUPLER_ORDERS, DAMPINGS, DISSIPATIONS, OBJECT_MASSES, STIFFNESSES};
 use super::wall::{
-    CRITERION, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL, FRICTION, HAND_STIFFNESS, IMPACT, MASS,
-    PUSH, THRESHOLD, TRIAL_DURATION, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WALL_SAMPLE_TIME,
-    WINDOW,
+    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, TRIAL, TRIAL_LOOP,
+    WALL_SAMPLE_TIME,
 };
 
 parameters! {
@@ -41,26 +39,11 @@ pub const COUPLER_REQUIRED: &[Parameter] = &[
     COUPLER_DISSIPATION,
 ];
 /// Of `[coupler]`, with defaults.
-pub const COUPLER: &[Parameter] = &[
-    DEVICE_MODEL,
-    OBJECT_MASS,
-    OBJECT_DAMPING,
-    OBJECT_STIFFNESS,
-    HAND_STIFFNESS,
-    DELAY,
-    FRICTION,
-    CURRENT_LAG,
-    ENCODER_RESOLUTION,
-    SENSOR_NOISE,
-    SEED,
-    TRIAL_FORCE_LIMIT,
-    TRIAL_FORCE_RATE_LIMIT,
-    SCHEME,
-    CRITERION,
-    IMPACT,
-    PUSH,
-    TRIAL_DURATION,
-    WINDOW,
-    THRESHOLD,
-    COUPLER_MUST_BE_STABLE,
-];
+pub const COUPLER: &[Parameter] = &joined::<21>(&[
+    &[DEVICE_MODEL, OBJECT_MASS, OBJECT_DAMPING, OBJECT_STIFFNESS],
+    &[HAND_STIFFNESS],
+    LESS_THAN_IDEAL,
+    TRIAL_LOOP,
+    TRIAL,
+    &[COUPLER_MUST_BE_STABLE],
+]);

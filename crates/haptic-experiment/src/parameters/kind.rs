@@ -140,6 +140,25 @@ impl Parameter {
     }
 }
 
+/// Several lists in one.
+///
+/// # Panics
+/// If they have not `N` in all: then it does not compile.
+pub(super) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter; N] {
+    let mut all = [Parameter::flag("", ""); N];
+    let (mut list, mut to) = (0, 0);
+    while list < lists.len() {
+        let mut from = 0;
+        while from < lists[list].len() {
+            all[to] = lists[list][from];
+            (from, to) = (from + 1, to + 1);
+        }
+        list += 1;
+    }
+    assert!(to == N, "the lists have another number of parameters");
+    all
+}
+
 /// Parameters as constants: documentation, name, kind, and what it is made of.
 macro_rules! parameters {
     ($($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {

@@ -1,15 +1,12 @@
 //! Of `[touch]`: a hand that moves a device of two or three axes over a shape.
 
-use super::experiment::{
-    AREA, ENCODER_RESOLUTION, FORCE_LIMIT, LIBRARY, SAMPLE_TIME, SCHEME, SEED, SENSOR_NOISE,
-    THICKNESS,
-};
-use super::kind::{Parameter, parameters};
+use super::experiment::{AREA, FORCE_LIMIT, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS};
+use super::kind::{Parameter, joined, parameters};
 use super::range::{
     DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
     STIFFNESSES_ABOVE_0, WALL_ORDERS,
 };
-use super::wall::{CURRENT_LAG, DELAY, FRICTION, TRIAL_FORCE_RATE_LIMIT};
+use super::wall::{LESS_THAN_IDEAL, TRIAL_FORCE_RATE_LIMIT};
 
 const MASS_KG: f64 = 0.065;
 /// Times, places and forces alike.
@@ -76,7 +73,10 @@ parameters! {
 pub const TOUCH_MASS_DEFAULT: f64 = MASS_KG;
 
 /// Of `[touch]`.
-pub const TOUCH: &[Parameter] = &[
+pub const TOUCH: &[Parameter] = &joined::<36>(&[TOUCHED, LESS_THAN_IDEAL, TOUCHING]);
+
+/// The shape, what it is of, and the device.
+const TOUCHED: &[Parameter] = &[
     TOUCH_AXES,
     TOUCH_SHAPE,
     TOUCH_NORMAL,
@@ -93,12 +93,9 @@ pub const TOUCH: &[Parameter] = &[
     SCHEME,
     TOUCH_MASS,
     TOUCH_DAMPING,
-    DELAY,
-    FRICTION,
-    CURRENT_LAG,
-    ENCODER_RESOLUTION,
-    SENSOR_NOISE,
-    SEED,
+];
+/// The hand, the loop and the workspace.
+const TOUCHING: &[Parameter] = &[
     TOUCH_HAND,
     TOUCH_HAND_STIFFNESS,
     TOUCH_WAY,

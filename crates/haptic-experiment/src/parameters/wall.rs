@@ -1,7 +1,7 @@
 //! Of `[wall]`: device, wall and trial.
 
 use super::experiment::{ENCODER_RESOLUTION, SCHEME, SEED, SENSOR_NOISE};
-use super::kind::{Parameter, parameters};
+use super::kind::{Parameter, joined, parameters};
 use super::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
     FORCES_ABOVE_0, IMPACTS, MASSES, REACHES_ABOVE_0, SAMPLE_TIMES, STIFFNESSES, WALL_ORDERS,
@@ -68,25 +68,26 @@ pub const WALL_REQUIRED: &[Parameter] = &[
     STIFFNESS,
     DISSIPATION,
 ];
-/// Of `[wall]`, with defaults.
-pub const WALL: &[Parameter] = &[
-    DEVICE_MODEL,
-    HAND_STIFFNESS,
+/// Of a simulated device that is less than ideal.
+pub(super) const LESS_THAN_IDEAL: &[Parameter] = &[
     DELAY,
     FRICTION,
     CURRENT_LAG,
     ENCODER_RESOLUTION,
     SENSOR_NOISE,
     SEED,
-    TRIAL_FORCE_LIMIT,
-    TRIAL_FORCE_RATE_LIMIT,
-    SCHEME,
-    ONE_SIDED,
-    CRITERION,
-    IMPACT,
-    PUSH,
-    TRIAL_DURATION,
-    WINDOW,
-    THRESHOLD,
-    MUST_BE_STABLE,
 ];
+/// Of the safety chain and the operator in a trial.
+pub(super) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
+/// Of a trial.
+pub(super) const TRIAL: &[Parameter] =
+    &[CRITERION, IMPACT, PUSH, TRIAL_DURATION, WINDOW, THRESHOLD];
+/// Of `[wall]`, with defaults.
+pub const WALL: &[Parameter] = &joined::<19>(&[
+    &[DEVICE_MODEL, HAND_STIFFNESS],
+    LESS_THAN_IDEAL,
+    TRIAL_LOOP,
+    &[ONE_SIDED],
+    TRIAL,
+    &[MUST_BE_STABLE],
+]);

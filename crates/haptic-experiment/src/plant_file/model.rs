@@ -71,7 +71,7 @@ pub struct Interval {
 }
 
 /// A device with a hand: force in, position out. Friction, encoder and noise are no part of the linear plant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceValues {
     /// m.
     pub mass_kg: f64,
@@ -156,16 +156,11 @@ impl PlantModel {
 impl DeviceValues {
     /// A mass with damping and nothing else.
     #[must_use]
-    pub const fn ideal(mass_kg: f64, damping_n_s_per_m: f64) -> Self {
+    pub fn ideal(mass_kg: f64, damping_n_s_per_m: f64) -> Self {
         Self {
             mass_kg,
             damping_n_s_per_m,
-            hand_stiffness_n_per_m: 0.0,
-            delay_s: 0.0,
-            current_lag_s: 0.0,
-            friction_n: 0.0,
-            encoder_resolution_m: 0.0,
-            sensor_noise_m: 0.0,
+            ..Self::default()
         }
     }
 

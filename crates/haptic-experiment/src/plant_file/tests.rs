@@ -72,58 +72,61 @@ fn a_function_reads_back_to_the_same() {
     );
 }
 
+/// A plant file, and the beginning of what is said of it.
+const WRONG: &[(&str, &str)] = &[
+    (
+        "",
+        "lab/p.toml:1: no plant: a plant file has one of [transfer_function]",
+    ),
+    (
+        "[device]\nmass_kg = 0\n",
+        "lab/p.toml:2: mass_kg = 0 is not above 0",
+    ),
+    (
+        "[device]\nmass_kg = 1\n",
+        "lab/p.toml:1: missing key `damping_n_s_per_m` in [device]",
+    ),
+    (
+        "[transfer_function]\nfunction = \"s^2/(s+1)\"",
+        "lab/p.toml:2: order 2 of the numerator is above 1",
+    ),
+    (
+        "[transfer_function]\nfunction = \"1/(0s^2+s)\"",
+        "lab/p.toml:2: the coefficient of s^2 is 0",
+    ),
+    (
+        "[transfer_function]\nfunction = \"s^0.5/(s+s^0.5)\"",
+        "lab/p.toml:2: numerator and denominator share the factor s^0.5",
+    ),
+    (
+        "[transfer_function]\nfunction = 3",
+        "lab/p.toml:2: function = 3 is an integer, not a string",
+    ),
+    (
+        "[state_space]\na = [[0, 1], [2]]\nb = [0, 1]\nc = [1, 0]",
+        "lab/p.toml:1: number of states 0 is not 1 to 16",
+    ),
+    (
+        "[state_space]\na = [0, 1]\nb = [0, 1]\nc = [1, 0]",
+        "lab/p.toml:2: a",
+    ),
+    (
+        "[state_space]\na = [[0, 1], [0, inf]]\nb = [0, 1]\nc = [1, 0]",
+        "lab/p.toml:2: a has inf, which is not from -1e12 to 1e12",
+    ),
+    (
+        "[measured_response]\nfile = \"none.csv\"",
+        "lab/p.toml:2: cannot read the measured response `lab/none.csv`",
+    ),
+    (
+        "[device]\nmass_kg = 1\n[state_space]\n",
+        "lab/p.toml:3: a second plant [state_space]",
+    ),
+];
+
 #[test]
 fn what_is_wrong_is_said_in_one_line_with_its_place() {
-    for (text, want) in [
-        (
-            "",
-            "lab/p.toml:1: no plant: a plant file has one of [transfer_function]",
-        ),
-        (
-            "[device]\nmass_kg = 0\n",
-            "lab/p.toml:2: mass_kg = 0 is not above 0",
-        ),
-        (
-            "[device]\nmass_kg = 1\n",
-            "lab/p.toml:1: missing key `damping_n_s_per_m` in [device]",
-        ),
-        (
-            "[transfer_function]\nfunction = \"s^2/(s+1)\"",
-            "lab/p.toml:2: order 2 of the numerator is above 1",
-        ),
-        (
-            "[transfer_function]\nfunction = \"1/(0s^2+s)\"",
-            "lab/p.toml:2: the coefficient of s^2 is 0",
-        ),
-        (
-            "[transfer_function]\nfunction = \"s^0.5/(s+s^0.5)\"",
-            "lab/p.toml:2: numerator and denominator share the factor s^0.5",
-        ),
-        (
-            "[transfer_function]\nfunction = 3",
-            "lab/p.toml:2: function = 3 is an integer, not a string",
-        ),
-        (
-            "[state_space]\na = [[0, 1], [2]]\nb = [0, 1]\nc = [1, 0]",
-            "lab/p.toml:1: number of states 0 is not 1 to 16",
-        ),
-        (
-            "[state_space]\na = [0, 1]\nb = [0, 1]\nc = [1, 0]",
-            "lab/p.toml:2: a",
-        ),
-        (
-            "[state_space]\na = [[0, 1], [0, inf]]\nb = [0, 1]\nc = [1, 0]",
-            "lab/p.toml:2: a has inf, which is not from -1e12 to 1e12",
-        ),
-        (
-            "[measured_response]\nfile = \"none.csv\"",
-            "lab/p.toml:2: cannot read the measured response `lab/none.csv`",
-        ),
-        (
-            "[device]\nmass_kg = 1\n[state_space]\n",
-            "lab/p.toml:3: a second plant [state_space]",
-        ),
-    ] {
+    for &(text, want) in WRONG {
         let said = read(text).expect_err(want);
         assert!(said.starts_with(want) && !said.contains('\n'), "{said}");
     }

@@ -240,14 +240,8 @@ impl TrialSetup {
             // Nothing can break, so it is only noted.
             let verdict = preflight.verdict(dynamics, 0)?;
             verdict.describe(&mut metadata);
-            let ran = run_logged(
-                &mut parts.controller,
-                &mut parts.device,
-                schedule,
-                request,
-                metadata,
-                supervisor,
-            )?;
+            let (device, files) = (&mut parts.device, (request, metadata));
+            let ran = run_logged(&mut parts.controller, device, schedule, files, supervisor)?;
             return Ok(Ran {
                 preflight: Some(verdict),
                 ..ran

@@ -4,13 +4,15 @@ use super::described::warnings;
 use super::judged::Judged;
 use super::report::TrialReport;
 use super::setup::{Parts, TrialSetup};
-use crate::curves::Origin;
+use crate::curves::{Origin, Published};
 use crate::failure::Failure;
+use crate::folder::FolderRequest;
 use crate::judge::Compared;
 use crate::outcome::origin;
-use crate::remote::device_name;
+use crate::preflight::PreflightSubject;
+use crate::remote::{RemoteDevice, RemoteLaw, device_name};
 use crate::report::{Errors, Files, RunReport};
-use crate::run::Ran;
+use crate::run::{Ran, Supervisor};
 use crate::settling::{Judge, Settling};
 use crate::thinned::Thinned;
 use crate::track::TOLERANCE;
@@ -32,8 +34,8 @@ pub(crate) trait Trial: Clone {
     /// μ, and the operator.
     fn operator_choice(&self) -> (Order, Scheme);
 
-    /// The same law in another setup.
-    fn with_setup(&self, setup: TrialSetup) -> Self;
+    /// The same, to change it.
+    fn setup_mut(&mut self) -> &mut TrialSetup;
 
     /// The loop, made of good parameters.
     ///
@@ -41,9 +43,54 @@ pub(crate) trait Trial: Clone {
     /// A parameter outside its range.
     fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
 
+    /// The loop for the analysis.
+    fn subject(&self, samples: u64) -> impl PreflightSubject;
+
+    /// The same law and push for a serial device.
+    ///
+    /// # Errors
+    /// An operator that does not fit there.
+    fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
+
+    /// Names and values of the law, beside those of the operator.
+    fn law_in_numbers(&self) -> Vec<(&'static str, String)>;
+
     /// A further warning about a run.
     fn warning(&self, _: &Ran) -> Option<String> {
         None
+    }
+
+    /// Runs the loop and writes the log, and makes the report with its curves, as [`reported`](Self::reported).
+    ///
+    /// # Errors
+    /// Those of both.
+    fn published<R, C>(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+        report: impl FnOnce(&Ran, Judge, Option<f64>) -> Result<(R, Option<C>), Failure>,
+    ) -> Result<Published<R, C>, Failure> {
+        let (ran, judge, rest_m) = self.recorded(request, supervisor)?;
+        Ok(Published::new(report(&ran, judge, rest_m)?, ran.folder))
+    }
+
+    /// Runs the loop and writes the log; with the run its judge and the place of rest.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log that cannot be written.
+    fn recorded(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<(Ran, Judge, Option<f64>), Failure> {
+        let mut parts = self.parts()?;
+        let (judge, rest_m, samples) = (parts.judge, parts.rest_m, parts.samples);
+        let law = |remote: &RemoteDevice| self.law_there(remote, samples);
+        let setup = self.setup();
+        let metadata = setup.metadata(Self::KIND, self.operator_choice(), self.law_in_numbers());
+        let (subject, files) = (self.subject(samples), (request, metadata));
+        let ran = setup.record(&mut parts, subject, law, files, supervisor)?;
+        Ok((ran, judge, rest_m))
     }
 
     /// Runs it without log or files: does it settle?
@@ -62,7 +109,9 @@ pub(crate) trait Trial: Clone {
         let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
             return Ok(settling);
         };
-        match self.with_setup(smooth).tried()?.stable {
+        let mut other = self.clone();
+        *other.setup_mut() = smooth;
+        match other.tried()?.stable {
             true => Ok(settling),
             false => Ok(settling.by_friction()),
         }

@@ -1,7 +1,7 @@
 //! A run to be made on a connected device: looked at, configured, then handed to its session.
 
 use super::session::HostSession;
-use crate::device::{Warn, at_port, firmware_version};
+use crate::device::{Warn, firmware_version, refused_at_port};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::kept::{Record, TickRecord};
@@ -95,8 +95,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
                 error,
                 "this board simulates no compliant contact, take `contact` = rigid",
             ),
-            true => Failure::bad_input(error),
-            false => at_port(&path, &error),
+            _ => refused_at_port(&path, error),
         };
         let (set, _) = link.configuration().map_err(problem)?;
         let can = link.capabilities();

@@ -104,14 +104,8 @@ impl Rendering {
             verdict.require_stable(self.preflight.force_unstable)?;
             verdict.describe(&mut metadata);
         }
-        run_logged(
-            &mut controller,
-            &mut device,
-            schedule,
-            request,
-            metadata,
-            supervisor,
-        )
+        let files = (request, metadata);
+        run_logged(&mut controller, &mut device, schedule, files, supervisor)
     }
 
     /// The tissue behind the safety chain.

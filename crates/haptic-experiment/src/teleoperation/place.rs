@@ -1,12 +1,11 @@
 //! The remote place: a tissue of the library, or a wall.
 
 use crate::failure::Failure;
-use crate::modelled::{ModelledTissue, operator};
+use crate::modelled::{TissuePiece, operator};
 use crate::named::Named;
 use crate::pushed::{VirtualWall, wall_at_start};
 use fracdiff::num_complex::Complex;
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_loop::Specimen;
 use haptic_tissue::Model;
 
 /// Kinds of remote places.
@@ -33,12 +32,7 @@ impl Named for PlaceName {
 #[derive(Clone, Debug)]
 pub enum RemotePlace {
     /// A piece of tissue that the slave is joined to.
-    Tissue {
-        /// The tissue.
-        material: Box<ModelledTissue>,
-        /// The piece.
-        specimen: Specimen,
-    },
+    Tissue(TissuePiece),
     /// K + B·D^μ.
     Wall {
         /// K, N/m, at least 0.
@@ -65,13 +59,13 @@ pub(super) struct PlaceConstants<'a> {
 impl RemotePlace {
     pub(super) fn constants(&self) -> PlaceConstants<'_> {
         match self {
-            Self::Tissue { material, specimen } => {
-                let (stiffness, dissipation) = material.spring_and_damper(shape(specimen));
+            Self::Tissue(piece) => {
+                let (stiffness, dissipation) = piece.spring_and_damper();
                 PlaceConstants {
                     stiffness_n_per_m: stiffness,
                     dissipation_n_s_mu_per_m: dissipation,
-                    order: material.order(),
-                    model: material.composed(),
+                    order: piece.material.order(),
+                    model: piece.material.composed(),
                     one_sided: false,
                 }
             }
@@ -111,9 +105,7 @@ impl RemotePlace {
     pub fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
         let s = Complex::new(0.0, omega_rad_s);
         match self {
-            Self::Tissue { material, specimen } => {
-                Some(material.model.modulus(s) * shape(specimen))
-            }
+            Self::Tissue(piece) => Some(piece.material.model.modulus(s) * piece.shape_m()),
             Self::Wall {
                 one_sided: true, ..
             } => None,
@@ -130,7 +122,7 @@ impl RemotePlace {
     #[must_use]
     pub fn words(&self) -> String {
         match self {
-            Self::Tissue { material, .. } => material.name.clone(),
+            Self::Tissue(piece) => piece.material.name.clone(),
             Self::Wall {
                 stiffness_n_per_m,
                 dissipation_n_s_mu_per_m,
@@ -144,9 +136,4 @@ impl RemotePlace {
             }
         }
     }
-}
-
-/// A/ℓ, m.
-fn shape(specimen: &Specimen) -> f64 {
-    specimen.area().0 / specimen.thickness().0
 }

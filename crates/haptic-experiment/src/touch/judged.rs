@@ -217,7 +217,7 @@ impl TouchExperiment {
             .any(|pair| pair[1].tick != pair[0].tick + 1);
         let reason = reason.or(missing.then_some("samples did not come"));
         let reason = reason.or_else(|| match &self.law {
-            TouchLaw::Tissue { material, .. } if material.composed().is_some() => None,
+            TouchLaw::Tissue(piece) if piece.material.composed().is_some() => None,
             law => incomparable(reference, law.order(), record),
         });
         let reason = match reason {

@@ -3,6 +3,7 @@
 use super::hand::{Grip, HandPath};
 use super::shape::{TouchLaw, TouchShape};
 use super::specification::TouchExperiment;
+use crate::modelled::TissuePiece;
 use crate::remote::device_name;
 use std::collections::BTreeMap;
 
@@ -79,7 +80,7 @@ impl TouchExperiment {
                 ]
             }
         };
-        if let TouchLaw::Tissue { material, specimen } = &self.law {
+        if let TouchLaw::Tissue(TissuePiece { material, specimen }) = &self.law {
             entries.push(("tissue", material.name.clone()));
             entries.push(("area_m2", specimen.area().0.to_string()));
             entries.push(("thickness_m", specimen.thickness().0.to_string()));

@@ -99,14 +99,8 @@ impl TouchExperiment {
             sample_time_s: self.sample_time().0,
             pace: self.pace,
         };
-        let ran = run_logged(
-            &mut parts.controller,
-            &mut parts.device,
-            schedule,
-            request,
-            metadata,
-            supervisor,
-        )?;
+        let (device, files) = (&mut parts.device, (request, metadata));
+        let ran = run_logged(&mut parts.controller, device, schedule, files, supervisor)?;
         let ran = Ran {
             // Nothing can break, so it is only noted.
             preflight: Some(verdict),

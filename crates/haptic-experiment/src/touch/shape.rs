@@ -1,12 +1,12 @@
 //! What is touched: a shape, and the law behind its surface.
 
 use crate::failure::Failure;
-use crate::modelled::{ModelledTissue, operator};
+use crate::modelled::{TissuePiece, operator};
 use crate::named::Named;
 use crate::refused::parameter;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_loop::units::Metres;
-use haptic_loop::{Ball, Contact, Plane, Shape, Specimen, SpringDamper};
+use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
 use haptic_tissue::Model;
 
 /// Kinds of shapes.
@@ -129,12 +129,7 @@ pub(super) fn per_axis<const D: usize>(key: &str, numbers: &[f64]) -> Result<[f6
 #[derive(Clone, Debug)]
 pub enum TouchLaw {
     /// A piece of tissue under every place of the surface.
-    Tissue {
-        /// The tissue.
-        material: Box<ModelledTissue>,
-        /// The piece.
-        specimen: Specimen,
-    },
+    Tissue(TissuePiece),
     /// K + B·D^μ.
     Wall {
         /// K, N/m, at least 0.
@@ -155,9 +150,7 @@ impl TouchLaw {
     #[must_use]
     pub fn spring_and_damper(&self) -> (f64, f64) {
         match self {
-            Self::Tissue { material, specimen } => {
-                material.spring_and_damper(specimen.area().0 / specimen.thickness().0)
-            }
+            Self::Tissue(piece) => piece.spring_and_damper(),
             Self::Wall {
                 stiffness_n_per_m,
                 dissipation_n_s_mu_per_m,
@@ -170,7 +163,7 @@ impl TouchLaw {
     #[must_use]
     pub const fn order(&self) -> Order {
         match self {
-            Self::Tissue { material, .. } => material.order(),
+            Self::Tissue(piece) => piece.material.order(),
             Self::Wall { order, .. } => *order,
         }
     }
@@ -179,7 +172,7 @@ impl TouchLaw {
     #[must_use]
     pub const fn model(&self) -> Option<&Model> {
         match self {
-            Self::Tissue { material, .. } => material.composed(),
+            Self::Tissue(piece) => piece.material.composed(),
             Self::Wall { .. } => None,
         }
     }
@@ -204,15 +197,10 @@ impl TouchLaw {
     /// In a few words.
     #[must_use]
     pub fn words(&self) -> String {
-        match self {
-            Self::Tissue { material, .. } => material.name.clone(),
-            Self::Wall {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                order,
-            } => {
-                format!("{stiffness_n_per_m} N/m and {dissipation_n_s_mu_per_m} N·s^{order}/m")
-            }
+        if let Self::Tissue(piece) = self {
+            return piece.material.name.clone();
         }
+        let ((k, b), order) = (self.spring_and_damper(), self.order());
+        format!("{k} N/m and {b} N·s^{order}/m")
     }
 }

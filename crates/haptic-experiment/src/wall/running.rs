@@ -6,11 +6,13 @@ use crate::curves::{Published, WallCurves};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::modelled::operator;
+use crate::preflight::PreflightSubject;
 use crate::pushed::{self, Trial, TrialSetup, VirtualWall, encoder_step, wall_at_start};
-use crate::remote::RemoteDevice;
+use crate::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::{Ran, Supervisor};
 use crate::settling::Settling;
 use fracdiff::{Operator, Order, Real, Scheme};
+use haptic_link::LoopMode;
 use haptic_loop::Controller;
 
 /// The wall behind the safety chain and the device behind its sensors.
@@ -26,36 +28,8 @@ impl WallExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<WallReport, WallCurves>, Failure> {
-        let parts = self.parts()?;
-        let (judge, rest_m) = (parts.judge, parts.rest_m);
-        let ran = self.record(parts, request, supervisor)?;
-        let reported = self.publish(&ran, judge, rest_m)?;
-        Ok(Published::new(reported, ran.folder))
-    }
-
-    /// Runs the loop and writes the log.
-    fn record(
-        &self,
-        mut parts: Parts,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let preflight = self.preflight(parts.samples);
-        let samples = parts.samples;
-        let law = |remote: &RemoteDevice| self.law(remote, samples);
-        let files = (request, self.metadata());
-        self.setup
-            .record(&mut parts, preflight, law, files, supervisor)
-    }
-
-    /// Runs without a report.
-    #[cfg(test)]
-    pub(crate) fn run_alone(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        self.record(self.parts()?, request, supervisor)
+        let report = |ran: &Ran, judge, rest_m| self.publish(ran, judge, rest_m);
+        self.published(request, supervisor, report)
     }
 
     /// The same without log or files: does it settle, and without friction too?
@@ -92,15 +66,43 @@ impl Trial for WallExperiment {
         &self.setup
     }
 
+    fn setup_mut(&mut self) -> &mut TrialSetup {
+        &mut self.setup
+    }
+
+    fn subject(&self, samples: u64) -> impl PreflightSubject {
+        self.preflight(samples)
+    }
+
+    fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
+        let law = self.setup.law()?;
+        let operator = match remote.loop_mode {
+            LoopMode::Device => portable(&self.operator(samples)?)?,
+            LoopMode::Host => law.operator,
+        };
+        Ok(RemoteLaw {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
+            order: self.order.get(),
+            one_sided: self.one_sided,
+            operator,
+            ..law
+        })
+    }
+
     fn operator_choice(&self) -> (Order, Scheme) {
         (self.order, self.scheme)
     }
 
-    fn with_setup(&self, setup: TrialSetup) -> Self {
-        Self {
-            setup,
-            ..self.clone()
-        }
+    fn law_in_numbers(&self) -> Vec<(&'static str, String)> {
+        vec![
+            ("stiffness_n_per_m", self.stiffness_n_per_m.to_string()),
+            (
+                "dissipation_n_s_mu_per_m",
+                self.dissipation_n_s_mu_per_m.to_string(),
+            ),
+            ("one_sided", self.one_sided.to_string()),
+        ]
     }
 
     fn parts(&self) -> Result<Parts, Failure> {

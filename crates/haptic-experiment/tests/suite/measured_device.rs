@@ -232,12 +232,14 @@ fn nothing_is_made_of_an_ideal_device() {
     );
 }
 
+/// Why a motion is not used.
+fn refusal(driven: &Driven, plan: &MeasurePlan) -> String {
+    let refused = driven.outcome.require_complete(plan);
+    refused.expect_err("refused").to_string()
+}
+
 #[test]
-fn whatever_goes_wrong_the_force_is_zero_and_the_reason_said() {
-    let refusal = |driven: &Driven, plan: &MeasurePlan| {
-        let refused = driven.outcome.require_complete(plan);
-        refused.expect_err("refused").to_string()
-    };
+fn a_device_that_is_blocked_or_moves_by_itself_is_let_go_and_the_reason_said() {
     let plan = short();
     let blocked = MassDamperConfig {
         friction: Newtons(2.5),
@@ -256,7 +258,11 @@ fn whatever_goes_wrong_the_force_is_zero_and_the_reason_said() {
     assert_eq!(driven.outcome, Outcome::MovesByItself);
     assert!(driven.record.largest_force_n() <= 0.0);
     assert!(refusal(&driven, &plan).starts_with("the device moves by itself"));
+}
 
+#[test]
+fn a_device_that_flies_off_ends_in_a_fault_without_force_and_the_reason_said() {
+    let plan = short();
     let light = MassDamperConfig {
         mass: Kilograms(0.002),
         damping: NewtonSecondsPerMetre(0.0),
@@ -276,11 +282,14 @@ fn whatever_goes_wrong_the_force_is_zero_and_the_reason_said() {
         said.contains("the force is zero") && said.contains("smaller `force_limit_n`"),
         "{said}"
     );
+}
 
+#[test]
+fn a_stop_lets_the_force_fall_to_zero() {
     static STOP: AtomicBool = AtomicBool::new(false);
     let mut stopped = Fine::new(usual(), 1);
     stopped.stop_after = Some((3000, &STOP));
-    let driven = stopped.drive(&plan);
+    let driven = stopped.drive(&short());
     assert_eq!(driven.outcome, Outcome::Interrupted);
     // 0.1 s of falling force and a tick.
     assert!(
@@ -288,7 +297,11 @@ fn whatever_goes_wrong_the_force_is_zero_and_the_reason_said() {
         "{}",
         stopped.written_n.len()
     );
+}
 
+#[test]
+fn a_plan_outside_its_ranges_is_refused() {
+    let plan = short();
     for (plan, what) in [
         (
             MeasurePlan {

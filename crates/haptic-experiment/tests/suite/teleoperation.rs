@@ -5,7 +5,7 @@ use haptic_experiment::teleoperation::{
     HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationReport,
     TeleoperationVerdict,
 };
-use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety};
+use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety, TissuePiece};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamperConfig;
@@ -25,9 +25,19 @@ fn order(mu: f64) -> Order {
 
 fn tissue(library: &Library, name: &str) -> RemotePlace {
     let material = library.find(name).expect("in the library");
-    RemotePlace::Tissue {
+    RemotePlace::Tissue(TissuePiece {
         material: Box::new(ModelledTissue::new(material).expect("a model")),
         specimen: Specimen::new(SquareMetres(4e-4), Metres(0.02)).expect("valid"),
+    })
+}
+
+/// K + B·D^μ that pushes and pulls.
+fn wall(stiffness_n_per_m: f64, dissipation_n_s_mu_per_m: f64, mu: f64) -> RemotePlace {
+    RemotePlace::Wall {
+        stiffness_n_per_m,
+        dissipation_n_s_mu_per_m,
+        order: order(mu),
+        one_sided: false,
     }
 }
 
@@ -167,12 +177,7 @@ fn passive_lines_give_no_energy_and_no_force_is_beyond_its_limit() {
 #[test]
 fn a_line_that_is_not_passive_is_seen_to_give_energy() {
     // The same measure, so that the test above is one.
-    let wall = RemotePlace::Wall {
-        stiffness_n_per_m: 500.0,
-        dissipation_n_s_mu_per_m: 0.0,
-        order: order(1.0),
-        one_sided: false,
-    };
+    let wall = wall(500.0, 0.0, 1.0);
     let mut late = experiment(Architecture::PositionPosition, wall);
     late.coupler.dissipation_n_s_mu_per_m = 0.0;
     late.channel.delay = Seconds(0.1);
@@ -188,12 +193,6 @@ fn a_line_that_is_not_passive_is_seen_to_give_energy() {
 #[test]
 fn what_is_felt_without_delay_is_what_the_formula_says_within_1_db() {
     let library = Library::load(None).expect("the library");
-    let wall = |stiffness_n_per_m, dissipation_n_s_mu_per_m, mu| RemotePlace::Wall {
-        stiffness_n_per_m,
-        dissipation_n_s_mu_per_m,
-        order: order(mu),
-        one_sided: false,
-    };
     let places = [
         tissue(&library, "prostate-cancerous"),
         tissue(&library, "fish-muscle"),
@@ -244,12 +243,7 @@ fn time_domain_passivity_is_felt_as_position_position_where_it_need_not_act() {
 
 #[test]
 fn what_held_forces_give_beyond_the_damping_is_not_passive() {
-    let wall = RemotePlace::Wall {
-        stiffness_n_per_m: 200.0,
-        dissipation_n_s_mu_per_m: 0.0,
-        order: order(1.0),
-        one_sided: false,
-    };
+    let wall = wall(200.0, 0.0, 1.0);
     // A coupler too stiff for devices that hardly dissipate; its line gives nothing.
     let mut undamped = experiment(Architecture::TimeDomain, wall);
     (undamped.master, undamped.slave) = (ideal(0.065, 0.01), ideal(0.065, 0.05));
@@ -280,12 +274,7 @@ fn waves_that_a_device_does_not_bear_are_refused() {
 
 #[test]
 fn a_line_that_loses_everything_ends_with_both_forces_at_zero() {
-    let wall = RemotePlace::Wall {
-        stiffness_n_per_m: 500.0,
-        dissipation_n_s_mu_per_m: 0.0,
-        order: order(1.0),
-        one_sided: false,
-    };
+    let wall = wall(500.0, 0.0, 1.0);
     for architecture in Architecture::ALL {
         let mut deaf = experiment(architecture, wall.clone());
         deaf.channel.loss = 1.0;

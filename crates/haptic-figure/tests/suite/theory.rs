@@ -49,19 +49,29 @@ impl Relaxation {
     }
 
     fn draw_as(&self, title: &str, conditions: Conditions<'_>) -> Result<Picture, FigureError> {
-        TheoryFigure {
+        let figure = TheoryFigure {
             title,
             conditions,
+            origin: "rendered",
+            ..self.figure()
+        };
+        figure.draw()
+    }
+
+    /// Of a simulated indenter that nobody holds.
+    fn figure(&self) -> TheoryFigure<'_> {
+        TheoryFigure {
+            title: "Relaxation",
+            conditions: CONDITIONS,
             quantity: "force",
             label: "force / N",
-            origin: "rendered",
+            origin: "simulated",
             time_s: &self.time_s,
             values: &self.force_n,
             closed_form: &self.theory_n,
             relative_error: &self.relative_error,
             held: None,
         }
-        .draw()
     }
 }
 
@@ -111,21 +121,13 @@ fn the_relaxation_picture_says_what_is_on_its_axes_and_under_what_conditions() {
 fn a_device_that_a_controller_held_has_two_panels_more() {
     let data = Relaxation::new(5_000);
     let figure = TheoryFigure {
-        title: "Relaxation",
-        conditions: CONDITIONS,
-        quantity: "force",
-        label: "force / N",
-        origin: "simulated",
-        time_s: &data.time_s,
-        values: &data.force_n,
-        closed_form: &data.theory_n,
-        relative_error: &data.relative_error,
         held: Some(HeldPanels {
             time_s: &data.time_s,
             label: "tracking error / µm",
             tracking_error: &data.relative_error,
             force_n: &data.force_n,
         }),
+        ..data.figure()
     };
     let picture = figure.draw().expect("draws");
     for text in [
@@ -148,15 +150,9 @@ fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
     let data = Relaxation::new(5_000);
     let creep = TheoryFigure {
         title: "Creep",
-        conditions: CONDITIONS,
         quantity: "strain",
         label: "strain",
-        origin: "simulated",
-        time_s: &data.time_s,
-        values: &data.force_n,
-        closed_form: &data.theory_n,
-        relative_error: &data.relative_error,
-        held: None,
+        ..data.figure()
     };
     let creep = creep.draw().expect("draws");
     assert!(creep.svg().contains(">strain</text>") && creep.svg().contains("time / s"));

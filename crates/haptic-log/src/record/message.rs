@@ -39,6 +39,27 @@ pub struct TickMessage {
     pub observed_energy_j: f64,
 }
 
+/// Name of a number, and the number.
+pub type TickField = (&'static str, fn(&TickMessage) -> f64);
+
+/// Fields of a tick with their names: positions and forces, and those before and after them.
+macro_rules! named {
+    ($($before:ident),* ; $($after:ident),*) => {
+        named![
+            $($before,)*
+            reference_m, indenter_position_m, position_m, environment_force_n, force_n, contact_force_n,
+            $($after),*
+        ]
+    };
+    ($($field:ident),* $(,)?) => { [$((stringify!($field), |tick| tick.$field)),*] };
+}
+pub(super) use named;
+
+impl TickMessage {
+    /// The numbers in their order.
+    pub const NUMBERS: [TickField; 8] = named![time_s; observed_energy_j];
+}
+
 /// A tick as logs had it before the guard's energy was recorded: 69 bytes.
 #[derive(Deserialize)]
 struct TickWithoutEnergy {

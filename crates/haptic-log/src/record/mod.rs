@@ -54,7 +54,7 @@ pub use follow::{Followed, LogFollower, is_being_written};
 pub use inspect::{BUDGET, LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
-pub use message::{EventMessage, MessageError, TickMessage};
+pub use message::{EventMessage, MessageError, TickField, TickMessage};
 pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
 pub use reader::LogReader;
 pub use recover::{RECOVERED, RecoverySummary, recover};

@@ -3,7 +3,7 @@
 //! A log has ticks of one version, under a topic of its own for each. The number of axes is the length of the vectors, the same
 //! in every field and every tick of a log.
 
-use super::message::{LogMessage, MessageError, decode_fields};
+use super::message::{LogMessage, MessageError, decode_fields, named};
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -143,14 +143,7 @@ pub type VectorField = (&'static str, fn(&VectorTick) -> PerAxis);
 
 impl VectorTick {
     /// The vectors in their order.
-    pub const VECTORS: [VectorField; 6] = [
-        ("reference_m", |tick| tick.reference_m),
-        ("indenter_position_m", |tick| tick.indenter_position_m),
-        ("position_m", |tick| tick.position_m),
-        ("environment_force_n", |tick| tick.environment_force_n),
-        ("force_n", |tick| tick.force_n),
-        ("contact_force_n", |tick| tick.contact_force_n),
-    ];
+    pub const VECTORS: [VectorField; 6] = named![;];
 
     /// A tick of so many axes, 3 at most, with zeros.
     #[must_use]

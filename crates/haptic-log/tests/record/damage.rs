@@ -1,6 +1,6 @@
 //! Logs that are cut off, damaged, or that the disk does not take.
 
-use super::{CHUNK_TICKS, fill, finished_bytes, parameters, tick, ticks_of};
+use super::{CHUNK_TICKS, fill, finished, finished_bytes, parameters, tick, ticks_of};
 use haptic_log::record::{
     Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError, TickMessage,
     export_csv, inspect, recover,
@@ -290,9 +290,7 @@ fn a_full_disk_says_which_file_and_how_much_is_safe_and_loses_no_more() {
 fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
     let folder = tempfile::tempdir().expect("folder");
     let log = folder.path().join("run.mcap");
-    let mut writer = LogWriter::create(&log).expect("creates");
-    fill(&mut writer, 10).expect("fills");
-    writer.finish().expect("finishes");
+    finished(&log, 10);
     let whole = fs::read(&log).expect("reads");
     let old = folder.path().join("old.mcap");
     fs::write(&old, "old").expect("writes");

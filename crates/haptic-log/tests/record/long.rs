@@ -48,6 +48,33 @@ fn a_very_long_log_has_no_index_and_is_whole_all_the_same() {
     );
 }
 
+/// The file has an index, metadata and date by itself.
+fn assert_stands_alone(path: &Path) {
+    let bytes = fs::read(path).expect("reads");
+    let index = mcap::Summary::read(&bytes).expect("is MCAP");
+    assert!(!index.expect("is there").chunk_indexes.is_empty());
+    let own: Vec<Entry> = LogReader::open(path)
+        .expect("opens")
+        .collect::<Result<_, _>>()
+        .expect("reads");
+    let described =
+        |entry: &&Entry| matches!(entry, Entry::Metadata(record) if record.values == parameters());
+    assert_eq!(own.iter().filter(described).count(), 1);
+}
+
+/// A log that misses a file of its `files` is incomplete, and says which: one in the middle as well as the last.
+fn assert_missed(files: usize, ticks: u64, name: impl Fn(usize) -> PathBuf) {
+    for gone in [2, files] {
+        let aside = name(1).with_file_name("aside");
+        fs::rename(name(gone), &aside).expect("moves");
+        let summary = inspect(&name(1)).expect("inspects");
+        assert!(!summary.complete && summary.samples < ticks);
+        let missing = format!("run-{gone:04}.mcap");
+        assert!(summary.damage[0].contains(&missing), "{:?}", summary.damage);
+        fs::rename(&aside, name(gone)).expect("moves back");
+    }
+}
+
 #[test]
 fn a_log_in_several_files_reads_as_one() {
     let folder = tempfile::tempdir().expect("folder");
@@ -76,16 +103,7 @@ fn a_log_in_several_files_reads_as_one() {
         // A chunk more than full at most, and the index.
         assert!(bytes < ROLL_LEAST + ROLL_LEAST / 5, "{bytes}");
         assert!(bytes > ROLL_LEAST || n + 1 == files, "{bytes}");
-        // Each by itself has an index, metadata and date.
-        let bytes = fs::read(path).expect("reads");
-        let index = mcap::Summary::read(&bytes).expect("is MCAP");
-        assert!(!index.expect("is there").chunk_indexes.is_empty());
-        let own: Vec<Entry> = LogReader::open(path)
-            .expect("opens")
-            .collect::<Result<_, _>>()
-            .expect("reads");
-        let described = |entry: &&Entry| matches!(entry, Entry::Metadata(record) if record.values == parameters());
-        assert_eq!(own.iter().filter(described).count(), 1);
+        assert_stands_alone(path);
     }
     let all = |path: &Path| -> Vec<TickMessage> {
         let entries = LogFiles::open(path).expect("opens");
@@ -98,16 +116,7 @@ fn a_log_in_several_files_reads_as_one() {
     let named = summary.metadata.iter().map(|record| record.name.as_str());
     assert_eq!(named.collect::<Vec<_>>(), ["experiment", "clock"]);
 
-    // A file that is gone is missed, one in the middle as well as the last.
-    for gone in [2, files] {
-        let aside = folder.path().join("aside");
-        fs::rename(name(gone), &aside).expect("moves");
-        let summary = inspect(&name(1)).expect("inspects");
-        assert!(!summary.complete && summary.samples < ticks);
-        let missing = format!("run-{gone:04}.mcap");
-        assert!(summary.damage[0].contains(&missing), "{:?}", summary.damage);
-        fs::rename(&aside, name(gone)).expect("moves back");
-    }
+    assert_missed(files, ticks, name);
     // The file that was being written when the process died is `.part`.
     let part = folder.path().join(format!("run-{files:04}.mcap.part"));
     let bytes = fs::read(name(files)).expect("reads");

@@ -80,6 +80,13 @@ fn ticks_of(entries: &[Entry]) -> Vec<TickMessage> {
         .collect()
 }
 
+/// A finished log of so many ticks.
+fn finished(path: &Path, ticks: u64) {
+    let mut writer = LogWriter::create(path).expect("creates");
+    fill(&mut writer, ticks).expect("fills");
+    writer.finish().expect("finishes");
+}
+
 #[test]
 fn twenty_thousand_ticks_come_back_identical() {
     let folder = tempfile::tempdir().expect("folder");
@@ -170,9 +177,7 @@ fn what_is_not_mcap_is_refused_by_name() {
 fn nothing_that_exists_is_overwritten() {
     let folder = tempfile::tempdir().expect("folder");
     let log = folder.path().join("run.mcap");
-    let mut writer = LogWriter::create(&log).expect("creates");
-    fill(&mut writer, 10).expect("fills");
-    writer.finish().expect("finishes");
+    finished(&log, 10);
     let taken = folder.path().join("taken");
     fs::write(&taken, "precious").expect("writes");
     let errors = [
@@ -262,9 +267,7 @@ fn the_csv_has_every_digit() {
         folder.path().join("run.mcap"),
         folder.path().join("run.csv"),
     );
-    let mut writer = LogWriter::create(&log).expect("creates");
-    fill(&mut writer, 1_000).expect("fills");
-    writer.finish().expect("finishes");
+    finished(&log, 1_000);
     let summary = export_csv(&log, &csv, false).expect("exports");
     assert_eq!((summary.rows, summary.condition.complete), (1_000, true));
     let rows: Vec<TickMessage> = (csv::Reader::from_path(&csv).expect("opens"))

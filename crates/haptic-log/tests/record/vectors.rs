@@ -90,8 +90,12 @@ fn ticks_with_vectors_are_read_counted_saved_and_tabled() {
     ] {
         assert!((column(name) - want).abs() < 1e-12, "{name}");
     }
+}
 
-    // Both kinds fit in no one table.
+#[test]
+fn ticks_of_both_kinds_fit_in_no_one_table() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = |name: &str| folder.path().join(name);
     let mut mixed = LogWriter::create(&path("mixed.mcap")).expect("creates");
     mixed.vector_tick(&vector_tick(0, 2)).expect("takes");
     mixed.tick(&tick(1)).expect("takes");

@@ -6,8 +6,7 @@ use super::work::{Attendant, Drawn, Finished, Work};
 use haptic_experiment::curves::{CouplerCurves, Published, TheoryCurves, WallCurves};
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::teleoperation::TeleoperationCurves;
-use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
-use serde::Serialize;
+use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -113,59 +112,34 @@ impl Job {
             ExperimentFile::Relax(relaxation) => {
                 let published = relaxation.run(request, supervisor)?;
                 let verdict = error_words(published.report.errors.closed_form_error);
-                result(
-                    &published,
-                    verdict,
-                    theory,
-                    &published.report.run.ended_early,
-                )
+                result(&published, verdict, theory)
             }
             ExperimentFile::Creep(creep) => {
                 let published = creep.run(request, supervisor)?;
                 let verdict = error_words(published.report.errors.closed_form_error);
-                result(
-                    &published,
-                    verdict,
-                    theory,
-                    &published.report.run.ended_early,
-                )
+                result(&published, verdict, theory)
             }
             ExperimentFile::Wall(wall) => {
                 let published = wall.run(request, supervisor)?;
                 let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
-                result(
-                    &published,
-                    verdict,
-                    of_wall,
-                    &published.report.trial.run.ended_early,
-                )
+                result(&published, verdict, of_wall)
             }
             ExperimentFile::Coupler(coupler) => {
                 let published = coupler.run(request, supervisor)?;
                 let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
-                result(
-                    &published,
-                    verdict,
-                    of_coupler,
-                    &published.report.trial.run.ended_early,
-                )
+                result(&published, verdict, of_coupler)
             }
             ExperimentFile::Teleoperation(far) => {
                 let published = far.run(request, supervisor)?;
                 let verdict = Some(published.report.verdict.words().to_owned());
-                result(
-                    &published,
-                    verdict,
-                    of_teleoperation,
-                    &published.report.run.ended_early,
-                )
+                result(&published, verdict, of_teleoperation)
             }
             ExperimentFile::Touch(touch) => {
                 let published = touch.run(request, supervisor)?;
                 let verdict = Some(published.report.verdict.words().to_owned());
                 // The log has all of it, in every axis.
                 let none = |_: &_| Value::Null;
-                result(&published, verdict, none, &published.report.run.ended_early)
+                result(&published, verdict, none)
             }
         })
     }
@@ -186,17 +160,16 @@ fn error_words(error: Option<f64>) -> Option<String> {
     error.map(|error| format!("{:.2} % from the closed form", 1e2 * error))
 }
 
-fn result<R: Serialize, C>(
+fn result<R: Summary, C>(
     published: &Published<R, C>,
     verdict: Option<String>,
     curves: impl Fn(&C) -> Value,
-    ended_early: &Option<String>,
 ) -> Finished {
     Finished {
         report: json!(published.report),
         curves: published.curves.as_ref().map_or(Value::Null, curves),
         verdict,
-        ended_early: ended_early.clone(),
+        ended_early: published.report.run().ended_early.clone(),
     }
 }
 

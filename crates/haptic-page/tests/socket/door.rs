@@ -5,7 +5,7 @@ use haptic_page::OnClose;
 use testkit::browser::{Page, get, parts};
 
 #[test]
-fn wrong_tokens_hosts_and_origins_get_a_sentence_and_nothing_else() {
+fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);
     let (host, path) = parts(server.address());
@@ -58,6 +58,13 @@ fn wrong_tokens_hosts_and_origins_get_a_sentence_and_nothing_else() {
             "{path}: {answer}"
         );
     }
+}
+
+#[test]
+fn sockets_of_other_origins_and_a_port_that_is_taken_are_refused() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let (host, path) = parts(server.address());
     for origin in [
         None,
         Some("http://evil.example"),

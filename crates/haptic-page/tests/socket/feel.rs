@@ -1,6 +1,6 @@
 //! What is felt: a tissue, changes of it, stop, a recording.
 
-use crate::{A3, FORCE, SHORT, assert_documented, prostate, server, two};
+use crate::{A3, FORCE, SHORT, assert_documented, prostate, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::json;
 use testkit::browser::Page;
@@ -130,7 +130,11 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
     );
     let before = page.status(|_| true)["tick"].as_u64().expect("a tick");
     page.status(|status| status["tick"].as_u64() > Some(before + 600));
-    // In no tick did the force change by more than the motion or a fifth of a second of change makes it: 1 N/ms would be a bump.
+    assert_no_bump(&mut page);
+}
+
+/// In no tick did the force change by more than the motion or a fifth of a second of change makes it: 1 N/ms would be a bump.
+fn assert_no_bump(page: &mut Page) {
     let made = page.status(|_| true)["samples_made"]
         .as_u64()
         .expect("a number");
@@ -155,10 +159,7 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
 fn stop_is_always_possible_and_the_force_is_zero() {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);
-    let (mut page, mut watcher) = two(server.address());
-    page.ask("feel.start", prostate());
-    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
-    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    let (mut page, mut watcher) = two_with_force(server.address());
     // Who only watches may not move anything, but may stop.
     let refused = watcher.refused("feel.hand", json!({"position_m": 0, "held": true}));
     assert!(refused.contains("controls.take"), "{refused}");

@@ -49,6 +49,15 @@ fn prostate() -> serde_json::Value {
     json!({"environment": {"tissue": "prostate-cancerous"}})
 }
 
+/// The same two, and the first presses on a tissue: a force acts.
+fn two_with_force(address: &str) -> (Page, Page) {
+    let (mut page, watcher) = two(address);
+    page.ask("feel.start", prostate());
+    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    (page, watcher)
+}
+
 /// Every key of an answer stands in the row of its request in docs/page-protocol.md.
 fn assert_documented(request: &str, answer: &serde_json::Value) {
     let protocol = include_str!("../../../../docs/page-protocol.md");

@@ -1,6 +1,6 @@
 //! Several pages, pages that go, pages that talk garbage.
 
-use crate::{prostate, server, two};
+use crate::{prostate, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::json;
 use testkit::browser::Page;
@@ -106,10 +106,7 @@ fn garbage_is_answered_and_closes_the_socket_the_third_time() {
 fn a_page_that_does_not_read_is_closed_and_can_stop_until_then() {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);
-    let (mut page, mut watcher) = two(server.address());
-    page.ask("feel.start", prostate());
-    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
-    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    let (mut page, mut watcher) = two_with_force(server.address());
     // Frames and answers that nobody reads: the queue is bounded, so the socket goes, and with the controls the force.
     page.ask(
         "view",

@@ -96,21 +96,25 @@ fn two_hands_over_a_line_are_run_from_a_form_too() {
     );
 }
 
+/// A form of a hand that goes round in a disc.
+fn disc() -> Value {
+    json!({"shape": "ball", "radius_m": 0.02, "centre_m": [0, 0], "mass_kg": [0.065, 0.12],
+        "circle_radius_m": 0.018, "stiffness_n_per_m": 300})
+}
+
 #[test]
-fn a_touch_is_run_from_a_form_seen_while_it_grows_and_opened_axis_by_axis() {
+fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);
     let mut page = Page::open(server.address());
-    let given = json!({"shape": "ball", "radius_m": 0.02, "centre_m": [0, 0], "mass_kg": [0.065, 0.12],
-        "circle_radius_m": 0.018, "stiffness_n_per_m": 300});
     // A hand that begins inside would be a blow: nothing is started.
-    let mut inside = given.clone();
+    let mut inside = disc();
     inside["circle_radius_m"] = json!(0.01);
     inside["circle_start_radius_m"] = json!(0.01);
     let refused = page.refused("runs.start", json!({"kind": "touch", "parameters": inside}));
     assert!(refused.contains("deep in the shape"), "{refused}");
     // By the clock: it is looked at while it goes.
-    let mut slow = given.clone();
+    let mut slow = disc();
     slow["duration_s"] = json!(900);
     page.ask(
         "runs.start",
@@ -137,11 +141,19 @@ fn a_touch_is_run_from_a_form_seen_while_it_grows_and_opened_axis_by_axis() {
     );
     page.ask("runs.stop", json!({}));
     page.wait("run", |run| run["state"] == "stopped");
+}
+
+#[test]
+fn a_touch_that_was_run_to_its_end_is_opened_axis_by_axis() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
     // To its end, in virtual time.
-    page.ask("runs.start", json!({"kind": "touch", "parameters": given}));
+    let form = json!({"kind": "touch", "parameters": disc()});
+    page.ask("runs.start", form);
     let done = page.wait("run", |run| run["state"] != "running");
     assert_eq!(done["state"], "done", "{done}");
-    let opened = page.ask("runs.open", json!({"name": "touch-0002/touch"}));
+    let opened = page.ask("runs.open", json!({"name": "touch-0001/touch"}));
     assert_documented("runs.open", &opened);
     let names: Vec<&str> = opened["channels"]
         .as_array()
@@ -156,7 +168,7 @@ fn a_touch_is_run_from_a_form_seen_while_it_grows_and_opened_axis_by_axis() {
         (&opened["axes"], &opened["samples"]),
         (&json!(2), &done["report"]["samples"])
     );
-    let view = json!({"source": "touch-0002/touch", "columns": 6000,
+    let view = json!({"source": "touch-0001/touch", "columns": 6000,
         "channels": ["force_x_n", "force_y_n", "force_norm_n", "position_x_m", "position_y_m"]});
     let shown = page.ask("view", view);
     let frame = page.frame(|frame| json!(frame.source) == shown["view"]);
@@ -177,5 +189,5 @@ fn a_touch_is_run_from_a_form_seen_while_it_grows_and_opened_axis_by_axis() {
         let runs = listed.as_array().expect("a list");
         runs.iter().find(|run| run["name"] == name).expect("listed")["verdict"].clone()
     };
-    assert_eq!(of("touch-0002/touch"), done["verdict"]);
+    assert_eq!(of("touch-0001/touch"), done["verdict"]);
 }

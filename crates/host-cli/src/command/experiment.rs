@@ -31,6 +31,19 @@ use haptic_quantity::{Area, Bytes, Force, ForceRate, Length, Time};
 use haptic_tissue::Library;
 use std::path::PathBuf;
 
+/// What every run may be told: how the device is kept safe, which it is, how it is judged before, and who watches.
+#[derive(Debug, Args)]
+pub struct SharedArguments {
+    #[command(flatten)]
+    pub(super) safety: SafetyArguments,
+    #[command(flatten)]
+    pub(super) remote: RemoteArguments,
+    #[command(flatten)]
+    pub(super) preflight: PreflightArguments,
+    #[command(flatten)]
+    pub(super) live: LiveArguments,
+}
+
 /// What is rendered, on what, and where the files go.
 #[derive(Debug, Args)]
 pub struct RenderingArguments {
@@ -65,13 +78,7 @@ pub struct RenderingArguments {
     #[command(flatten)]
     realtime: RealtimeArguments,
     #[command(flatten)]
-    safety: SafetyArguments,
-    #[command(flatten)]
-    remote: RemoteArguments,
-    #[command(flatten)]
-    preflight: PreflightArguments,
-    #[command(flatten)]
-    live: LiveArguments,
+    shared: SharedArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
     #[arg(long, value_name = "DIR", help_heading = "Files")]
     out: Option<PathBuf>,
@@ -94,7 +101,7 @@ impl RenderingArguments {
     /// # Errors
     /// An unknown tissue, a bad specimen, a device that is not there.
     pub fn rendering(&self) -> Result<Rendering, Failure> {
-        let remote = self.remote.remote(None)?;
+        let remote = self.shared.remote.remote(None)?;
         if remote.is_some() && (self.encoder_resolution.0 > 0.0 || self.sensor_noise.0 > 0.0) {
             return Err(Failure::bad_input(
                 "--encoder-resolution and --sensor-noise are of the simulated rig: leave them away with a \
@@ -118,14 +125,17 @@ impl RenderingArguments {
                 Failure::input_with_advice(error, "give --area 4cm2 --thickness 20mm, for example")
             },
         )?;
-        let model = self.safety.device_model()?;
-        let mut safety = self.safety.over(Safety::default());
+        let model = self.shared.safety.device_model()?;
+        let mut safety = self.shared.safety.over(Safety::default());
         if let Some(model) = &model {
             safety = safety.on_rig(&model.guarded(), remote.is_some())?;
         }
         let drive = self.drive.over(None)?;
         let judged = remote.is_some() || drive.is_some();
-        let preflight = self.preflight.wanted(judged, &safety, model.as_ref())?;
+        let preflight = self
+            .shared
+            .preflight
+            .wanted(judged, &safety, model.as_ref())?;
         Ok(Rendering {
             preflight,
             material,
@@ -168,8 +178,8 @@ impl RenderingArguments {
             roll_bytes,
             ..folder(self.out.clone(), stem, self.overwrite)
         };
-        let live = self.live.open(
-            self.realtime.is_realtime() || self.remote.is_serial(),
+        let live = self.shared.live.open(
+            self.realtime.is_realtime() || self.shared.remote.is_serial(),
             output,
         )?;
         conduct(samples, output, print_summary, of_theory, |supervisor| {

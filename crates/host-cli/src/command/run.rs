@@ -2,12 +2,9 @@
 
 use super::conduct::conduct;
 use super::drive::DriveArguments;
-use super::live::LiveArguments;
-use super::preflight::PreflightArguments;
+use super::experiment::SharedArguments;
 use super::pushed::{print_coupler, print_wall};
 use super::realtime::RealtimeArguments;
-use super::remote::RemoteArguments;
-use super::safety::SafetyArguments;
 use super::summary::print_summary;
 use super::teleoperation::print_teleoperation;
 use super::touch::print_touch;
@@ -127,13 +124,7 @@ pub struct Arguments {
     #[command(flatten)]
     drive: DriveArguments,
     #[command(flatten)]
-    safety: SafetyArguments,
-    #[command(flatten)]
-    remote: RemoteArguments,
-    #[command(flatten)]
-    preflight: PreflightArguments,
-    #[command(flatten)]
-    live: LiveArguments,
+    shared: SharedArguments,
     /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -159,7 +150,7 @@ impl Arguments {
             roll_bytes,
             ..folder(self.out.clone(), stem, self.overwrite)
         };
-        let live = self.live.open(pace != Pace::Virtual, output)?;
+        let live = self.shared.live.open(pace != Pace::Virtual, output)?;
         match experiment {
             ExperimentFile::Relax(relaxation) => {
                 conduct(samples, output, print_summary, of_theory, |supervisor| {
@@ -198,13 +189,13 @@ impl Arguments {
     /// A file that is wrong; options that do not fit it.
     fn experiment(&self) -> Result<(ExperimentFile, Pace), Failure> {
         let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
-        let remote = self.remote.remote(file.remote())?;
+        let remote = self.shared.remote.remote(file.remote())?;
         let pace = self.realtime.pace(remote.is_some())?;
         let serial = remote.is_some();
         let mut experiment = file.in_pace(pace).on(remote)?;
-        let model = self.safety.device_model()?;
+        let model = self.shared.safety.device_model()?;
         let safety = experiment.safety_mut();
-        *safety = self.safety.over(*safety);
+        *safety = self.shared.safety.over(*safety);
         if let Some(model) = &model {
             experiment = experiment.of_device(model)?;
         }
@@ -212,7 +203,10 @@ impl Arguments {
         experiment = experiment.driven(|file| self.drive.over(file))?;
         let far = matches!(experiment, ExperimentFile::Teleoperation(_));
         let judged = serial || far || experiment.drive().is_some();
-        let wanted = self.preflight.wanted(judged, &safety, model.as_ref())?;
+        let wanted = self
+            .shared
+            .preflight
+            .wanted(judged, &safety, model.as_ref())?;
         Ok((experiment.with_preflight(wanted), pace))
     }
 }

@@ -1,6 +1,6 @@
 //! `run` of a `[coupler]` and `design --wish coupler`: couplers that are what they promise, and refusals.
 
-use crate::process::{Place, number, table};
+use crate::process::{Place, cases, number, table};
 use serde_json::Value;
 
 /// A coupler of order 1 before a mass on a spring, stable on the dissertation's device.
@@ -170,18 +170,12 @@ fn a_wrong_file_is_refused_in_one_line() {
         place.run("run coupler.toml --out run").refused(2, &[want]);
     }
     place.write("coupler.toml", COUPLER);
-    for (line, words) in [
-        (
-            "run coupler.toml --device serial:nowhere",
-            ["a loop on the device cannot carry a coupler", "--loop host"],
-        ),
-        (
-            "run coupler.toml --force-unstable",
-            ["--force-unstable", "--device"],
-        ),
-    ] {
-        place.run(line).refused(2, &words);
-    }
+    place.refuses(
+        "
+        run coupler.toml --device serial:nowhere => a loop on the device cannot carry a coupler | --loop host
+        run coupler.toml --force-unstable => --force-unstable | --device
+        ",
+    );
     assert_eq!(place.files(), ["coupler.toml"]);
 }
 
@@ -270,15 +264,14 @@ fn a_coupler_is_designed_up_to_order_one_and_none_above() {
 #[test]
 fn what_has_no_effect_on_a_designed_coupler_is_refused() {
     let place = Place::new();
-    for (options, words) in [
-        ("--frequency 0Hz", ["frequency 0", "--frequency"]),
-        ("--require stable", ["--require stable", "leave it out"]),
-        (
-            "--gain-margin 3",
-            ["ideal device", "leave out --gain-margin"],
-        ),
-        ("--delay 1ms", ["ideal device", "--delay"]),
-    ] {
+    for (options, words) in cases(
+        "
+        --frequency 0Hz => frequency 0 | --frequency
+        --require stable => --require stable | leave it out
+        --gain-margin 3 => ideal device | leave out --gain-margin
+        --delay 1ms => ideal device | --delay
+        ",
+    ) {
         let line = format!("design --wish coupler {options}");
         place.run(&line).refused(2, &words);
     }
@@ -296,51 +289,23 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
 #[test]
 fn the_long_help_of_a_command_is_all_of_it() {
     let place = Place::new();
-    for (line, words) in [
-        (
-            "run --help",
-            [
-                "[coupler], to be given:",
-                "object_stiffness_n_per_m = 500, from 0 to 1e8",
-            ],
-        ),
-        (
-            "design --help",
-            ["Exit code 0 means", "sampled_damping_n_s_per_m"],
-        ),
-        (
-            "device emulate --help",
-            ["the same state machine as in the firmware", "--line-seed"],
-        ),
-        (
-            "device flash --help",
-            ["greets the device", "Usage: host-cli device flash"],
-        ),
-        (
-            "device monitor --help",
-            ["without touching what it does", "monitor-2.mcap"],
-        ),
-        (
-            "analyze teleoperation --help",
-            ["Llewellyn's criterion", "time-domain is no linear law"],
-        ),
-        (
-            "identify --help",
-            ["relaxation", "Usage: host-cli identify"],
-        ),
-        ("zwidth --help", ["JSON", "analysis_stiffness_n_per_m"]),
-        (
-            "relax --help",
-            [
-                "an indenter compresses a virtual tissue",
-                "Usage: host-cli relax",
-            ],
-        ),
-    ] {
+    for (line, words) in cases(
+        "
+        run --help => [coupler], to be given: | object_stiffness_n_per_m = 500, from 0 to 1e8
+        design --help => Exit code 0 means | sampled_damping_n_s_per_m
+        device emulate --help => the same state machine as in the firmware | --line-seed
+        device flash --help => greets the device | Usage: host-cli device flash
+        device monitor --help => without touching what it does | monitor-2.mcap
+        analyze teleoperation --help => Llewellyn's criterion | time-domain is no linear law
+        identify --help => relaxation | Usage: host-cli identify
+        zwidth --help => JSON | analysis_stiffness_n_per_m
+        relax --help => an indenter compresses a virtual tissue | Usage: host-cli relax
+        ",
+    ) {
         // Lines are broken to fit a terminal.
         let help = place.run(line).succeeded().stdout;
         let text: String = help.split_whitespace().collect::<Vec<_>>().join(" ");
-        for word in words {
+        for word in &words {
             assert!(text.contains(word), "{line}: no \"{word}\" in {help}");
         }
     }

@@ -3,7 +3,7 @@
 mod files;
 mod tissues;
 
-use crate::process::{Place, number};
+use crate::process::{Place, cases, number};
 use serde_json::Value;
 
 /// Runs a design that must succeed without a word on standard error.
@@ -293,17 +293,13 @@ fn the_noise_of_the_force_can_be_limited() {
         }
     }
     let place = Place::new();
-    for (options, words) in [
-        ("--force-noise-limit 0.02N", ["0.02 N", "encoder"]),
-        (
-            "--encoder-resolution 1um --force-noise-limit 0",
-            ["limit 0 N", "above 0 and at most"],
-        ),
-        (
-            "--delay 1ms --delay-samples 1",
-            ["--delay", "--delay-samples"],
-        ),
-    ] {
+    for (options, words) in cases(
+        "
+        --force-noise-limit 0.02N => 0.02 N | encoder
+        --encoder-resolution 1um --force-noise-limit 0 => limit 0 N | above 0 and at most
+        --delay 1ms --delay-samples 1 => --delay | --delay-samples
+        ",
+    ) {
         place.run(&format!("design {options}")).refused(2, &words);
     }
 }

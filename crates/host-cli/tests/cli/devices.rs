@@ -1,94 +1,15 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal.
 
+mod flash;
 mod lines;
 mod moteus;
 mod ports;
 mod selftest;
 
-use crate::process::{PATIENCE, Place, binary};
+pub(crate) use crate::emulated::Emulated;
+use crate::process::{cases, says};
 use serde_json::Value;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
-
-/// An emulated device in a place, as `device`; gone when dropped.
-pub(crate) struct Emulated {
-    place: Place,
-    child: Child,
-}
-
-impl Emulated {
-    pub(crate) fn new(options: &str) -> Self {
-        let place = Place::new();
-        let mut device = Self {
-            child: spawn(&place, options),
-            place,
-        };
-        device.wait_for_link();
-        device
-    }
-
-    pub(crate) fn place(&self) -> &Place {
-        &self.place
-    }
-
-    fn wait_for_link(&mut self) {
-        let began = Instant::now();
-        while !self.place.path("device").exists() {
-            assert!(began.elapsed() < PATIENCE, "no emulated device");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    }
-
-    /// Pulls the plug.
-    fn kill(&mut self) {
-        self.child.kill().expect("can be killed");
-        self.child.wait().expect("ends");
-    }
-
-    /// Stops it as Ctrl-C does; what it said at the end.
-    fn ends(&mut self) -> String {
-        let process = self.child.id().to_string();
-        let told = Command::new("kill").args(["-INT", &process]).status();
-        assert!(told.expect("kill runs").success());
-        let mut said = String::new();
-        let mut stderr = self.child.stderr.take().expect("piped");
-        std::io::Read::read_to_string(&mut stderr, &mut said).expect("is text");
-        said
-    }
-
-    /// Limits that no experiment here reaches.
-    fn loosen(&self) {
-        self.json(
-            "device set --device serial:device --force-limit 100N --force-rate-limit 200kN/s --rise-time 0s \
-             --start-force 0N --speed-limit 0m/s",
-        );
-    }
-
-    pub(crate) fn json(&self, line: &str) -> Value {
-        let ended = self.place.run(&format!("{line} --json"));
-        let ended = ended.succeeded_with_warnings();
-        serde_json::from_str(&ended.stdout).unwrap_or_else(|error| panic!("{error}: {ended}"))
-    }
-}
-
-fn spawn(place: &Place, options: &str) -> Child {
-    Command::new(binary())
-        .args(["device", "emulate", "--link"])
-        .arg(place.path("device"))
-        .args(options.split_whitespace())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("runs")
-}
-
-impl Drop for Emulated {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
+use std::time::Duration;
 
 const RELAX: &str = "relax --device serial:device --watchdog 1s --contact rigid --duration 4s --ramp-time \
                      0.5s --out run --quiet";
@@ -231,26 +152,16 @@ fn parameters_are_set_as_a_whole_and_read_back() {
     assert_eq!(number(&after, "/watchdog_s"), 0.05);
     assert_eq!(after["operator"]["form"], "modes");
     assert_eq!(device.json(&format!("device get {on}")), after);
-    for (change, words) in [
-        ("--force-limit 5kN", ["force limit", "5000", "100"]),
-        (
-            "--watchdog 1ms",
-            ["watchdog", "from 0.005 to 1 s", "--watchdog"],
-        ),
-        ("--sample-time 2ms", ["--order", "sample time", "operator"]),
-        (
-            "--stiffness -1",
-            ["stiffness -1 N/m", "from 0 to 1e8", "change --stiffness"],
-        ),
-        (
-            "--order 0.5 --scheme grunwald:5000",
-            ["coefficients", "5000", "256"],
-        ),
-        (
-            "--order 0.5 --sample-time 1s",
-            ["sample time (ms)", "1000 is not", "10]"],
-        ),
-    ] {
+    for (change, words) in cases(
+        "
+        --force-limit 5kN => force limit | 5000 | 100
+        --watchdog 1ms => watchdog | from 0.005 to 1 s | --watchdog
+        --sample-time 2ms => --order | sample time | operator
+        --stiffness -1 => stiffness -1 N/m | from 0 to 1e8 | change --stiffness
+        --order 0.5 --scheme grunwald:5000 => coefficients | 5000 | 256
+        --order 0.5 --sample-time 1s => sample time (ms) | 1000 is not | 10]
+        ",
+    ) {
         let refused = device.place.run(&format!("device set {on} {change}"));
         let complaint = refused.complaint(2, &words);
         assert_eq!(complaint, None, "{change}");
@@ -280,15 +191,16 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");
     let before = device.json(get);
     let run = device.place.run("run wall.toml --out wall --quiet --json");
-    for words in [
-        "the limits set on the device",
-        "10 N, 1000 N/s",
-        "0.2 s",
-        "1.5 m/s",
-        "device set",
-    ] {
-        assert!(run.stderr.contains(words), "{run}");
-    }
+    says(
+        &run.stderr,
+        &[
+            "the limits set on the device",
+            "10 N, 1000 N/s",
+            "0.2 s",
+            "1.5 m/s",
+            "device set",
+        ],
+    );
     assert_eq!(device.json(get), before);
     let info = device.place.run("log info wall/wall.mcap --json");
     assert!(
@@ -296,17 +208,9 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
         "{info}"
     );
     // A host that is killed in the middle of a run leaves no more.
-    let mut run = Command::new(binary());
     let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
-    run.args(line.split_whitespace())
-        .current_dir(device.place.path(""));
-    let run = run.stderr(Stdio::null()).stdout(Stdio::null());
-    let mut run = run.spawn().expect("runs");
-    let began = Instant::now();
-    while !device.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < PATIENCE, "no log");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let mut run = device.place.start(&line);
+    device.place.wait_for("run/relax.mcap.part");
     std::thread::sleep(Duration::from_millis(300));
     run.kill().expect("can be killed");
     run.wait().expect("ends");
@@ -314,82 +218,15 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
 }
 
 #[test]
-fn an_image_of_another_board_is_not_programmed() {
-    let place = Place::new();
-    place.write("probe-rs", "#!/bin/sh\nexit 0\n");
-    let probe = place.path("probe-rs");
-    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
-    std::fs::set_permissions(&probe, mode).expect("can be set");
-    let flash = |image: &str, device: &str| {
-        let mut command = Command::new(binary());
-        command
-            .args(["device", "flash", "--image", image, "--device", device])
-            .env("PATH", place.path(""))
-            .current_dir(place.path(""));
-        let output = command.output().expect("runs");
-        (
-            output.status.code(),
-            String::from_utf8_lossy(&output.stderr).into_owned(),
-        )
-    };
-    place.write(
-        "mps2",
-        "haptic-device image\0mps2-an386\0\0\0\0\0\0\0\x01\x00",
-    );
-    let (code, error) = flash("mps2", "serial:nowhere");
-    assert_eq!(code, Some(2), "{error}");
-    assert!(
-        error.contains("board mps2-an386 with firmware 0.1.0"),
-        "{error}"
-    );
-    assert!(error.contains("nucleo-f446re"), "{error}");
-    // The right image, but what answers is another board.
-    place.write(
-        "nucleo",
-        "haptic-device image\0nucleo-f446re\0\0\0\0\x01\x00",
-    );
-    let device = Emulated::new("");
-    let port = format!("serial:{}", device.place.path("device").display());
-    let (code, error) = flash("nucleo", &port);
-    assert_eq!(code, Some(3), "{error}");
-    assert!(error.contains("what answers is board emulated"), "{error}");
-}
-
-#[test]
-fn flashing_without_probe_rs_says_how_to_get_it() {
-    let place = Place::new();
-    let mut command = Command::new(binary());
-    // A path without anything in it.
-    command
-        .args(["device", "flash"])
-        .env("PATH", place.path(""))
-        .current_dir(place.path(""));
-    let output = command.output().expect("runs");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(3), "{error}");
-    assert!(error.contains("cargo install probe-rs-tools"), "{error}");
-}
-
-#[test]
 fn a_monitor_goes_on_when_the_device_comes_back() {
     let mut device = Emulated::new("");
-    let mut monitor = Command::new(binary());
-    monitor
-        .args("device monitor --device serial:device --out watch --duration 8s --json".split(' '));
-    let monitor = monitor
-        .current_dir(device.place.path(""))
-        .stderr(Stdio::piped());
-    let monitor = monitor.stdout(Stdio::piped()).spawn().expect("runs");
-    let began = Instant::now();
-    while !device.place.path("watch/monitor.mcap.part").exists() {
-        assert!(began.elapsed() < PATIENCE, "no log");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let line = "device monitor --device serial:device --out watch --duration 8s --json";
+    let monitor = device.place.start(line);
+    device.place.wait_for("watch/monitor.mcap.part");
     std::thread::sleep(Duration::from_millis(300));
     device.kill();
     std::fs::remove_file(device.place.path("device")).expect("a killed device leaves its link");
-    device.child = spawn(&device.place, "");
-    device.wait_for_link();
+    device.plug_in("");
     let ended = monitor.wait_with_output().expect("ends");
     let error = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(error.contains("the line is gone"), "{error}");

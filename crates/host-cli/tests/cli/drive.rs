@@ -1,6 +1,6 @@
 //! A controller file holds the indenter: `[drive]` and `--drive`.
 
-use crate::process::{Place, number};
+use crate::process::{Place, number, says};
 use std::path::{Path, PathBuf};
 
 fn example(name: &str) -> PathBuf {
@@ -42,13 +42,14 @@ fn the_worked_example_holds_its_indenter_and_says_how_well() {
     // The tissue is that of the motion really made.
     assert!(number(&report, "max_relative_error") < 1e-5);
     let picture = place.text("driven/relax.svg");
-    for text in [
-        "(d) set point less measurement",
-        "(e) force of the drive",
-        "tracking error / µm",
-    ] {
-        assert!(picture.contains(text), "`{text}` is missing");
-    }
+    says(
+        &picture,
+        &[
+            "(d) set point less measurement",
+            "(e) force of the drive",
+            "tracking error / µm",
+        ],
+    );
     let table = place.text("driven/relax.csv");
     let names = table.lines().next().expect("names");
     assert!(
@@ -63,14 +64,15 @@ fn the_worked_example_holds_its_indenter_and_says_how_well() {
 fn a_drive_of_the_command_line_is_that_of_a_file_and_is_printed() {
     let place = Place::new();
     let printed = place.run(&short()).succeeded().stdout;
-    for text in [
-        "drive  ",
-        "indenter.toml: position off by",
-        "N at most of 10 N",
-        "drive pre-flight  in contact stable",
-    ] {
-        assert!(printed.contains(text), "`{text}`: {printed}");
-    }
+    says(
+        &printed,
+        &[
+            "drive  ",
+            "indenter.toml: position off by",
+            "N at most of 10 N",
+            "drive pre-flight  in contact stable",
+        ],
+    );
     let file = example("relax-driven.toml");
     let text = std::fs::read_to_string(file).expect("the example");
     place.write(
@@ -124,62 +126,20 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
     place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0.5\n\
                               stiffness_n_per_m = 3000\ndissipation_n_s_mu_per_m = 60\n[drive]\ncontroller = \"unstable.toml\"\n");
     place.write("empty.toml", "[relax]\n[drive]\n");
-    for (command, parts) in [
-        (
-            "relax --drive unstable.toml",
-            [
-                "would be unstable before it touches the tissue; with ",
-                "--drive",
-            ],
-        ),
-        (
-            "creep --drive indenter.toml",
-            [
-                "in contact with the tissue; with ",
-                "of its gain it is stable",
-            ],
-        ),
-        (
-            "relax --drive slow.toml",
-            ["made for a sample time of 0.002 s", "--sample-time"],
-        ),
-        (
-            "relax --drive unstable.toml --contact rigid",
-            ["a rigid contact has none", "--contact"],
-        ),
-        (
-            "relax --drive missing.toml",
-            ["missing.toml", "cannot read the controller file"],
-        ),
-        (
-            "relax --drive-force-limit 1N",
-            ["--drive-force-limit has no effect", "--drive FILE.toml"],
-        ),
-        (
-            "relax --drive unstable.toml --drive-force-limit 0N",
-            [
-                "0 N is not above 0 and at most 1e6 N",
-                "--drive-force-limit",
-            ],
-        ),
-        (
-            "relax --force-unstable",
-            ["--force-unstable is for", "--drive FILE.toml"],
-        ),
-        (
-            "run wall.toml",
-            [
-                "wall.toml:8",
-                "[drive] holds the indenter of [relax] or [creep]",
-            ],
-        ),
-        (
-            "run empty.toml",
-            ["empty.toml:2", "missing key `controller` in [drive]"],
-        ),
-    ] {
-        place.run(command).refused(2, &parts);
-    }
+    place.refuses(
+        "
+        relax --drive unstable.toml => would be unstable before it touches the tissue; with  | --drive
+        creep --drive indenter.toml => in contact with the tissue; with  | of its gain it is stable
+        relax --drive slow.toml => made for a sample time of 0.002 s | --sample-time
+        relax --drive unstable.toml --contact rigid => a rigid contact has none | --contact
+        relax --drive missing.toml => missing.toml | cannot read the controller file
+        relax --drive-force-limit 1N => --drive-force-limit has no effect | --drive FILE.toml
+        relax --drive unstable.toml --drive-force-limit 0N => 0 N is not above 0 and at most 1e6 N | --drive-force-limit
+        relax --force-unstable => --force-unstable is for | --drive FILE.toml
+        run wall.toml => wall.toml:8 | [drive] holds the indenter of [relax] or [creep]
+        run empty.toml => empty.toml:2 | missing key `controller` in [drive]
+        ",
+    );
     assert!(!place.files().iter().any(|file| file.ends_with(".mcap")));
     let forced = place.run("relax --duration 2s --drive unstable.toml --force-unstable");
     let forced = forced.succeeded_with_warnings();

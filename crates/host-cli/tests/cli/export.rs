@@ -1,6 +1,6 @@
 //! `export-c`: a header that a C compiler takes, or one line that says why not.
 
-use crate::process::Place;
+use crate::process::{Place, cases, says};
 
 #[test]
 fn a_header_is_written_once_and_compiles() {
@@ -37,13 +37,14 @@ fn the_law_of_any_tissue_compiles_and_presses_back_as_it_does_here() {
     assert_eq!(json["tissue"], "fish-muscle");
     assert_eq!(json["stiffness_n_per_m"], 0.0);
     let header = place.text("muscle.h");
-    for words in [
-        "the one memory of the model fractional-maxwell",
-        "--tissue fish-muscle",
-        "muscle_push(",
-    ] {
-        assert!(header.contains(words), "{words}: {header}");
-    }
+    says(
+        &header,
+        &[
+            "the one memory of the model fractional-maxwell",
+            "--tissue fish-muscle",
+            "muscle_push(",
+        ],
+    );
     place.write(
         "main.c",
         "#include \"muscle.h\"\n#include <stdio.h>\nint main(void) { muscle_t h; int n; double f = 0.0; muscle_init(&h);\n\
@@ -100,43 +101,18 @@ fn without_a_file_the_header_is_printed() {
 #[test]
 fn what_gives_no_header_is_refused_in_one_line() {
     let place = Place::new();
-    for (options, words) in [
-        (
-            "--order 0.5 --sample-time 1ms --name int",
-            &["\"int\"", "C identifier", "--name"][..],
-        ),
-        (
-            "--order 0.5 --sample-time 1ms --scheme exact",
-            &["exact", "full"],
-        ),
-        (
-            "--order 0.5 --sample-time 1ms --scheme full-bdf2",
-            &["full-bdf2", "no form in C", "--scheme full"],
-        ),
-        (
-            "--order 3 --sample-time 1ms",
-            &["order 3", "[-2, 2]", "--order"],
-        ),
-        (
-            "--order 0.5 --sample-time 0s",
-            &["sample time 0 s", "--sample-time"],
-        ),
-        (
-            "--order 0.5 --sample-time 1ms --horizon 1e20s",
-            &[
-                "horizon 1e20 s is not above 0 and at most 1e15 s",
-                "--horizon",
-            ],
-        ),
-        (
-            "--order 0.5 --sample-time 1ms --horizon -1s",
-            &["horizon -1 s", "--horizon"],
-        ),
-        (
-            "--order 0.5 --sample-time 1ms --out no/where/half.h",
-            &["no/where/half.h", "folder"],
-        ),
-    ] {
-        place.run(&format!("export-c {options}")).refused(2, words);
+    for (options, words) in cases(
+        r#"
+        --order 0.5 --sample-time 1ms --name int => "int" | C identifier | --name
+        --order 0.5 --sample-time 1ms --scheme exact => exact | full
+        --order 0.5 --sample-time 1ms --scheme full-bdf2 => full-bdf2 | no form in C | --scheme full
+        --order 3 --sample-time 1ms => order 3 | [-2, 2] | --order
+        --order 0.5 --sample-time 0s => sample time 0 s | --sample-time
+        --order 0.5 --sample-time 1ms --horizon 1e20s => horizon 1e20 s is not above 0 and at most 1e15 s | --horizon
+        --order 0.5 --sample-time 1ms --horizon -1s => horizon -1 s | --horizon
+        --order 0.5 --sample-time 1ms --out no/where/half.h => no/where/half.h | folder
+        "#,
+    ) {
+        place.run(&format!("export-c {options}")).refused(2, &words);
     }
 }

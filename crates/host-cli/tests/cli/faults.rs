@@ -1,9 +1,9 @@
 //! Faults and what is kept of them, and the pre-flight that is to prevent some.
 
 use crate::devices::Emulated;
-use crate::process::{PATIENCE, Place, binary, number, skip, words};
+use crate::process::{PATIENCE, Place, cases, number, says, signal, skip};
 use serde_json::Value;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 /// The metadata record of this name in what `log info` or `log check` tells.
@@ -61,14 +61,6 @@ fn a_fault_is_kept_with_a_thousand_samples_before_it_and_a_hundred_after() {
     assert!(!place.path("run/relax-fault.mcap").exists());
 }
 
-/// Sends a signal.
-fn signal(pid: u32, name: &str) {
-    let sent = Command::new("sh")
-        .args(["-c", &format!("kill -{name} {pid}")])
-        .status();
-    assert!(sent.expect("sh runs").success());
-}
-
 /// A run on a device that is stopped for longer than the watchdog waits: the report of its end.
 fn run_with_a_silent_host(device: &Emulated, options: &str) -> Value {
     // A machine that is busy for longer than the watchdog waits is silent too soon: then once more.
@@ -85,14 +77,9 @@ fn run_with_a_silent_host(device: &Emulated, options: &str) -> Value {
 fn stop_in_the_middle(device: &Emulated, options: &str) -> Option<Value> {
     let line = "relax --device serial:device --watchdog 190ms --contact rigid --duration 60s --out run --overwrite \
                 --json";
-    let mut child = Command::new(binary())
-        .args(words(&format!("{line} {options}")))
-        .current_dir(device.place().path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("runs");
+    let mut command = device.place().command(&format!("{line} {options}"));
+    command.stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = command.spawn().expect("runs");
     let began = Instant::now();
     let part = device.place().path("run/relax.mcap.part");
     // Some 600 samples.
@@ -103,9 +90,9 @@ fn stop_in_the_middle(device: &Emulated, options: &str) -> Option<Value> {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    signal(child.id(), "STOP");
+    signal(&child, "STOP");
     std::thread::sleep(Duration::from_millis(600));
-    signal(child.id(), "CONT");
+    signal(&child, "CONT");
     let output = child.wait_with_output().expect("ends");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     Some(serde_json::from_slice(&output.stdout).expect("JSON"))
@@ -176,9 +163,7 @@ fn every_fault_has_its_place_in_the_users_guide() {
         let section = guide.split_once(&heading);
         let (_, section) = section.unwrap_or_else(|| panic!("no section {heading:?}"));
         let section = section.split("\n## ").next().unwrap_or_default();
-        for part in ["*Means*", "*Check*", "*Clears*"] {
-            assert!(section.contains(part), "{fault:?}: no {part}");
-        }
+        says(section, &["*Means*", "*Check*", "*Clears*"]);
     }
 }
 
@@ -261,13 +246,12 @@ fn the_delay_of_a_host_loop_is_measured_and_counts() {
 #[test]
 fn what_is_said_of_the_device_is_checked() {
     let place = Place::new();
-    for (line, words) in [
-        (
-            "relax --device serial:x --device-mass 0kg --device-damping 1",
-            ["0 kg", "above 0"],
-        ),
-        ("relax --force-unstable", ["--force-unstable", "--device"]),
-    ] {
+    for (line, words) in cases(
+        "
+        relax --device serial:x --device-mass 0kg --device-damping 1 => 0 kg | above 0
+        relax --force-unstable => --force-unstable | --device
+        ",
+    ) {
         assert_eq!(place.run(line).complaint(2, &words), None);
     }
 }

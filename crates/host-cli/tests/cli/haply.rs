@@ -1,53 +1,13 @@
 //! A Haply 2DIY: the maker's own host on the emulated board, and this program's experiments on it.
 
-use crate::process::{PATIENCE, Place, binary, number, skip};
+use crate::emulated::Emulated;
+use crate::process::{Place, number, says, skip};
 use haptic_devices::haply::Version;
-use std::process::{Child, Command, Stdio};
-use std::time::Instant;
+use std::process::Command;
 
 /// An emulated 2DIY in a place, as `2diy`.
-struct Emulated {
-    place: Place,
-    child: Child,
-}
-
-impl Emulated {
-    fn new(options: &str) -> Self {
-        let place = Place::new();
-        let child = Command::new(binary())
-            .args(["device", "emulate", "--kind", "haply-2diy", "--link"])
-            .arg(place.path("2diy"))
-            .args(options.split_whitespace())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("runs");
-        let began = Instant::now();
-        while !place.path("2diy").exists() {
-            assert!(began.elapsed() < PATIENCE, "no emulated device");
-            std::thread::sleep(std::time::Duration::from_millis(5));
-        }
-        Self { place, child }
-    }
-
-    /// Stops it as Ctrl-C does; what it said at the end.
-    fn ends(mut self) -> String {
-        let process = self.child.id().to_string();
-        let ended = Command::new("kill").args(["-INT", &process]).status();
-        assert!(ended.expect("kill runs").success());
-        let mut said = String::new();
-        let mut stderr = self.child.stderr.take().expect("piped");
-        std::io::Read::read_to_string(&mut stderr, &mut said).expect("is text");
-        said
-    }
-}
-
-impl Drop for Emulated {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+fn board(options: &str) -> Emulated {
+    Emulated::at("2diy", &format!("--kind haply-2diy {options}"))
 }
 
 /// The maker's host on such a board: what it saw, and what the board said at the end. `None` where it is not installed.
@@ -57,7 +17,7 @@ fn makers_host(
     force: [f64; 2],
 ) -> Option<(serde_json::Value, String)> {
     let number = version.number();
-    let emulated = Emulated::new(&format!("--hardware {number} --hand {hand}"));
+    let mut emulated = board(&format!("--hardware {number} --hand {hand}"));
     let script = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../tests/conformance/haply_2diy.py"
@@ -171,7 +131,7 @@ const RELAX: &str = "relax --device haply:2diy --sample-time 10ms --watchdog 1s 
 /// virtual time, by the tests of `haptic-devices`.
 #[test]
 fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
-    let emulated = Emulated::new("");
+    let mut emulated = board("");
     let ended = emulated.place.run(RELAX);
     let report = ended.json();
     println!("{report}");
@@ -182,9 +142,10 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
     if ended.code == Some(1) {
         println!("this machine was too busy for the emulated board");
         let ended = ended.failed(1);
-        for words in ["no whole answer for 4 ticks", "may still push"] {
-            assert!(ended.stderr.contains(words), "{words}: {ended}");
-        }
+        says(
+            &ended.stderr,
+            &["no whole answer for 4 ticks", "may still push"],
+        );
     } else {
         let ended = ended.ended_by_the_clock();
         assert!(number(&report, "peak_force_n") > 0.01, "{report}");
@@ -201,7 +162,7 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
 #[test]
 fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
     // A byte in 1000, of 19 a tick: one is lost within some 50 ticks, in the run or while it is opened.
-    let emulated = Emulated::new("--drop 0.1%");
+    let mut emulated = board("--drop 0.1%");
     let ended = emulated.place.run(RELAX);
     if ended.code == Some(1) {
         let ended = ended.failed(1);
@@ -232,11 +193,11 @@ fn what_is_no_2diy_is_said_in_one_line() {
     place
         .run("device info --device haply:nowhere,colour=red")
         .refused(2, &["colour=red", "version, axis, zero, home"]);
-    let own = super::devices::Emulated::new("");
+    let own = Emulated::new("");
     own.place()
         .run("device info --device haply:device")
         .refused(3, &["haply:device", "no 2DIY answers"]);
-    let emulated = Emulated::new("");
+    let emulated = board("");
     emulated
         .place
         .run("device info --device haply:2diy,home=before")
@@ -257,7 +218,7 @@ const BOTH: &str = "--device haply:2diy --loop host --watchdog 1s --late-ticks 0
 /// virtual time, by the tests of `haptic-devices`.
 #[test]
 fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
-    let emulated = Emulated::new("");
+    let mut emulated = board("");
     emulated.place.write("edge.toml", EDGE);
     let ended = emulated.place.run(&format!("run edge.toml {BOTH}"));
     let report = ended.json();
@@ -309,7 +270,7 @@ fn a_box_that_the_arms_do_not_reach_and_a_line_for_both_axes_are_refused() {
         2,
         &["not within reach", "mm, from the middle", "box_high_m"],
     );
-    let emulated = Emulated::new("");
+    let emulated = board("");
     emulated.place.write("edge.toml", EDGE);
     let line = BOTH.replace("haply:2diy", "haply:2diy,axis=x");
     emulated

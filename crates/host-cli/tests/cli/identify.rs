@@ -1,6 +1,6 @@
 //! `identify`: from a record to a tissue that other commands take.
 
-use crate::process::Place;
+use crate::process::{Place, keys, says};
 use serde_json::Value;
 
 const FISH: &str = include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv");
@@ -13,15 +13,6 @@ fn place() -> Place {
     place
 }
 
-fn keys(value: &Value) -> Vec<&str> {
-    value
-        .as_object()
-        .expect("an object")
-        .keys()
-        .map(String::as_str)
-        .collect()
-}
-
 fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
 }
@@ -31,24 +22,23 @@ fn json_has_the_contracts_keys() {
     let place = place();
     let ended = place.run("identify fish.tsv --model fractional-maxwell --out muscle.toml --json");
     let report = ended.succeeded_with_warnings().json();
-    let mut wanted = vec![
-        "kind",
-        "samples",
-        "model",
-        "parameters",
-        "rms_log_residual",
-        "aic",
-        "bic",
-        "candidates",
-        "correlation",
-        "tissue",
-        "figure",
-        "warnings",
-    ];
-    let mut have = keys(&report);
-    wanted.sort_unstable();
-    have.sort_unstable();
-    assert_eq!(have, wanted);
+    assert_eq!(
+        keys(&report),
+        [
+            "aic",
+            "bic",
+            "candidates",
+            "correlation",
+            "figure",
+            "kind",
+            "model",
+            "parameters",
+            "rms_log_residual",
+            "samples",
+            "tissue",
+            "warnings",
+        ]
+    );
     assert_eq!(
         (&report["kind"], &report["samples"]),
         (&"relaxation".into(), &566.into())
@@ -61,10 +51,8 @@ fn json_has_the_contracts_keys() {
             .starts_with("muscle.")
     );
     let viscosity = &report["parameters"]["viscosity_pa_s_alpha"];
-    let mut have = keys(viscosity);
-    have.sort_unstable();
     assert_eq!(
-        have,
+        keys(viscosity),
         ["high_95", "low_95", "standard_error", "unit", "value"]
     );
     assert!((number(&viscosity["value"]) / 876e3 - 1.0).abs() < 0.05);
@@ -74,10 +62,8 @@ fn json_has_the_contracts_keys() {
     // The model itself first, then those with fewer parameters.
     assert_eq!(candidates.len(), 2);
     assert_eq!(candidates[0]["model"], "fractional-maxwell");
-    let mut have = keys(&candidates[1]);
-    have.sort_unstable();
     assert_eq!(
-        have,
+        keys(&candidates[1]),
         ["aic", "bic", "model", "parameters", "rms_log_residual"]
     );
     let correlation = report["correlation"].as_array().expect("a matrix");
@@ -107,16 +93,17 @@ fn the_tissue_file_reads_back_with_its_source() {
         (&"cod".into(), &false.into())
     );
     let text = place.text("muscle.toml");
-    for wanted in [
-        "model = \"fractional-maxwell\"",
-        "fish.tsv",
-        "566 samples",
-        "rms",
-        "date = \"20",
-        "time_to_s = 981",
-    ] {
-        assert!(text.contains(wanted), "{wanted}: {text}");
-    }
+    says(
+        &text,
+        &[
+            "model = \"fractional-maxwell\"",
+            "fish.tsv",
+            "566 samples",
+            "rms",
+            "date = \"20",
+            "time_to_s = 981",
+        ],
+    );
     assert_eq!(
         place.files(),
         [
@@ -162,15 +149,30 @@ fn a_person_sees_a_table() {
     let ended = place()
         .run("identify sweep.csv --bootstrap 40")
         .succeeded_with_warnings();
-    for wanted in [
-        "oscillation: 25 samples",
-        "* fractional",
-        "spring-pot",
-        "second_order",
-        "95 % interval",
-    ] {
-        assert!(ended.stdout.contains(wanted), "{wanted}: {}", ended.stdout);
-    }
+    says(
+        &ended.stdout,
+        &[
+            "oscillation: 25 samples",
+            "* fractional",
+            "spring-pot",
+            "second_order",
+            "95 % interval",
+        ],
+    );
+}
+
+/// Rows of a compression as negative strain, its stress as positive.
+fn compression() -> String {
+    (0..=100)
+        .map(|i| {
+            let t = 0.1 * f64::from(i);
+            let (strain, stress) = (
+                -0.05 * t.min(1.0),
+                250.0 * t.min(1.0) * t.max(1.0).powf(-0.2),
+            );
+            format!("{t:.1},{strain:.4},{stress:.4}\n")
+        })
+        .collect()
 }
 
 #[test]
@@ -190,91 +192,37 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
     );
     place.write("force.csv", "Time (s),Load (N)\n1,4\n2,3\n4,2.5\n");
     place.write("unit.csv", "Time (kg),Modulus\n1,4\n2,3\n4,2.5\n");
-    // Compression as negative strain, its stress as positive.
-    let sign: String = (0..=100)
-        .map(|i| {
-            let t = 0.1 * f64::from(i);
-            let (strain, stress) = (
-                -0.05 * t.min(1.0),
-                250.0 * t.min(1.0) * t.max(1.0).powf(-0.2),
-            );
-            format!("{t:.1},{strain:.4},{stress:.4}\n")
-        })
-        .collect();
-    place.write("sign.csv", format!("time_s,strain,stress_pa\n{sign}"));
+    place.write(
+        "sign.csv",
+        format!("time_s,strain,stress_pa\n{}", compression()),
+    );
     place.write("run.mcap.part", "x");
-    for (line, wanted) in [
-        (
-            "identify sign.csv --out sign.toml",
-            &["sign.csv", "opposite signs", "change the sign"][..],
-        ),
-        ("identify run.mcap.part", &["run.mcap.part", "log recover"]),
-        (
-            "identify fish.tsv --units modulus=kPa",
-            &[
-                "relaxation_modulus_pa says its unit",
-                "modulus=kPa",
-                "--units",
-            ],
-        ),
-        (
-            "identify fish.tsv --strain 5%",
-            &["0.05", "no effect", "--strain"],
-        ),
-        (
-            "identify fish.tsv --stress 100Pa",
-            &["100 Pa", "no effect", "--stress"],
-        ),
-        (
-            "identify fish.tsv --bootstrap 1",
-            &["1 records", "at least 40", "--bootstrap"],
-        ),
-        ("identify fish.tsv --seed 3", &["--bootstrap"]),
-        ("identify fish.tsv --conditions dry", &["--out"]),
-        ("identify none.csv", &["none.csv", "cannot read"]),
-        (
-            "identify three.csv --model fractional-maxwell",
-            &["3 numbers are too few", "4 parameters"],
-        ),
-        (
-            "identify zero.csv",
-            &["zero.csv: line 2", "time 0 s", "leave out"],
-        ),
-        (
-            "identify word.csv",
-            &["word.csv: line 3, column relaxation_modulus_pa", "three"],
-        ),
-        ("identify force.csv", &["force.csv", "give --strain"]),
-        (
-            "identify unit.csv",
-            &["line 1, column Time (kg)", "--units", "time=s"],
-        ),
-        (
-            "identify fish.tsv --kind creep",
-            &["kind creep needs", "--kind"],
-        ),
-        (
-            "identify fish.tsv --columns time=9",
-            &["no column 9", "--columns"],
-        ),
-        (
-            "identify fish.tsv --columns zeit=1",
-            &["zeit=1", "NAME=VALUE"],
-        ),
-        (
-            "identify fish.tsv --model jelly",
-            &["jelly", "fractional-maxwell"],
-        ),
-        (
-            "identify fish.tsv --out Fish.toml",
-            &["Fish.toml", "lower-case", "--out"],
-        ),
-        ("identify fish.tsv --overwrite", &["--out"]),
-        ("identify fish.tsv --area 4cm2", &["--area", "force_n"]),
-        ("identify run.mcap", &["--area", "--thickness"]),
-    ] {
-        place.run(line).refused(2, wanted);
-    }
+    place.refuses(
+        "
+        identify sign.csv --out sign.toml => sign.csv | opposite signs | change the sign
+        identify run.mcap.part => run.mcap.part | log recover
+        identify fish.tsv --units modulus=kPa => relaxation_modulus_pa says its unit | modulus=kPa | --units
+        identify fish.tsv --strain 5% => 0.05 | no effect | --strain
+        identify fish.tsv --stress 100Pa => 100 Pa | no effect | --stress
+        identify fish.tsv --bootstrap 1 => 1 records | at least 40 | --bootstrap
+        identify fish.tsv --seed 3 => --bootstrap
+        identify fish.tsv --conditions dry => --out
+        identify none.csv => none.csv | cannot read
+        identify three.csv --model fractional-maxwell => 3 numbers are too few | 4 parameters
+        identify zero.csv => zero.csv: line 2 | time 0 s | leave out
+        identify word.csv => word.csv: line 3, column relaxation_modulus_pa | three
+        identify force.csv => force.csv | give --strain
+        identify unit.csv => line 1, column Time (kg) | --units | time=s
+        identify fish.tsv --kind creep => kind creep needs | --kind
+        identify fish.tsv --columns time=9 => no column 9 | --columns
+        identify fish.tsv --columns zeit=1 => zeit=1 | NAME=VALUE
+        identify fish.tsv --model jelly => jelly | fractional-maxwell
+        identify fish.tsv --out Fish.toml => Fish.toml | lower-case | --out
+        identify fish.tsv --overwrite => --out
+        identify fish.tsv --area 4cm2 => --area | force_n
+        identify run.mcap => --area | --thickness
+        ",
+    );
     assert_eq!(place.files().len(), 9, "nothing was written");
     // Rows that may be left out are counted and named.
     let ended = place

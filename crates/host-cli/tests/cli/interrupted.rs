@@ -1,8 +1,8 @@
 //! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
 
 use crate::experiments::SHORT;
-use crate::process::{Ended, PATIENCE, Place, number, skip, table, words};
-use std::process::{Child, Command, Stdio};
+use crate::process::{Ended, PATIENCE, Place, number, says, skip, table};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 /// Header of `log export`.
@@ -20,14 +20,7 @@ fn start_and_signal(
     ready: impl Fn(&Child) -> bool,
     meanwhile: impl FnOnce(),
 ) -> Ended {
-    let mut child = Command::new(crate::process::binary())
-        .args(words(line))
-        .current_dir(place.path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the binary starts");
+    let mut child = place.start(line);
     let start = Instant::now();
     while !ready(&child) {
         let gone = child.try_wait().expect("can be waited for");
@@ -36,11 +29,7 @@ fn start_and_signal(
         std::thread::sleep(Duration::from_millis(5));
     }
     meanwhile();
-    // The shell has `kill` built in.
-    let sent = Command::new("sh")
-        .args(["-c", &format!("kill -{signal} {}", child.id())])
-        .status();
-    assert!(sent.expect("sh runs").success());
+    crate::process::signal(&child, signal);
     let output = child.wait_with_output().expect("ends");
     Ended::new(format!("{line} & kill -{signal}"), &output)
 }
@@ -76,9 +65,10 @@ fn a_signal_stops_the_run_safely(signal: &str) {
     let ended = run_and_signal(&place, line, "run/relax.mcap.part", signal);
 
     let ended = ended.failed(1);
-    for part in ["interrupted", "ramped to zero", "run/relax.mcap"] {
-        assert!(ended.error().contains(part), "\"{part}\" in {ended}");
-    }
+    says(
+        ended.error(),
+        &["interrupted", "ramped to zero", "run/relax.mcap"],
+    );
     let report = ended.json();
     assert_eq!(report["ended_early"], "interrupted");
     assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
@@ -229,9 +219,10 @@ fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
     let place = Place::new();
     let options = "--workspace -10mm:0.6mm --precision f32";
     let ended = place.run(&format!("{SHORT} {options}")).failed(1);
-    for part in ["fault", "the device left its workspace", "run/relax.mcap"] {
-        assert!(ended.error().contains(part), "\"{part}\" in {ended}");
-    }
+    says(
+        ended.error(),
+        &["fault", "the device left its workspace", "run/relax.mcap"],
+    );
     let files = ["run/", "run/relax-fault.mcap", "run/relax.mcap"];
     assert_eq!(place.files(), files);
     let check = place.run("log check run/relax.mcap --json").succeeded();

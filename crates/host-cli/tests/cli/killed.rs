@@ -6,11 +6,11 @@
 //! instead of a few; `KILL_SEED` takes other moments.
 
 use crate::devices::Emulated;
-use crate::process::{Place, binary, number, words};
+use crate::process::{Place, number};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::net::UdpSocket;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -82,15 +82,9 @@ fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
         let over = Arc::clone(&over);
         move || watch(&viewer, &over)
     });
-    let mut child = Command::new(binary())
-        .args(words(line))
-        .arg(format!("--teleplot={address}"))
-        .current_dir(place.path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the binary starts");
+    let mut command = place.command(&format!("{line} --teleplot={address}"));
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().expect("the binary starts");
     std::thread::sleep(Duration::from_millis(after_ms));
     let killed_ms = now_ms();
     // SIGKILL on Unix: nothing of the process runs after it.

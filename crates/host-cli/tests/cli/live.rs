@@ -49,22 +49,46 @@ fn points(datagram: &str) -> Vec<Point> {
     points
 }
 
+/// All points that come, until one says `end`.
+fn listen(viewer: &UdpSocket) -> Vec<Point> {
+    let (mut all, mut buffer) = (Vec::new(), [0; 65536]);
+    loop {
+        let length = viewer.recv(&mut buffer).expect("receives");
+        assert!(length <= 1400, "{length} bytes");
+        match std::str::from_utf8(&buffer[..length]).expect("UTF-8") {
+            "end" => return all,
+            datagram => all.extend(points(datagram)),
+        }
+    }
+}
+
+/// The points of a field are its column of the log, in its unit.
+fn assert_points(have: &[&Point], unit: &str, rows: &[&Vec<f64>], column: usize) {
+    for (n, point) in have.iter().enumerate() {
+        assert_eq!(point.unit, unit, "{}", point.name);
+        let want = rows[n][column];
+        assert!(
+            (point.value - want).abs() <= 1e-6 * want.abs(),
+            "{} {n}: {} {want}",
+            point.name,
+            point.value
+        );
+        // To the µs, whatever the ms it began in.
+        let (since_ms, time_ms) = (point.time_ms - have[0].time_ms, 1e3 * rows[n][1]);
+        assert!(
+            (since_ms - time_ms).abs() < 2e-3,
+            "{} {n}: {since_ms} {time_ms}",
+            point.name
+        );
+    }
+}
+
 #[test]
 fn teleplot_gets_the_samples_of_the_log() {
     let place = tempfile::tempdir().expect("a folder");
     let viewer = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let address = viewer.local_addr().expect("has one");
-    let listener = std::thread::spawn(move || {
-        let (mut all, mut buffer) = (Vec::new(), [0; 65536]);
-        loop {
-            let length = viewer.recv(&mut buffer).expect("receives");
-            assert!(length <= 1400, "{length} bytes");
-            match std::str::from_utf8(&buffer[..length]).expect("UTF-8") {
-                "end" => return all,
-                datagram => all.extend(points(datagram)),
-            }
-        }
-    });
+    let listener = std::thread::spawn(move || listen(&viewer));
     let line =
         format!("relax --duration 0.4s --ramp-time 0.1s --realtime --teleplot={address} --out .");
     let ended = run(place.path(), &line);
@@ -101,21 +125,7 @@ fn teleplot_gets_the_samples_of_the_log() {
             Some((_, "j")) => "J",
             _ => "",
         };
-        for (n, point) in have.iter().enumerate() {
-            assert_eq!(point.unit, unit, "{name}");
-            let want = rows[n][column];
-            assert!(
-                (point.value - want).abs() <= 1e-6 * want.abs(),
-                "{name} {n}: {} {want}",
-                point.value
-            );
-            // To the µs, whatever the ms it began in.
-            let (since_ms, time_ms) = (point.time_ms - have[0].time_ms, 1e3 * rows[n][1]);
-            assert!(
-                (since_ms - time_ms).abs() < 2e-3,
-                "{name} {n}: {since_ms} {time_ms}"
-            );
-        }
+        assert_points(&have, unit, &rows, column);
     }
 }
 

@@ -4,7 +4,7 @@ mod checked;
 mod damaged;
 
 use crate::experiments::SHORT;
-use crate::process::{Place, number, table};
+use crate::process::{Place, number, says, table};
 use serde_json::Value;
 
 /// Header of `log export`.
@@ -29,9 +29,10 @@ fn info_says_what_is_in_a_log() {
     assert_eq!(info["gaps"], Value::Array(Vec::new()));
     assert_eq!(info["complete"], Value::from(true));
     let text = place.run("log info run/relax.mcap").succeeded();
-    for part in ["run/relax.mcap", "whole", "3001 samples", "0.2247"] {
-        assert!(text.stdout.contains(part), "\"{part}\" in {text}");
-    }
+    says(
+        &text.stdout,
+        &["run/relax.mcap", "whole", "3001 samples", "0.2247"],
+    );
 }
 
 #[test]
@@ -96,9 +97,10 @@ fn a_run_rolls_its_log_on_request() {
     }
     // The second file on its own names the first, and lacks nothing before its own first sample.
     let second = place.run("log check run/relax-0002.mcap").succeeded();
-    for part in ["whole", "continues a log", "`relax.mcap`"] {
-        assert!(second.stdout.contains(part), "{second}");
-    }
+    says(
+        &second.stdout,
+        &["whole", "continues a log", "`relax.mcap`"],
+    );
     let first = place.run("log check run/relax.mcap").succeeded();
     assert!(!first.stdout.contains("continues"), "{first}");
     let whole = place.run("log export run/relax.mcap -").succeeded();

@@ -11,6 +11,8 @@ mod design;
 #[cfg(unix)]
 mod devices;
 mod drive;
+#[cfg(unix)]
+mod emulated;
 mod experiments;
 #[cfg(unix)]
 mod export;

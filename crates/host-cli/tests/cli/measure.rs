@@ -1,7 +1,7 @@
 //! `device measure`, and the commands that take its file.
 
 use super::devices::Emulated;
-use crate::process::{Place, number};
+use crate::process::{Place, cases, number};
 use serde_json::Value;
 
 /// Mass, damping, friction, delay and lag of the device that is measured here.
@@ -123,73 +123,32 @@ fn what_cannot_be_measured_is_said_in_one_line() {
         "late.toml",
         "[device]\nmass_kg = 1\ndamping_n_s_per_m = 3\ndelay_s = 1.3\n",
     );
-    for (line, code, words) in [
-        (
-            "device measure --device sim --friction 3N",
-            1,
-            &[
-                "does not move under 2 N",
-                "the force is zero",
-                "--force-limit",
-            ][..],
-        ),
-        (
-            "device measure --device sim --mass 1g --damping 0",
-            1,
-            &["the force is zero", "--force-limit"],
-        ),
-        (
-            "device measure --device sim --box 0m",
-            2,
-            &["box 0 m is not", "--box"],
-        ),
-        (
-            "device measure --device sim --duration 1h",
-            2,
-            &["duration 3600 s is not", "--duration"],
-        ),
-        (
-            "device measure --device sim --out device",
-            2,
-            &["device file", "device.toml"],
-        ),
-        (
-            "device measure --device serial:none --mass 1kg",
-            2,
-            &["--mass", "--device sim"],
-        ),
-        (
-            "zwidth --device-model bad.toml",
-            2,
-            &["bad.toml:2", "mass_kg = -1", "above 0"],
-        ),
-        (
-            "design --device-model late.toml",
-            2,
-            &["late.toml:4", "delay_s = 1.3 is not from 0 to 1"],
-        ),
-        (
-            "analyze stability --order 1 --stiffness 1 --dissipation 1 --sample-time 1ms --device-model none.toml",
-            2,
-            &["none.toml"],
-        ),
-        (
-            "zwidth --device-model bad.toml --realistic",
-            2,
-            &["--realistic"],
-        ),
-        (
-            "relax --device-model good.toml",
-            2,
-            &["--device-model", "guard"],
-        ),
-    ] {
-        place.write(
-            "good.toml",
-            "[device]\nmass_kg = 1\ndamping_n_s_per_m = 3\n",
-        );
-        place.run(line).refused(code, words);
+    let still = cases(
+        "
+        device measure --device sim --friction 3N => does not move under 2 N | the force is zero | --force-limit
+        device measure --device sim --mass 1g --damping 0 => the force is zero | --force-limit
+        ",
+    );
+    for (line, words) in still {
+        place.run(line).refused(1, &words);
     }
+    place.write(
+        "good.toml",
+        "[device]\nmass_kg = 1\ndamping_n_s_per_m = 3\n",
+    );
+    place.refuses(
+        "
+        device measure --device sim --box 0m => box 0 m is not | --box
+        device measure --device sim --duration 1h => duration 3600 s is not | --duration
+        device measure --device sim --out device => device file | device.toml
+        device measure --device serial:none --mass 1kg => --mass | --device sim
+        zwidth --device-model bad.toml => bad.toml:2 | mass_kg = -1 | above 0
+        design --device-model late.toml => late.toml:4 | delay_s = 1.3 is not from 0 to 1
+        analyze stability --order 1 --stiffness 1 --dissipation 1 --sample-time 1ms --device-model none.toml => none.toml
+        zwidth --device-model bad.toml --realistic => --realistic
+        relax --device-model good.toml => --device-model | guard
+        ",
+    );
     place.write("taken.toml", "");
     place
         .run("device measure --device sim --out taken.toml")

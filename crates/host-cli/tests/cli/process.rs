@@ -3,7 +3,8 @@
 use std::ffi::OsStr;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// A command that takes longer hangs. The longest takes 30 s on an idle machine, and five times that beside eight
 /// busy loops on two cores.
@@ -67,6 +68,37 @@ impl Place {
         let command = command.current_dir(self.0.path()).timeout(PATIENCE);
         let output = command.output().expect("sh runs and ends in time");
         Ended::new(script.to_owned(), &output)
+    }
+
+    /// `host-cli LINE` in this folder, with nothing on standard input.
+    pub(crate) fn command(&self, line: &str) -> Command {
+        let mut command = Command::new(binary());
+        command.args(words(line)).current_dir(&self.0);
+        command.stdin(Stdio::null());
+        command
+    }
+
+    /// The same in a process of its own, whose output waits to be read.
+    pub(crate) fn start(&self, line: &str) -> Child {
+        let mut command = self.command(line);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().expect("the binary starts")
+    }
+
+    /// Each line of a table of [`cases`] is refused with exit code 2.
+    pub(crate) fn refuses(&self, table: &str) {
+        for (line, wanted) in cases(table) {
+            self.run(line).refused(2, &wanted);
+        }
+    }
+
+    /// Waits until somebody has made this file.
+    pub(crate) fn wait_for(&self, name: &str) {
+        let began = Instant::now();
+        while !self.path(name).exists() {
+            assert!(began.elapsed() < PATIENCE, "nobody made {name}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
     }
 
     pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
@@ -238,11 +270,52 @@ pub(crate) fn table(text: &str, header: &str) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// The rows `LINE => WORD | WORD` of a table: a line to run, and what has to be said of it. A row that is long goes on
+/// with its `=>` in the next line; a row that starts with `#` is a remark.
+pub(crate) fn cases(table: &str) -> Vec<(&str, Vec<&str>)> {
+    let mut cases = Vec::new();
+    let mut begun = "";
+    let rows = table.lines().map(str::trim);
+    for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
+        match row.split_once("=> ") {
+            Some(("", words)) => cases.push((begun, words.split(" | ").collect())),
+            Some((line, words)) => cases.push((line.trim_end(), words.split(" | ").collect())),
+            None => begun = row,
+        }
+    }
+    assert!(!cases.is_empty(), "no case in the table");
+    cases
+}
+
 /// A number in a JSON object.
 pub(crate) fn number(object: &serde_json::Value, key: &str) -> f64 {
     object[key]
         .as_f64()
         .unwrap_or_else(|| panic!("{key} is a number: {object}"))
+}
+
+/// Sends a process a signal by its name; the shell has `kill` built in.
+pub(crate) fn signal(child: &Child, name: &str) {
+    let script = format!("kill -{name} {}", child.id());
+    let sent = Command::new("sh").args(["-c", &script]).status();
+    assert!(sent.expect("sh runs").success());
+}
+
+/// All of these parts are in the text.
+pub(crate) fn says(text: &str, parts: &[&str]) {
+    for part in parts {
+        // Of a picture its beginning.
+        let start = || text.chars().take(2000).collect::<String>();
+        assert!(text.contains(part), "\"{part}\" is missing: {}", start());
+    }
+}
+
+/// The keys of a JSON object, sorted.
+pub(crate) fn keys(object: &serde_json::Value) -> Vec<&str> {
+    let object = object.as_object().expect("an object");
+    let mut keys: Vec<&str> = object.keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    keys
 }
 
 /// A check that cannot be done here. Where `REQUIRE_ALL_CHECKS` is set, as in CI, that is a failure.

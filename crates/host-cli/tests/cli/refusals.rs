@@ -5,17 +5,17 @@ mod ranges;
 
 use crate::data::GEL;
 use crate::experiments::SHORT;
-use crate::process::Place;
+use crate::process::{Place, cases};
 
-/// Runs each line in a folder that holds only the regular file `file`, and gathers all complaints,
-/// so that one run of the test shows every message that is wrong.
-fn all_refused(code: i32, cases: &[(&str, &[&str])]) {
+/// Runs each line of a table of [`cases`] in a folder that holds only the regular file `file`, and gathers all
+/// complaints, so that one run of the test shows every message that is wrong.
+fn all_refused(code: i32, table: &str) {
     let mut complaints = Vec::new();
-    for (line, wanted) in cases {
+    for (line, wanted) in cases(table) {
         let place = Place::new();
         place.write("file", "");
         let ended = place.run(line);
-        complaints.extend(ended.complaint(code, wanted));
+        complaints.extend(ended.complaint(code, &wanted));
         if place.files() != ["file"] {
             complaints.push(format!("{line}: left {:?}", place.files()));
         }
@@ -29,47 +29,20 @@ fn an_analysis_names_the_option_and_writes_large_numbers_short() {
     let stability = "from 0 to 1e12";
     all_refused(
         2,
-        &[
-            (
-                "analyze passivity --order 0.5 --alpha 1e308 --beta 0.1",
-                &["alpha 1e308 is not", stability, "change --alpha"],
-            ),
-            (
-                "analyze passivity --order 0.5 --alpha 0.1 --beta 0.1 --delta 1e300",
-                &["delta 1e300 is not", "from 0 to 1e6", "change --delta"],
-            ),
-            (
-                "analyze passivity --order 0.5 --mass 1e-300 --sample-time 1ms --stiffness 1 --dissipation 1",
-                &[
-                    "e293 is not",
-                    stability,
-                    "--stiffness, --mass or --sample-time",
-                ],
-            ),
-            (
-                "analyze stability --order 0.5 --mass 0 --sample-time 1ms --stiffness 1 --dissipation 1",
-                &[
-                    "mass 0 kg is not above 0 and at most 100 kg",
-                    "change --mass",
-                ],
-            ),
-            (
-                "analyze stability --order 0.5 --alpha -1 --beta 0.1",
-                &["alpha -1 is not", stability, "change --alpha"],
-            ),
-            (
-                "zwidth --mass 0",
-                &["mass 0 kg is not above 0 and at most 100 kg", "--mass"],
-            ),
-            (
-                "zwidth --mass 1e-30",
-                &["change of the fastest motion", "cannot be simulated"],
-            ),
-            (
-                "zwidth --delay 3600s",
-                &["delay 3600 s is not from 0 to 1 s: change --delay"],
-            ),
-        ],
+        &format!(
+            "
+            analyze passivity --order 0.5 --alpha 1e308 --beta 0.1 => alpha 1e308 is not | {stability} | change --alpha
+            analyze passivity --order 0.5 --alpha 0.1 --beta 0.1 --delta 1e300 => delta 1e300 is not | from 0 to 1e6 | change --delta
+            analyze passivity --order 0.5 --mass 1e-300 --sample-time 1ms --stiffness 1 --dissipation 1
+                => e293 is not | {stability} | --stiffness, --mass or --sample-time
+            analyze stability --order 0.5 --mass 0 --sample-time 1ms --stiffness 1 --dissipation 1
+                => mass 0 kg is not above 0 and at most 100 kg | change --mass
+            analyze stability --order 0.5 --alpha -1 --beta 0.1 => alpha -1 is not | {stability} | change --alpha
+            zwidth --mass 0 => mass 0 kg is not above 0 and at most 100 kg | --mass
+            zwidth --mass 1e-30 => change of the fastest motion | cannot be simulated
+            zwidth --delay 3600s => delay 3600 s is not from 0 to 1 s: change --delay
+            "
+        ),
     );
     let stability = "analyze stability --order 0.5 --mass 100 --sample-time 1e-9 --stiffness 1e-300 --dissipation 1e-300";
     let ended = Place::new().run(stability);
@@ -176,58 +149,39 @@ fn endless_input_ends_in_a_message() {
 
 #[test]
 fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
-    let seed: &[&str] = &["seed 7", "no effect", "--sensor-noise", "leave --seed out"];
-    let specimen: &[&str] = &["no effect", "--wish tissue NAME"];
-    let overwrite: &[&str] = &["no effect", "--out", "leave --overwrite out"];
-    let bounding: &[&str] = &["no effect", "--guard energy-bounding", "leave --device-"];
+    let seed = "seed 7 | no effect | --sensor-noise | leave --seed out";
+    let specimen = "no effect | --wish tissue NAME";
+    let overwrite = "no effect | --out | leave --overwrite out";
+    let bounding = "no effect | --guard energy-bounding | leave --device-";
     all_refused(
         2,
-        &[
-            ("relax --seed 7", seed),
-            ("creep --encoder-resolution 1um --seed 7", seed),
-            ("zwidth --seed 7", seed),
-            ("design --realistic --seed 7", seed),
-            ("relax --overwrite", overwrite),
-            ("creep --overwrite", overwrite),
-            ("zwidth --overwrite", overwrite),
-            ("design --overwrite", overwrite),
-            (
-                "relax --jump 1mm",
-                &["jump 0.001 m", "no effect", "--speed-limit", "leave --jump"],
-            ),
-            (
-                "relax --stuck-time 50ms",
-                &["0.05 s", "no effect", "--stuck-force", "leave --stuck-time"],
-            ),
-            (
-                "creep --stuck-time 50ms --stuck-force 0",
-                &["0.05 s", "no effect", "--stuck-force"],
-            ),
-            (
-                "relax --device-mass 65g",
-                &["0.065 kg", "no effect", "--guard observer", "--braking"],
-            ),
-            (
-                "relax --device-mass 65g --guard energy-bounding",
-                &["0.065 kg", "no effect", "--guard observer"],
-            ),
-            ("relax --device-damping 3.5", bounding),
-            ("relax --device-damping 3.5 --guard observer", bounding),
-            ("relax --device-delay 1ms", bounding),
-            ("creep --device-lag 1ms", bounding),
-            ("relax --device-noise 1um", bounding),
-            (
-                "relax --device serial:nowhere --precision f64",
-                &["f64", "no effect", "--loop host", "leave --precision out"],
-            ),
-            ("design --area 4cm2", specimen),
-            ("design --thickness 20mm", specimen),
-            ("design --wish coupler --library .", specimen),
-            (
-                "design --wish coupler --force-limit 3N",
-                &["ideal device", "leave out", "--force-limit"],
-            ),
-        ],
+        &format!(
+            "
+            relax --seed 7 => {seed}
+            creep --encoder-resolution 1um --seed 7 => {seed}
+            zwidth --seed 7 => {seed}
+            design --realistic --seed 7 => {seed}
+            relax --overwrite => {overwrite}
+            creep --overwrite => {overwrite}
+            zwidth --overwrite => {overwrite}
+            design --overwrite => {overwrite}
+            relax --jump 1mm => jump 0.001 m | no effect | --speed-limit | leave --jump
+            relax --stuck-time 50ms => 0.05 s | no effect | --stuck-force | leave --stuck-time
+            creep --stuck-time 50ms --stuck-force 0 => 0.05 s | no effect | --stuck-force
+            relax --device-mass 65g => 0.065 kg | no effect | --guard observer | --braking
+            relax --device-mass 65g --guard energy-bounding => 0.065 kg | no effect | --guard observer
+            relax --device-damping 3.5 => {bounding}
+            relax --device-damping 3.5 --guard observer => {bounding}
+            relax --device-delay 1ms => {bounding}
+            creep --device-lag 1ms => {bounding}
+            relax --device-noise 1um => {bounding}
+            relax --device serial:nowhere --precision f64 => f64 | no effect | --loop host | leave --precision out
+            design --area 4cm2 => {specimen}
+            design --thickness 20mm => {specimen}
+            design --wish coupler --library . => {specimen}
+            design --wish coupler --force-limit 3N => ideal device | leave out | --force-limit
+            "
+        ),
     );
 }
 
@@ -235,21 +189,18 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
 fn bad_usage_is_refused_in_one_line() {
     all_refused(
         2,
-        &[
-            ("rleax", &["rleax", "relax"]),
-            ("relax --stain 5%", &["--stain", "--strain"]),
-            ("relax --strain", &["--strain"]),
-            ("relax --precision f16", &["f16", "f32", "f64"]),
-            ("weights", &["--order"]),
-            ("weights --order 0.5 --count 0", &["0", "--count"]),
-            ("weights --order 0.5 --count -3", &["-3", "--count"]),
-            (
-                "weights --order 0.5 --count 100000000",
-                &["100000000", "10000000", "--count"],
-            ),
-            ("completions csh", &["csh", "bash"]),
-            ("log info", &["LOG"]),
-        ],
+        "
+        rleax => rleax | relax
+        relax --stain 5% => --stain | --strain
+        relax --strain => --strain
+        relax --precision f16 => f16 | f32 | f64
+        weights => --order
+        weights --order 0.5 --count 0 => 0 | --count
+        weights --order 0.5 --count -3 => -3 | --count
+        weights --order 0.5 --count 100000000 => 100000000 | 10000000 | --count
+        completions csh => csh | bash
+        log info => LOG
+        ",
     );
 }
 
@@ -267,43 +218,36 @@ fn a_command_without_its_command_shows_help_as_bad_usage() {
 #[test]
 fn what_a_clock_cannot_do_is_refused() {
     let realtime = "relax --realtime --duration 1s --ramp-time 0.5s";
-    let with = |options: &str| format!("{realtime} {options}");
-    let lines = [
-        (with("--priority 0"), ["0", "1 to 99", "--priority"]),
-        (with("--priority 100"), ["100", "off", "--priority"]),
-        (with("--priority high"), ["high", "1 to 99", "--priority"]),
-        (with("--priority -1"), ["-1", "1 to 99", "--priority"]),
-        (with("--pin -1"), ["-1", "--pin", "whole number"]),
-        (
-            with("--sample-time 1us"),
-            ["period", "1e-5", "--sample-time"],
-        ),
-    ];
-    let lines: Vec<(&str, &[&str])> = lines
-        .iter()
-        .map(|(line, words)| (line.as_str(), words.as_slice()))
-        .collect();
-    all_refused(2, &lines);
     all_refused(
         2,
-        &[
-            ("relax --priority 50", &["--priority", "--realtime"]),
-            ("relax --pin 0", &["--pin", "--realtime"]),
-            ("creep --priority off", &["--priority", "--realtime"]),
-            (
-                "rt-check --duration 0",
-                &["0", "[0.01, 86400] s", "--duration"],
-            ),
-            ("rt-check --duration -1s", &["-1", "--duration"]),
-            ("rt-check --duration NaN", &["NaN", "--duration"]),
-            ("rt-check --duration 2000h", &["86400", "--duration"]),
-            ("rt-check --rate 0", &["0 Hz", "[1, 100000] Hz", "--rate"]),
-            ("rt-check --rate 1e6", &["1e6 Hz", "--rate"]),
-            ("rt-check --rate fast", &["fast", "kHz", "--rate"]),
-            ("rt-check --busy -1", &["-1", "--busy"]),
-            ("rt-check --busy 5000", &["5000", "--busy"]),
-            ("rt-check --priority 100", &["100", "1 to 99", "--priority"]),
-        ],
+        &format!(
+            "
+            {realtime} --priority 0 => 0 | 1 to 99 | --priority
+            {realtime} --priority 100 => 100 | off | --priority
+            {realtime} --priority high => high | 1 to 99 | --priority
+            {realtime} --priority -1 => -1 | 1 to 99 | --priority
+            {realtime} --pin -1 => -1 | --pin | whole number
+            {realtime} --sample-time 1us => period | 1e-5 | --sample-time
+            "
+        ),
+    );
+    all_refused(
+        2,
+        "
+        relax --priority 50 => --priority | --realtime
+        relax --pin 0 => --pin | --realtime
+        creep --priority off => --priority | --realtime
+        rt-check --duration 0 => 0 | [0.01, 86400] s | --duration
+        rt-check --duration -1s => -1 | --duration
+        rt-check --duration NaN => NaN | --duration
+        rt-check --duration 2000h => 86400 | --duration
+        rt-check --rate 0 => 0 Hz | [1, 100000] Hz | --rate
+        rt-check --rate 1e6 => 1e6 Hz | --rate
+        rt-check --rate fast => fast | kHz | --rate
+        rt-check --busy -1 => -1 | --busy
+        rt-check --busy 5000 => 5000 | --busy
+        rt-check --priority 100 => 100 | 1 to 99 | --priority
+        ",
     );
 }
 
@@ -312,12 +256,9 @@ fn what_a_clock_cannot_do_is_refused() {
 fn a_core_that_is_not_there_is_refused() {
     all_refused(
         2,
-        &[
-            ("rt-check --pin 100000", &["core 100000", "--pin one of"]),
-            (
-                "relax --realtime --pin 100000",
-                &["core 100000", "--pin one of"],
-            ),
-        ],
+        "
+        rt-check --pin 100000 => core 100000 | --pin one of
+        relax --realtime --pin 100000 => core 100000 | --pin one of
+        ",
     );
 }

@@ -3,7 +3,7 @@
 #[cfg(unix)]
 mod device;
 
-use crate::process::{Place, number, table};
+use crate::process::{Place, cases, number, says, table};
 use serde_json::Value;
 
 /// Header of `log export`.
@@ -84,18 +84,21 @@ fn energy_bounding_knows_delay_lag_and_encoder_of_a_simulated_device() {
         .run("log info told/wall.mcap --json")
         .succeeded()
         .json();
-    for word in [
-        "device_delay_least_s",
-        "device_delay_most_s",
-        "device_lag_s",
-    ] {
-        assert!(info.to_string().contains(word), "{word}: {info}");
-    }
-    for (options, words) in [
-        ("--device-delay 2ms:1ms", ["2ms:1ms", "LEAST:MOST"]),
-        ("--device-delay -1ms", ["-0.001 s", "from 0 to 1 s"]),
-        ("--device-delay 1kg", ["1kg", "a time"]),
-    ] {
+    says(
+        &info.to_string(),
+        &[
+            "device_delay_least_s",
+            "device_delay_most_s",
+            "device_lag_s",
+        ],
+    );
+    for (options, words) in cases(
+        "
+        --device-delay 2ms:1ms => 2ms:1ms | LEAST:MOST
+        --device-delay -1ms => -0.001 s | from 0 to 1 s
+        --device-delay 1kg => 1kg | a time
+        ",
+    ) {
         place
             .run(&format!("run wall.toml {options}"))
             .refused(2, &words);
@@ -178,85 +181,75 @@ fn ticks_after_fault(place: &Place) -> Vec<f64> {
     after.map(|row| row[FORCE]).collect()
 }
 
+/// Lines of `[relax]`, and what is said of them.
+const WRONG: &[(&str, [&str; 2])] = &[
+    (
+        "workspace_low_m = 0",
+        ["workspace.toml:2", "workspace_high_m"],
+    ),
+    (
+        "workspace_high_m = 0",
+        ["workspace.toml:2", "workspace_low_m"],
+    ),
+    (
+        "workspace_low_m = 0\nworkspace_high_m = -1",
+        ["workspace.toml:3", "not above"],
+    ),
+    ("rise_time_s = 0", ["workspace.toml:2", "not above 0"]),
+    ("stop_time_s = 2", ["workspace.toml:2", "from 0.001 to 1"]),
+    ("brake_force_n = 20", ["workspace.toml:2", "from 0 to 10"]),
+    ("jump_m = -1", ["workspace.toml:2", "from 0 to 1"]),
+    (
+        "jump_m = 1e-9",
+        ["jump 1e-9 m has no effect", "speed_limit_m_per_s"],
+    ),
+    (
+        "jump_m = nan",
+        ["workspace.toml:2", "from 0 to 1: change it"],
+    ),
+    (
+        "watchdog_s = 0.0054",
+        ["workspace.toml:2", "whole number of milliseconds"],
+    ),
+    (
+        "strain = 0.1\nstrain = 0.2",
+        ["workspace.toml:3", "duplicate key `strain`"],
+    ),
+    (
+        "speed_limit_m_per_s = -1",
+        ["workspace.toml:2", "not above 0"],
+    ),
+];
+
 #[test]
 fn limits_that_are_none_are_refused() {
     let place = Place::new();
-    for (options, words) in [
-        ("--workspace 1mm", ["--workspace", "LOW:HIGH"]),
-        ("--workspace 2mm:1mm", ["2mm", "not below"]),
-        ("--workspace 1mm:2kg", ["2kg", "length"]),
-        ("--speed-limit 0", ["speed limit 0", "m/s"]),
-        ("--rise-time -1s", ["rise time -1", "above 0"]),
-        ("--braking 0", ["braking 0", "above 0"]),
-        // On the rig's renderer of 65 g, and on one of 1 g.
-        (
-            "--braking 1000",
-            ["braking 1000 N·s/m is not at most", "take less braking"],
-        ),
-        (
-            "--braking 5 --device-mass 1g",
-            ["at most 1 N·s/m", "take less braking"],
-        ),
-        ("--stop-time 0", ["stop time 0 s", "from 0.001 to 1 s"]),
-        ("--stop-time 2s", ["stop time 2 s", "from 0.001 to 1 s"]),
-        ("--stop-time 2s", ["stop time 2 s", ": change --stop-time"]),
-        (
-            "--force-limit -1",
-            ["force limit -1 N", ": change --force-limit"],
-        ),
-        (
-            "--jump 1nm",
-            ["jump 1e-9 m has no effect", "give --speed-limit"],
-        ),
-        ("--brake-force -1N", ["brake force -1 N", "from 0 to 10 N"]),
-        ("--stuck-force 1N --stuck-time 0", ["stuck time 0 s", "10"]),
-        ("--jump -1mm", ["jump -0.001 m", "from 0 to 1 m"]),
-        ("--guard on", ["--guard", "observer"]),
-        (
-            "--guard observer --device-mass 0",
-            ["device mass 0", "above 0"],
-        ),
-    ] {
+    for (options, words) in cases(
+        "
+        --workspace 1mm => --workspace | LOW:HIGH
+        --workspace 2mm:1mm => 2mm | not below
+        --workspace 1mm:2kg => 2kg | length
+        --speed-limit 0 => speed limit 0 | m/s
+        --rise-time -1s => rise time -1 | above 0
+        --braking 0 => braking 0 | above 0
+        # On the rig's renderer of 65 g, and on one of 1 g.
+        --braking 1000 => braking 1000 N·s/m is not at most | take less braking
+        --braking 5 --device-mass 1g => at most 1 N·s/m | take less braking
+        --stop-time 0 => stop time 0 s | from 0.001 to 1 s
+        --stop-time 2s => stop time 2 s | from 0.001 to 1 s
+        --stop-time 2s => stop time 2 s | : change --stop-time
+        --force-limit -1 => force limit -1 N | : change --force-limit
+        --jump 1nm => jump 1e-9 m has no effect | give --speed-limit
+        --brake-force -1N => brake force -1 N | from 0 to 10 N
+        --stuck-force 1N --stuck-time 0 => stuck time 0 s | 10
+        --jump -1mm => jump -0.001 m | from 0 to 1 m
+        --guard on => --guard | observer
+        --guard observer --device-mass 0 => device mass 0 | above 0
+        ",
+    ) {
         place.run(&format!("{RELAX} {options}")).refused(2, &words);
     }
-    for (lines, words) in [
-        (
-            "workspace_low_m = 0",
-            ["workspace.toml:2", "workspace_high_m"],
-        ),
-        (
-            "workspace_high_m = 0",
-            ["workspace.toml:2", "workspace_low_m"],
-        ),
-        (
-            "workspace_low_m = 0\nworkspace_high_m = -1",
-            ["workspace.toml:3", "not above"],
-        ),
-        ("rise_time_s = 0", ["workspace.toml:2", "not above 0"]),
-        ("stop_time_s = 2", ["workspace.toml:2", "from 0.001 to 1"]),
-        ("brake_force_n = 20", ["workspace.toml:2", "from 0 to 10"]),
-        ("jump_m = -1", ["workspace.toml:2", "from 0 to 1"]),
-        (
-            "jump_m = 1e-9",
-            ["jump 1e-9 m has no effect", "speed_limit_m_per_s"],
-        ),
-        (
-            "jump_m = nan",
-            ["workspace.toml:2", "from 0 to 1: change it"],
-        ),
-        (
-            "watchdog_s = 0.0054",
-            ["workspace.toml:2", "whole number of milliseconds"],
-        ),
-        (
-            "strain = 0.1\nstrain = 0.2",
-            ["workspace.toml:3", "duplicate key `strain`"],
-        ),
-        (
-            "speed_limit_m_per_s = -1",
-            ["workspace.toml:2", "not above 0"],
-        ),
-    ] {
+    for &(lines, words) in WRONG {
         place.write("workspace.toml", format!("[relax]\n{lines}\n"));
         place.run("run workspace.toml").refused(2, &words);
     }

@@ -1,9 +1,9 @@
 //! Two hands over a line: analysis, simulated runs, and two processes with real datagrams between them.
 
-use crate::process::{Ended, PATIENCE, Place, binary, number, words};
+use crate::process::{Ended, PATIENCE, Place, number, signal};
 use std::io::{BufRead as _, BufReader};
 use std::net::UdpSocket;
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 /// A side in a process of its own, and the address it listens at.
@@ -17,15 +17,7 @@ struct Side {
 impl Side {
     /// Starts `host-cli LINE --json` and waits until it says where it listens or connects.
     fn start(place: &Place, line: &str) -> Self {
-        let mut child = Command::new(binary())
-            .args(words(line))
-            .arg("--json")
-            .current_dir(place.path(""))
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the binary starts");
+        let mut child = place.start(&format!("{line} --json"));
         let mut lines = BufReader::new(child.stderr.take().expect("piped"));
         let mut first = String::new();
         lines.read_line(&mut first).expect("readable");
@@ -53,10 +45,8 @@ impl Side {
         Ended::new(self.line, &output)
     }
 
-    fn signal(&self, signal: &str) {
-        let script = format!("kill -{signal} {}", self.child.id());
-        let sent = Command::new("sh").args(["-c", &script]).status();
-        assert!(sent.expect("sh runs").success());
+    fn signal(&self, name: &str) {
+        signal(&self.child, name);
     }
 }
 
@@ -262,62 +252,23 @@ fn something_else_at_the_port_is_the_wrong_peer_and_another_version_is_named() {
 #[test]
 fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
     let place = Place::new();
-    for (line, words) in [
-        (
-            "analyze teleoperation --line-delay -1ms",
-            ["line delay -0.001 s", "change --line-delay"],
-        ),
-        (
-            "analyze teleoperation --order 1.5",
-            ["order 1.5 is not from 0 to 1", "change --order"],
-        ),
-        (
-            "analyze teleoperation --low 9Hz --high 2Hz",
-            ["lowest first", "change --low"],
-        ),
-        ("analyze teleoperation --mass 0", ["mass", "change --mass"]),
-        (
-            "analyze teleoperation --architecture wave --wave-impedance 0",
-            ["wave impedance", "change --wave-impedance"],
-        ),
-        (
-            "analyze teleoperation --line-delay 11s",
-            [
-                "line delay 11 s is not from 0 to 10 s",
-                "change --line-delay",
-            ],
-        ),
-        (
-            "analyze teleoperation --architecture wave --order 0.3",
-            ["--order has no effect", "leave it out"],
-        ),
-        (
-            "analyze teleoperation --playout 3",
-            ["--playout has no effect", "--architecture wave"],
-        ),
-        (
-            "analyze teleoperation --best --coupler-stiffness 3",
-            ["--coupler-stiffness has no effect", "--best"],
-        ),
-        (
-            "teleoperate",
-            ["--listen ADDRESS:PORT", "--connect ADDRESS:PORT"],
-        ),
-        (
-            "teleoperate --listen 127.0.0.1:0 --patience 0s",
-            ["patience 0 s", "give a --patience above 0"],
-        ),
-        (
-            "analyze teleoperation --architecture time-domain",
-            ["no linear law", "--architecture position-position"],
-        ),
-        (
-            "teleoperate --listen nowhere",
-            ["no address with a port", "give --listen"],
-        ),
-    ] {
-        place.run(line).refused(2, &words);
-    }
+    place.refuses(
+        "
+        analyze teleoperation --line-delay -1ms => line delay -0.001 s | change --line-delay
+        analyze teleoperation --order 1.5 => order 1.5 is not from 0 to 1 | change --order
+        analyze teleoperation --low 9Hz --high 2Hz => lowest first | change --low
+        analyze teleoperation --mass 0 => mass | change --mass
+        analyze teleoperation --architecture wave --wave-impedance 0 => wave impedance | change --wave-impedance
+        analyze teleoperation --line-delay 11s => line delay 11 s is not from 0 to 10 s | change --line-delay
+        analyze teleoperation --architecture wave --order 0.3 => --order has no effect | leave it out
+        analyze teleoperation --playout 3 => --playout has no effect | --architecture wave
+        analyze teleoperation --best --coupler-stiffness 3 => --coupler-stiffness has no effect | --best
+        teleoperate => --listen ADDRESS:PORT | --connect ADDRESS:PORT
+        teleoperate --listen 127.0.0.1:0 --patience 0s => patience 0 s | give a --patience above 0
+        analyze teleoperation --architecture time-domain => no linear law | --architecture position-position
+        teleoperate --listen nowhere => no address with a port | give --listen
+        ",
+    );
     place.write("late.toml", "[teleoperation]\nline_delay_s = -0.1\n");
     place.run("run late.toml").refused(
         2,

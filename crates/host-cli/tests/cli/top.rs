@@ -1,6 +1,7 @@
 //! The terminal view of a run, without a terminal: logs that grow, end, are cut off or deleted, drawn into memory.
 #![cfg(all(feature = "top", unix))]
 
+use crate::process::says;
 use haptic_log::record::{END, EndKind, EventMessage, LogWriter, RunEnd, StartTime, TickMessage};
 use host_cli::top::draw::draw;
 use host_cli::top::follow::Run;
@@ -68,20 +69,21 @@ fn a_run_is_shown_while_it_goes_and_when_it_has_ended() {
     ticks(&mut log, 1010..1101);
     read(&mut run);
     let screen = shown(Some(&run), 120, 40);
-    for words in [
-        "relax.mcap  relax on sim  running",
-        "no fault",
-        "position 2.0000 mm",
-        "force -1.0000 N · -1.0000 to 7.5000 in the last 10 s",
-        "period          1000 µs",
-        "lost            10",
-        "wanted force    -1.2500 N",
-        "energy          –",
-        "magnitude        50.1 %  545",
-        "q ends this view",
-    ] {
-        assert!(screen.contains(words), "{words}:\n{screen}");
-    }
+    says(
+        &screen,
+        &[
+            "relax.mcap  relax on sim  running",
+            "no fault",
+            "position 2.0000 mm",
+            "force -1.0000 N · -1.0000 to 7.5000 in the last 10 s",
+            "period          1000 µs",
+            "lost            10",
+            "wanted force    -1.2500 N",
+            "energy          –",
+            "magnitude        50.1 %  545",
+            "q ends this view",
+        ],
+    );
     // The peak of one sample fills its column; a value that stays has a bar too.
     assert!(screen.contains('█') && screen.contains('▁'), "{screen}");
     ticks(&mut log, 1101..2000);
@@ -97,9 +99,10 @@ fn a_run_is_shown_while_it_goes_and_when_it_has_ended() {
     read(&mut run);
     assert!(!run.goes_on());
     let screen = shown(Some(&run), 120, 40);
-    for words in ["finished", "device time     1.999 s", "dropped         3"] {
-        assert!(screen.contains(words), "{words}:\n{screen}");
-    }
+    says(
+        &screen,
+        &["finished", "device time     1.999 s", "dropped         3"],
+    );
 }
 
 #[test]

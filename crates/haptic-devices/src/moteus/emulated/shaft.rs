@@ -1,5 +1,6 @@
 //! The shaft of the emulated servo: inertia and damping, or a hand that turns it.
 
+use crate::moteus::settings::all_within;
 use core::f64::consts::TAU;
 use haptic_loop::ParameterError;
 use haptic_loop::plant::RampHold;
@@ -65,7 +66,7 @@ impl Turning {
     /// Inertia, damping or the motion of the hand outside its range.
     pub(super) fn new(shaft: Shaft) -> Result<Self, ParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
-        for (what, value, range, allowed, unit) in [
+        all_within([
             (
                 "inertia of the shaft",
                 inertia,
@@ -80,16 +81,7 @@ impl Turning {
                 "in [0, 1e3]",
                 "N·m·s/rad",
             ),
-        ] {
-            if !range.contains(&value) {
-                return Err(ParameterError::Range {
-                    what,
-                    value,
-                    allowed,
-                    unit,
-                });
-            }
-        }
+        ])?;
         let profile = match shaft.hand {
             Some(hand) => {
                 let (turn, ramp) = (Metres(hand.turn_rev), Seconds(hand.ramp_time_s));

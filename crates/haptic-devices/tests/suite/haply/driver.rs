@@ -77,14 +77,20 @@ fn the_place_is_true_to_a_count() {
     }
 }
 
-#[test]
-fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
-    let (board, now_us) = stroked(Version::V3, 1.2);
-    let mut running = Running::on(board, Version::V3, now_us);
+/// A board that is driven after some ticks.
+fn with_torque(version: Version) -> Running {
+    let (board, now_us) = stroked(version, 1.2);
+    let mut running = Running::on(board, version, now_us);
     for _ in 0..50 {
         running.tick();
     }
     assert!(running.torque() > 0.0);
+    running
+}
+
+#[test]
+fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
+    let mut running = with_torque(Version::V3);
     running.wire.with(|world| world.dead = true);
     for tick in 1..=5 {
         running.tick();
@@ -102,13 +108,7 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
 
 #[test]
 fn letting_go_leaves_the_board_without_torque_and_configured() {
-    let (board, now_us) = stroked(Version::V2, 1.2);
-    let mut running = Running::on(board, Version::V2, now_us);
-    for _ in 0..50 {
-        running.tick();
-    }
-    assert!(running.torque() > 0.0);
-    let Running { device, wire, .. } = running;
+    let Running { device, wire, .. } = with_torque(Version::V2);
     drop(device);
     let left = wire.with(|world| world.board.torques_nm());
     assert!(left.iter().all(|torque| torque.abs() < 1e-30), "{left:?}");

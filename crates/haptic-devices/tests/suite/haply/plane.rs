@@ -43,6 +43,29 @@ fn disc() -> Shape<f64, 2> {
     Shape::Ball(Ball::solid(centre, Metres(0.02)).expect("a disc"))
 }
 
+/// Renders that disc on a host, for so many ticks and as many again.
+fn host(order: Order, t: Seconds, ticks: u32) -> impl FnMut(&Tick<2>) -> [f32; 2] {
+    let scheme: Scheme = "full:1e-6".parse().expect("a scheme");
+    let operator: Operator<f64> = scheme
+        .build(order, t, 2.0 * f64::from(ticks))
+        .expect("an operator");
+    let law = SpringDamper::new(STIFFNESS, DISSIPATION, operator).expect("a law");
+    let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t).expect("a chain");
+    let mut controller = Controller::new(Contact::behind(disc(), law), chain);
+    move |tick| {
+        let mut link = Link {
+            reading: Reading {
+                tick: u64::from(tick.tick),
+                time_s: 0.0,
+                position_m: Vector2::from(tick.position_m).map(f64::from),
+            },
+            force_n: Vector2::zeros(),
+        };
+        let Ok(_) = controller.tick(&mut link);
+        link.force_n.map(|axis| axis as f32).into()
+    }
+}
+
 #[test]
 fn the_force_is_the_sum_over_the_depth_along_the_normal() {
     for (version, tick_us) in [
@@ -58,27 +81,8 @@ fn the_force_is_the_sum_over_the_depth_along_the_normal() {
         board.advance(1_200_000);
         let t = Seconds(1e-6 * f64::from(tick_us));
         let order = Order::new(ORDER).expect("an order");
-        let scheme: Scheme = "full:1e-6".parse().expect("a scheme");
         let ticks = 3000_u32;
-        let operator: Operator<f64> = scheme
-            .build(order, t, 2.0 * f64::from(ticks))
-            .expect("an operator");
-        let shape = disc();
-        let law = SpringDamper::new(STIFFNESS, DISSIPATION, operator).expect("a law");
-        let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t).expect("a chain");
-        let mut controller = Controller::new(Contact::behind(shape, law), chain);
-        let host = move |tick: &Tick<2>| {
-            let mut link = Link {
-                reading: Reading {
-                    tick: u64::from(tick.tick),
-                    time_s: 0.0,
-                    position_m: Vector2::from(tick.position_m).map(f64::from),
-                },
-                force_n: Vector2::zeros(),
-            };
-            let Ok(_) = controller.tick(&mut link);
-            link.force_n.map(|axis| axis as f32).into()
-        };
+        let (shape, host) = (disc(), host(order, t, ticks));
         let mut running = Running::both(board, version, 1_200_000, tick_us, Box::new(host));
         // The first tick has nothing to answer.
         running.tick();

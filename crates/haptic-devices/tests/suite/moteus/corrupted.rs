@@ -51,21 +51,42 @@ fn place_m(now_us: u64) -> f64 {
     4e-3 * libm::sin(core::f64::consts::TAU * 1.5 * now_us as f64 * 1e-6)
 }
 
+/// A tick on the way, with a torque within the limit.
+fn step(rig: &mut Rig) {
+    let torque_most = f64::from(FORCE_LIMIT_N) * MoteusSettings::DEFAULT.radius_m * (1.0 + 1e-6);
+    let now_us = rig.wire.world().now_us;
+    rig.place(place_m(now_us));
+    rig.tick();
+    let torque_nm = rig.torque_nm();
+    assert!(torque_nm.abs() <= torque_most, "{torque_nm} N·m");
+}
+
+/// So many ticks with damage, and some without: for how many of them in a row the place is wrong, at most.
+fn longest_at_a_wrong_place(rig: &mut Rig, harmed: u32) -> u32 {
+    let (mut wrong, mut longest) = (0, 0);
+    for tick in 0..harmed + SOON {
+        if tick == harmed {
+            rig.wire.world().harm = None;
+        }
+        step(rig);
+        let now_us = rig.wire.world().now_us;
+        let seen = f64::from(rig.device.newest().position_m[0]);
+        // As old as four ticks, at 0.04 mm a tick.
+        let off = (seen - place_m(now_us - 1000)).abs() > 0.2e-3;
+        let felt = off && rig.state() != State::Fault;
+        wrong = if felt { wrong + 1 } else { 0 };
+        longest = longest.max(wrong);
+    }
+    longest
+}
+
 #[test]
 fn damage_ends_in_a_fault_soon_or_does_no_harm() {
     // 10⁵ each night.
     let cases = cases(10_000);
     let mut random = Random(17);
     let mut rig = Rig::new(300.0);
-    let torque_most = f64::from(FORCE_LIMIT_N) * MoteusSettings::DEFAULT.radius_m * (1.0 + 1e-6);
     let (mut faults, mut harmless, mut mistaken) = (0, 0, 0);
-    let step = |rig: &mut Rig| {
-        let now_us = rig.wire.world().now_us;
-        rig.place(place_m(now_us));
-        rig.tick();
-        let torque_nm = rig.torque_nm();
-        assert!(torque_nm.abs() <= torque_most, "{torque_nm} N·m");
-    };
     for case in 0..cases {
         rig.start();
         for _ in 0..1 + random.bits() % 4 {
@@ -79,21 +100,7 @@ fn damage_ends_in_a_fault_soon_or_does_no_harm() {
                 harm(bytes, &mut chance);
             }
         }));
-        // Ticks for which the place has been wrong, at most.
-        let (mut wrong, mut longest) = (0, 0);
-        for tick in 0..harmed + SOON {
-            if tick == harmed {
-                rig.wire.world().harm = None;
-            }
-            step(&mut rig);
-            let now_us = rig.wire.world().now_us;
-            let seen = f64::from(rig.device.newest().position_m[0]);
-            // As old as four ticks, at 0.04 mm a tick.
-            let off = (seen - place_m(now_us - 1000)).abs() > 0.2e-3;
-            let felt = off && rig.state() != State::Fault;
-            wrong = if felt { wrong + 1 } else { 0 };
-            longest = longest.max(wrong);
-        }
+        let longest = longest_at_a_wrong_place(&mut rig, harmed);
         assert!(
             longest <= SOON,
             "case {case}: {longest} ticks at a wrong place, and no fault"

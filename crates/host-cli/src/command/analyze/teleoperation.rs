@@ -16,11 +16,11 @@ use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
     AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
 };
-use haptic_experiment::ModelledTissue;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::range;
 use haptic_experiment::teleoperation::{ArchitectureName, RemotePlace};
+use haptic_experiment::{ModelledTissue, TissuePiece};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
@@ -229,12 +229,12 @@ impl TeleoperationArguments {
         let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
         let material = library.find(&self.tissue).map_err(Failure::input)?;
         let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0));
-        let place = RemotePlace::Tissue {
+        let place = RemotePlace::Tissue(TissuePiece {
             material: Box::new(ModelledTissue::new(material)?),
             specimen: specimen.map_err(|error| {
                 Failure::input_with_advice(error, "change --area or --thickness")
             })?,
-        };
+        });
         let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, self.points as usize).collect();
         let environment = (omegas.iter())
             .filter_map(|&omega| Some(place.stiffness(omega)? / Complex::new(0.0, omega)))

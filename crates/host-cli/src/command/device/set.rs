@@ -13,7 +13,7 @@ use crate::within::in_range;
 use crate::within::{read_within, within};
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
-use haptic_experiment::device::{Loop, at_port};
+use haptic_experiment::device::{Loop, at_port, refused_at_port};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
@@ -145,13 +145,8 @@ impl SetArguments {
         let (mut configuration, mut values) = link.configuration().map_err(problem)?;
         let before = configuration.limits;
         self.change(&mut configuration, &mut values)?;
-        link.set(configuration, &values).map_err(|error| {
-            if error.is_refusal() {
-                Failure::bad_input(error)
-            } else {
-                problem(error)
-            }
-        })?;
+        let set = link.set(configuration, &values);
+        set.map_err(|error| refused_at_port(&path, error))?;
         let (configuration, values) = link.configuration().map_err(problem)?;
         for limit in loosened(&before, &configuration.limits) {
             note("warning", format_args!("loosened: {limit}"));

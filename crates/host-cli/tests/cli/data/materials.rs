@@ -1,7 +1,7 @@
 //! `materials`: listed, shown, exported, refused.
 
 use super::GEL;
-use crate::process::{Place, number};
+use crate::process::{Place, cases, number, says};
 use serde_json::Value;
 
 #[test]
@@ -22,15 +22,16 @@ fn materials_are_listed_with_those_of_the_user() {
     let text = place.run("materials list --library mine").succeeded();
     assert_eq!(text.stdout.lines().count(), 5, "{text}");
     let muscle = text.stdout.lines().nth(3).expect("a line");
-    for word in [
-        "fish-muscle",
-        "fractional-maxwell",
-        "0.0139 to 981 s",
-        "no",
-        "pyRheo",
-    ] {
-        assert!(muscle.contains(word), "{muscle}");
-    }
+    says(
+        muscle,
+        &[
+            "fish-muscle",
+            "fractional-maxwell",
+            "0.0139 to 981 s",
+            "no",
+            "pyRheo",
+        ],
+    );
     assert!(text.stdout.contains("gel"), "{text}");
 }
 
@@ -99,19 +100,18 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
         json["branch_times_s"].as_array().map(Vec::len)
     );
     assert_eq!(json["file"], Value::Null);
-    for (line, words) in [
-        ("fish-muscle --format febio", &["take --prony", "6"][..]),
-        ("fish-muscle --prony 0", &["--prony", "1 to 100"]),
-        ("fish-muscle --horizon 1us", &["--horizon", "--shortest"]),
-        (
-            "fish-muscle --format nastran",
-            &["table, ansys, abaqus, febio"],
-        ),
-        ("jelly", &["jelly", "fish-muscle"]),
-    ] {
+    for (line, words) in cases(
+        "
+        fish-muscle --format febio => take --prony | 6
+        fish-muscle --prony 0 => --prony | 1 to 100
+        fish-muscle --horizon 1us => --horizon | --shortest
+        fish-muscle --format nastran => table, ansys, abaqus, febio
+        jelly => jelly | fish-muscle
+        ",
+    ) {
         place
             .run(&format!("materials export {line}"))
-            .refused(2, words);
+            .refused(2, &words);
     }
 }
 

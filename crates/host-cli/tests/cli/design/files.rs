@@ -1,6 +1,7 @@
 //! Experiment files of walls, good and bad.
 
 use super::near;
+use crate::experiments::NUMBERS;
 use crate::process::{Place, number};
 use serde_json::Value;
 use std::path::Path;
@@ -23,13 +24,7 @@ fn the_examples_run() {
         let ended = place.run(&format!("run {} --json --out run", file.display()));
         let report = ended.succeeded().json();
         assert_eq!(number(&report, "samples"), samples, "{kind}");
-        for key in [
-            "order",
-            "duration_s",
-            "peak_force_n",
-            "final_force_n",
-            "max_relative_error",
-        ] {
+        for key in NUMBERS {
             assert!(number(&report, key) > 0.0, "{kind}: {key}: {report}");
         }
         for key in ["closed_form_error", "missed_deadlines"] {
@@ -121,67 +116,70 @@ fn a_wall_is_the_same_in_the_file_and_in_zwidths_terms() {
     }
 }
 
+/// What stands in [`WALL`], what is put in its place, and what is said; with a space at its end, how that begins.
+const WRONG: &[(&str, &str, &str)] = &[
+    (
+        "= 0.065",
+        "= 0",
+        "wall.toml:2: mass_kg = 0 is not above 0 and at most 100: change it",
+    ),
+    (
+        "order = 0.5",
+        "order = -0.5",
+        "wall.toml:5: order = -0.5 is not from 0 to 2: change it",
+    ),
+    (
+        "sample_time_s = 0.002\n",
+        "",
+        "wall.toml:1: missing key `sample_time_s` in [wall]",
+    ),
+    (
+        "damping_n_s_per_m",
+        "damping",
+        "wall.toml:3: unknown key `damping` in [wall]: known are mass_kg, damping_n_s_per_m, sample_time_s, \
+         order, stiffness_n_per_m, dissipation_n_s_mu_per_m, device_model, hand_stiffness_n_per_m, delay_s, friction_n, \
+         current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, force_rate_limit_n_per_s, \
+         scheme, one_sided, criterion, impact_m_per_s, push_n, duration_s, window_s, threshold_m, \
+         must_be_stable, device, loop, watchdog_s, late_ticks, max_age_ticks, guard, workspace_low_m, \
+         workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, stop_time_s, brake_force_n, \
+         stuck_force_n, stuck_time_s, jump_m, device_mass_kg, device_damping_n_s_per_m, device_delay_least_s, \
+         device_delay_most_s, device_lag_s, device_noise_m",
+    ),
+    (
+        "mass_kg =",
+        "mas_kg =",
+        "wall.toml:2: unknown key `mas_kg` in [wall]: did you mean `mass_kg`?",
+    ),
+    (
+        "= 3000.0",
+        "= \"stiff\"",
+        "wall.toml:6: stiffness_n_per_m = \"stiff\" is a string, not a number",
+    ),
+    (
+        "= 100.0",
+        "= inf",
+        "wall.toml:7: dissipation_n_s_mu_per_m = inf is not from 0 to 1e8: change it",
+    ),
+    (
+        WALL,
+        "# nothing\n",
+        "wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler], [teleoperation], [touch]",
+    ),
+    (
+        "[wall]",
+        "[wall]\nscheme = \"oustaloup:5:1:9e9\"",
+        "wall.toml:2: ",
+    ),
+    (
+        WALL,
+        "[relax]\n\nstrain = 1.5\n",
+        "wall.toml:3: strain = 1.5 is not above 0 and at most 1: change it, or leave it out for 0.05",
+    ),
+];
+
 #[test]
 fn a_file_that_is_wrong_is_refused_in_one_line() {
-    for (from, to, want) in [
-        (
-            "= 0.065",
-            "= 0",
-            "wall.toml:2: mass_kg = 0 is not above 0 and at most 100: change it",
-        ),
-        (
-            "order = 0.5",
-            "order = -0.5",
-            "wall.toml:5: order = -0.5 is not from 0 to 2: change it",
-        ),
-        (
-            "sample_time_s = 0.002\n",
-            "",
-            "wall.toml:1: missing key `sample_time_s` in [wall]",
-        ),
-        (
-            "damping_n_s_per_m",
-            "damping",
-            "wall.toml:3: unknown key `damping` in [wall]: known are mass_kg, damping_n_s_per_m, sample_time_s, \
-             order, stiffness_n_per_m, dissipation_n_s_mu_per_m, device_model, hand_stiffness_n_per_m, delay_s, friction_n, \
-             current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, force_rate_limit_n_per_s, \
-             scheme, one_sided, criterion, impact_m_per_s, push_n, duration_s, window_s, threshold_m, \
-             must_be_stable, device, loop, watchdog_s, late_ticks, max_age_ticks, guard, workspace_low_m, \
-             workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, stop_time_s, brake_force_n, \
-             stuck_force_n, stuck_time_s, jump_m, device_mass_kg, device_damping_n_s_per_m, device_delay_least_s, \
-             device_delay_most_s, device_lag_s, device_noise_m",
-        ),
-        (
-            "mass_kg =",
-            "mas_kg =",
-            "wall.toml:2: unknown key `mas_kg` in [wall]: did you mean `mass_kg`?",
-        ),
-        (
-            "= 3000.0",
-            "= \"stiff\"",
-            "wall.toml:6: stiffness_n_per_m = \"stiff\" is a string, not a number",
-        ),
-        (
-            "= 100.0",
-            "= inf",
-            "wall.toml:7: dissipation_n_s_mu_per_m = inf is not from 0 to 1e8: change it",
-        ),
-        (
-            WALL,
-            "# nothing\n",
-            "wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler], [teleoperation], [touch]",
-        ),
-        (
-            "[wall]",
-            "[wall]\nscheme = \"oustaloup:5:1:9e9\"",
-            "wall.toml:2: ",
-        ),
-        (
-            WALL,
-            "[relax]\n\nstrain = 1.5\n",
-            "wall.toml:3: strain = 1.5 is not above 0 and at most 1: change it, or leave it out for 0.05",
-        ),
-    ] {
+    for &(from, to, want) in WRONG {
         let place = Place::new();
         assert!(WALL.contains(from), "{from}");
         place.write("wall.toml", WALL.replace(from, to));

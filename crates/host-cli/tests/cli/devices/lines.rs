@@ -1,12 +1,12 @@
 //! Bad lines, plugs that are pulled, and hosts that are killed.
 
 use super::{Emulated, RELAX, number};
-use crate::process::{PATIENCE, binary};
+use crate::process::PATIENCE;
 use haptic_link::{FRAME_MAX, Header, Request, encode};
 use serde_json::Value;
 use std::io::Write as _;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Child, Stdio};
+use std::time::Duration;
 
 #[test]
 fn a_bad_line_is_counted_and_survived() {
@@ -74,15 +74,9 @@ fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
 
 /// A relaxation that has run for half a second.
 fn under_way(device: &Emulated, line: &str, stderr: Stdio) -> Child {
-    let mut run = Command::new(binary());
-    run.args(line.split_whitespace())
-        .current_dir(device.place.path(""));
+    let mut run = device.place.command(line);
     let run = run.stderr(stderr).stdout(Stdio::null()).spawn();
-    let began = Instant::now();
-    while !device.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < PATIENCE, "no log");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    device.place.wait_for("run/relax.mcap.part");
     std::thread::sleep(Duration::from_millis(500));
     run.expect("runs")
 }

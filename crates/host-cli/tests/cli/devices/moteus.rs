@@ -1,11 +1,11 @@
 //! A moteus servo: the emulated one held to the maker's own client, and experiments on it.
 
 use super::{Emulated, number};
-use crate::process::{Place, binary, skip};
+use crate::process::{Place, skip};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Child, Command};
+use std::time::Duration;
 
 /// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
 const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
@@ -174,18 +174,8 @@ fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
 
 /// A run whose log has begun.
 fn under_way(device: &Emulated, line: &str) -> Child {
-    let run = Command::new(binary())
-        .args(line.split_whitespace())
-        .current_dir(device.place.path(""))
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("runs");
-    let began = Instant::now();
-    while !device.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < crate::process::PATIENCE, "no run");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let run = device.place.start(line);
+    device.place.wait_for("run/relax.mcap.part");
     std::thread::sleep(Duration::from_millis(1500));
     run
 }

@@ -1,7 +1,7 @@
 //! Ports that are none, that are in use, or that have something else behind them than a device.
 
 use super::Emulated;
-use crate::process::Place;
+use crate::process::{Place, cases};
 use haptic_link::FRAME_MAX;
 use serialport::SerialPort as _;
 use serialport::TTYPort;
@@ -27,38 +27,27 @@ fn a_port_that_is_in_use_is_refused() {
 #[test]
 fn ports_that_are_none_are_refused() {
     let place = Place::new();
-    for (line, words) in [
-        (
-            "relax --device serial:/dev/null",
-            ["/dev/null", "no serial port"],
-        ),
-        (
-            "creep --device serial:nowhere",
-            ["there is no port nowhere", "there "],
-        ),
-        (
-            "device info --device serial:nowhere",
-            ["there is no port nowhere", "there "],
-        ),
-    ] {
+    for (line, words) in cases(
+        "
+        relax --device serial:/dev/null => /dev/null | no serial port
+        creep --device serial:nowhere => there  | there is no port nowhere
+        device info --device serial:nowhere => there  | there is no port nowhere
+        ",
+    ) {
         assert_eq!(place.run(line).complaint(3, &words), None);
     }
-    for (line, words) in [
-        ("relax --device haptic", ["haptic", "sim"]),
-        ("relax --device serial:x@fast", ["fast", "baud"]),
-        ("relax --loop host", ["--loop", "--device"]),
-        (
-            "relax --device serial:x --sensor-noise 1um",
-            ["--sensor-noise", "serial"],
-        ),
-        (
-            "relax --device serial:x --watchdog 2s",
-            ["watchdog", "from 0.005 to 1 s"],
-        ),
-        ("device info --device sim", ["sim", "serial:PATH"]),
-        ("device emulate --drop 2", ["2", "100%"]),
-        ("device emulate --speed 0", ["speed 0", "1000"]),
-    ] {
+    for (line, words) in cases(
+        "
+        relax --device haptic => haptic | sim
+        relax --device serial:x@fast => fast | baud
+        relax --loop host => --loop | --device
+        relax --device serial:x --sensor-noise 1um => --sensor-noise | serial
+        relax --device serial:x --watchdog 2s => watchdog | from 0.005 to 1 s
+        device info --device sim => sim | serial:PATH
+        device emulate --drop 2 => 2 | 100%
+        device emulate --speed 0 => speed 0 | 1000
+        ",
+    ) {
         assert_eq!(place.run(line).complaint(2, &words), None);
     }
     assert!(place.files().is_empty(), "{:?}", place.files());

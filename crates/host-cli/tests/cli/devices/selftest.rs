@@ -1,7 +1,7 @@
 //! `device selftest`: a table of promises, and an exit code.
 
 use super::Emulated;
-use crate::process::{Place, number};
+use crate::process::{Place, cases, number, says};
 use serde_json::Value;
 
 #[test]
@@ -49,22 +49,22 @@ fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
         .place()
         .run("device selftest --device serial:device --force-limit 50mN");
     assert_eq!(shown.code, Some(0), "{shown}");
-    for words in [
-        "ok  force limit      promised  at most 0.05 N",
-        "ok  watchdog         promised  no force for 200 ms is a fault",
-        "–   emergency stop",
-        "seen      not there",
-    ] {
-        assert!(shown.stdout.contains(words), "{words}: {shown}");
-    }
-    for (options, words) in [
-        (
-            "--force-limit 20N",
-            ["20 N", "[0.001, 2] N", "--force-limit"],
-        ),
-        ("--watchdog 2s", ["2 s", "from 0.005 to 1 s", "--watchdog"]),
-        ("--emergency-stop maybe", ["maybe", "pressed", "none"]),
-    ] {
+    says(
+        &shown.stdout,
+        &[
+            "ok  force limit      promised  at most 0.05 N",
+            "ok  watchdog         promised  no force for 200 ms is a fault",
+            "–   emergency stop",
+            "seen      not there",
+        ],
+    );
+    for (options, words) in cases(
+        "
+        --force-limit 20N => 20 N | [0.001, 2] N | --force-limit
+        --watchdog 2s => 2 s | from 0.005 to 1 s | --watchdog
+        --emergency-stop maybe => maybe | pressed | none
+        ",
+    ) {
         let line = format!("device selftest --device serial:device {options}");
         device.place().run(&line).refused(2, &words);
     }

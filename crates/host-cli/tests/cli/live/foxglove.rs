@@ -8,6 +8,7 @@ use haptic_log::record::{Entry, LogReader, TickMessage};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
 use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
@@ -109,6 +110,16 @@ fn open() -> (Foxglove, SocketAddr) {
     (foxglove, address)
 }
 
+/// A recorder with a stream, and a viewer that wants all of it.
+fn recorded_and_viewed(log: &Path) -> (Recorder, Viewer) {
+    let (foxglove, address) = open();
+    let live: Vec<Box<dyn haptic_log::live::Live>> = vec![Box::new(foxglove)];
+    let recorder = Recorder::start(log, BTreeMap::new(), true, false, live).expect("starts");
+    let mut viewer = Viewer::connect(address);
+    viewer.subscribe();
+    (recorder, viewer)
+}
+
 fn tick(n: u32) -> TickMessage {
     TickMessage {
         tick: n.into(),
@@ -124,11 +135,7 @@ fn tick(n: u32) -> TickMessage {
 fn a_viewer_gets_the_messages_of_the_log() {
     let place = tempfile::tempdir().expect("a folder");
     let log = place.path().join("log.mcap");
-    let (foxglove, address) = open();
-    let live: Vec<Box<dyn haptic_log::live::Live>> = vec![Box::new(foxglove)];
-    let mut recorder = Recorder::start(&log, BTreeMap::new(), true, false, live).expect("starts");
-    let mut viewer = Viewer::connect(address);
-    viewer.subscribe();
+    let (mut recorder, mut viewer) = recorded_and_viewed(&log);
     // The server subscribes in its own time: samples until one arrives.
     let (arrived, first) = std::sync::mpsc::channel();
     let listener = std::thread::spawn(move || {
@@ -189,11 +196,7 @@ fn a_viewer_that_never_reads_stalls_nothing_and_is_told_of() {
     const EVENTS: u32 = 20_000;
     let place = tempfile::tempdir().expect("a folder");
     let log = place.path().join("log.mcap");
-    let (foxglove, address) = open();
-    let live: Vec<Box<dyn haptic_log::live::Live>> = vec![Box::new(foxglove)];
-    let mut recorder = Recorder::start(&log, BTreeMap::new(), true, false, live).expect("starts");
-    let mut viewer = Viewer::connect(address);
-    viewer.subscribe();
+    let (mut recorder, _viewer) = recorded_and_viewed(&log);
     // Subscribed, for sure, when one has arrived.
     recorder.tick(tick(0)).expect("records");
     std::thread::sleep(Duration::from_secs(1));

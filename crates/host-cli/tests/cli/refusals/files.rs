@@ -7,15 +7,17 @@ use crate::process::{Place, words};
 /// Permissions do not stop the superuser; a folder below a regular file cannot be made by anyone.
 #[test]
 fn a_folder_that_cannot_be_made_is_refused() {
-    let advice: &[&str] = &["file/run", "--out"];
+    let advice = "file/run | --out";
     all_refused(
         2,
-        &[
-            ("relax --out file/run", advice),
-            ("creep --out file/run", advice),
-            ("relax --out file", &["file", "--out"]),
-            ("man file/run", &["file/run"]),
-        ],
+        &format!(
+            "
+            relax --out file/run => {advice}
+            creep --out file/run => {advice}
+            relax --out file => file | --out
+            man file/run => file/run
+            "
+        ),
     );
 }
 

@@ -8,17 +8,14 @@ use crate::process::{Place, words};
 fn an_order_outside_its_range_is_refused() {
     all_refused(
         2,
-        &[
-            ("weights --order 3", &["3", "[-2, 2]", "--order"]),
-            ("weights --order -2.5", &["-2.5", "[-2, 2]", "--order"]),
-            ("weights --order NaN", &["NaN", "[-2, 2]", "--order"]),
-            ("weights --order inf", &["inf", "[-2, 2]", "--order"]),
-            ("weights --order half", &["half", "--order"]),
-            (
-                "differintegrate --order 2.01 --sample-time 1ms file",
-                &["2.01", "[-2, 2]", "--order"],
-            ),
-        ],
+        "
+        weights --order 3 => 3 | [-2, 2] | --order
+        weights --order -2.5 => -2.5 | [-2, 2] | --order
+        weights --order NaN => NaN | [-2, 2] | --order
+        weights --order inf => inf | [-2, 2] | --order
+        weights --order half => half | --order
+        differintegrate --order 2.01 --sample-time 1ms file => 2.01 | [-2, 2] | --order
+        ",
     );
 }
 
@@ -28,23 +25,16 @@ fn an_order_that_no_wall_has_is_refused_as_such() {
     let walls = "[0, 2], a wall has no integral: give --orders within it";
     all_refused(
         2,
-        &[
-            (
-                "analyze stability --order 2.5 --alpha 0.1 --beta 0.1",
-                &["2.5", wall],
-            ),
-            (
-                "analyze environment --order -0.5 --stiffness 1 --dissipation 1 --sample-time 1ms",
-                &["-0.5", wall],
-            ),
-            (
-                "analyze coupling --order 2.5 --coupler-stiffness 1 --coupler-dissipation 2 --sample-time 1ms",
-                &["2.5", wall],
-            ),
-            ("zwidth --orders 0.5,2.5", &["2.5", walls]),
-            ("zwidth --orders -1", &["-1", walls]),
-            ("design --mass 65g --orders 3", &["3", walls]),
-        ],
+        &format!(
+            "
+            analyze stability --order 2.5 --alpha 0.1 --beta 0.1 => 2.5 | {wall}
+            analyze environment --order -0.5 --stiffness 1 --dissipation 1 --sample-time 1ms => -0.5 | {wall}
+            analyze coupling --order 2.5 --coupler-stiffness 1 --coupler-dissipation 2 --sample-time 1ms => 2.5 | {wall}
+            zwidth --orders 0.5,2.5 => 2.5 | {walls}
+            zwidth --orders -1 => -1 | {walls}
+            design --mass 65g --orders 3 => 3 | {walls}
+            "
+        ),
     );
 }
 
@@ -104,39 +94,27 @@ fn the_unit_of_a_dissipation_is_explained() {
         );
     }
     let line = format!("{environment} soft");
-    all_refused(2, &[(line.as_str(), &["soft", "not a finite number"])]);
+    all_refused(2, &format!("{line} => soft | not a finite number"));
 }
 
 #[test]
 fn a_sample_time_outside_its_range_is_refused() {
     all_refused(
         2,
-        &[
-            ("relax --sample-time 0", &["0 s", "--sample-time"]),
-            ("relax --sample-time 0s", &["0 s", "--sample-time"]),
-            ("relax --sample-time -1ms", &["-", "--sample-time"]),
-            ("relax --sample-time -0.001", &["-0.001 s", "--sample-time"]),
-            ("relax --sample-time NaN", &["NaN", "--sample-time"]),
-            ("relax --sample-time inf", &["inf", "--sample-time"]),
-            ("relax --sample-time 1kg", &["1kg", "ms", "--sample-time"]),
-            ("creep --sample-time 0", &["0 s", "--sample-time"]),
-            (
-                "differintegrate --order 0.5 --sample-time 0 file",
-                &["0 s", "--sample-time"],
-            ),
-            (
-                "differintegrate --order 0.5 --sample-time -1ms file",
-                &["-", "--sample-time"],
-            ),
-            (
-                "differintegrate --order 0.5 --sample-time NaN file",
-                &["NaN", "--sample-time"],
-            ),
-            (
-                "weights --order 0.5 --scheme full --sample-time 0",
-                &["0 s", "--sample-time"],
-            ),
-        ],
+        "
+        relax --sample-time 0 => 0 s | --sample-time
+        relax --sample-time 0s => 0 s | --sample-time
+        relax --sample-time -1ms => - | --sample-time
+        relax --sample-time -0.001 => -0.001 s | --sample-time
+        relax --sample-time NaN => NaN | --sample-time
+        relax --sample-time inf => inf | --sample-time
+        relax --sample-time 1kg => 1kg | ms | --sample-time
+        creep --sample-time 0 => 0 s | --sample-time
+        differintegrate --order 0.5 --sample-time 0 file => 0 s | --sample-time
+        differintegrate --order 0.5 --sample-time -1ms file => - | --sample-time
+        differintegrate --order 0.5 --sample-time NaN file => NaN | --sample-time
+        weights --order 0.5 --scheme full --sample-time 0 => 0 s | --sample-time
+        ",
     );
 }
 
@@ -144,37 +122,19 @@ fn a_sample_time_outside_its_range_is_refused() {
 fn a_strain_or_stress_outside_its_range_is_refused() {
     all_refused(
         2,
-        &[
-            (
-                "relax --strain 0",
-                &["strain 0", "above 0 and at most 1", "--strain"],
-            ),
-            (
-                "relax --strain 0%",
-                &["strain 0", "above 0 and at most 1", "--strain"],
-            ),
-            (
-                "relax --strain -0.05",
-                &["-0.05", "above 0 and at most 1", "--strain"],
-            ),
-            (
-                "relax --strain -5%",
-                &["-0.05", "above 0 and at most 1", "--strain"],
-            ),
-            (
-                "relax --strain=-5%",
-                &["-0.05", "above 0 and at most 1", "--strain"],
-            ),
-            (
-                "relax --strain 200%",
-                &["strain 2", "above 0 and at most 1", "--strain"],
-            ),
-            ("relax --strain NaN", &["NaN", "--strain"]),
-            ("relax --strain 5mm", &["5mm", "%", "--strain"]),
-            ("creep --stress 0", &["0 Pa", "--stress"]),
-            ("creep --stress -100Pa", &["-100", "--stress"]),
-            ("creep --stress NaN", &["NaN", "--stress"]),
-        ],
+        "
+        relax --strain 0 => strain 0 | above 0 and at most 1 | --strain
+        relax --strain 0% => strain 0 | above 0 and at most 1 | --strain
+        relax --strain -0.05 => -0.05 | above 0 and at most 1 | --strain
+        relax --strain -5% => -0.05 | above 0 and at most 1 | --strain
+        relax --strain=-5% => -0.05 | above 0 and at most 1 | --strain
+        relax --strain 200% => strain 2 | above 0 and at most 1 | --strain
+        relax --strain NaN => NaN | --strain
+        relax --strain 5mm => 5mm | % | --strain
+        creep --stress 0 => 0 Pa | --stress
+        creep --stress -100Pa => -100 | --stress
+        creep --stress NaN => NaN | --stress
+        ",
     );
 }
 
@@ -182,16 +142,16 @@ fn a_strain_or_stress_outside_its_range_is_refused() {
 fn a_specimen_that_is_none_is_refused() {
     all_refused(
         2,
-        &[
-            ("relax --thickness 0", &["0 m", "--thickness"]),
-            ("relax --thickness -20mm", &["-0.02 m", "--thickness"]),
-            ("relax --thickness=-20mm", &["-0.02 m", "--thickness"]),
-            ("relax --thickness NaN", &["NaN", "--thickness"]),
-            ("relax --area 0", &["0 m2", "--area"]),
-            ("relax --area -4cm2", &["-0.0004 m2", "--area"]),
-            ("relax --area NaN", &["NaN", "--area"]),
-            ("creep --thickness 0", &["0 m", "--thickness"]),
-        ],
+        "
+        relax --thickness 0 => 0 m | --thickness
+        relax --thickness -20mm => -0.02 m | --thickness
+        relax --thickness=-20mm => -0.02 m | --thickness
+        relax --thickness NaN => NaN | --thickness
+        relax --area 0 => 0 m2 | --area
+        relax --area -4cm2 => -0.0004 m2 | --area
+        relax --area NaN => NaN | --area
+        creep --thickness 0 => 0 m | --thickness
+        ",
     );
 }
 
@@ -199,16 +159,16 @@ fn a_specimen_that_is_none_is_refused() {
 fn times_that_make_no_experiment_are_refused() {
     all_refused(
         2,
-        &[
-            ("relax --duration 0", &["0 s", "--duration"]),
-            ("relax --duration -1s", &["-1", "--duration"]),
-            ("relax --duration NaN", &["NaN", "--duration"]),
-            ("relax --duration 5ms", &["0.005 s", "--duration"]),
-            ("relax --duration 1e9s", &["1e9 s", "--duration"]),
-            ("relax --ramp-time 0", &["0 s", "--ramp-time"]),
-            ("relax --ramp-time 200s", &["200 s", "--ramp-time"]),
-            ("creep --duration 0", &["0 s", "--duration"]),
-        ],
+        "
+        relax --duration 0 => 0 s | --duration
+        relax --duration -1s => -1 | --duration
+        relax --duration NaN => NaN | --duration
+        relax --duration 5ms => 0.005 s | --duration
+        relax --duration 1e9s => 1e9 s | --duration
+        relax --ramp-time 0 => 0 s | --ramp-time
+        relax --ramp-time 200s => 200 s | --ramp-time
+        creep --duration 0 => 0 s | --duration
+        ",
     );
 }
 
@@ -216,41 +176,37 @@ fn times_that_make_no_experiment_are_refused() {
 fn an_unknown_or_impossible_scheme_is_refused() {
     all_refused(
         2,
-        &[
-            ("relax --scheme gruenwald:9", &["gruenwald:9", "grunwald:N"]),
-            ("relax --scheme grunwald", &["grunwald", "grunwald:N"]),
-            ("relax --scheme grunwald:0", &["0", "[1, ", "--scheme"]),
-            ("relax --scheme grunwald:many", &["many", "--scheme"]),
-            ("relax --scheme full:0", &["0", "[1e-11, ", "--scheme"]),
-            ("relax --scheme full:NaN", &["NaN", "--scheme"]),
-            ("relax --scheme exact", &["exact", "analysis", "full"]),
-            (
-                "relax --scheme oustaloup:3:100:1",
-                &["100 Hz", "1 Hz", "500 Hz"],
-            ),
-            ("relax --scheme oustaloup:3:1:1000", &["1000 Hz", "500 Hz"]),
-            ("weights --order 0.5 --scheme muir:0", &["0", "--scheme"]),
-            (
-                "differintegrate --order 0.5 --sample-time 1ms --scheme spline file",
-                &["spline", "grunwald:N"],
-            ),
-        ],
+        "
+        relax --scheme gruenwald:9 => gruenwald:9 | grunwald:N
+        relax --scheme grunwald => grunwald | grunwald:N
+        relax --scheme grunwald:0 => 0 | [1,  | --scheme
+        relax --scheme grunwald:many => many | --scheme
+        relax --scheme full:0 => 0 | [1e-11,  | --scheme
+        relax --scheme full:NaN => NaN | --scheme
+        relax --scheme exact => exact | analysis | full
+        relax --scheme oustaloup:3:100:1 => 100 Hz | 1 Hz | 500 Hz
+        relax --scheme oustaloup:3:1:1000 => 1000 Hz | 500 Hz
+        weights --order 0.5 --scheme muir:0 => 0 | --scheme
+        differintegrate --order 0.5 --sample-time 1ms --scheme spline file => spline | grunwald:N
+        ",
     );
 }
 
 #[test]
 fn an_unknown_tissue_is_refused_with_those_there_are() {
-    let known: &[&str] = &["jelly", "prostate-cancerous", "prostate-healthy"];
+    let known = "jelly | prostate-cancerous | prostate-healthy";
     all_refused(
         2,
-        &[
-            ("relax --tissue jelly", known),
-            ("creep --tissue jelly", known),
-            ("materials show jelly", known),
-            ("relax --tissue jelly.toml", &["jelly.toml"]),
-            ("relax --library nowhere", &["nowhere", "folder"]),
-            ("materials list --library nowhere", &["nowhere", "folder"]),
-        ],
+        &format!(
+            "
+            relax --tissue jelly => {known}
+            creep --tissue jelly => {known}
+            materials show jelly => {known}
+            relax --tissue jelly.toml => jelly.toml
+            relax --library nowhere => nowhere | folder
+            materials list --library nowhere => nowhere | folder
+            "
+        ),
     );
 }
 
@@ -258,15 +214,15 @@ fn an_unknown_tissue_is_refused_with_those_there_are() {
 fn limits_and_sensors_outside_their_range_are_refused() {
     all_refused(
         2,
-        &[
-            ("relax --force-limit 0", &["0 N", "force limit"]),
-            ("relax --force-limit -1N", &["-1 N", "force limit"]),
-            ("relax --force-limit NaN", &["NaN", "--force-limit"]),
-            ("relax --force-rate-limit 0", &["0 N/s"]),
-            ("relax --sensor-noise -1um", &["-0.000001 m", "noise"]),
-            ("relax --encoder-resolution -1um", &["-0.000001 m"]),
-            ("relax --seed -1", &["-1", "--seed"]),
-            ("relax --out new/deep --force-limit 0", &["force limit"]),
-        ],
+        "
+        relax --force-limit 0 => 0 N | force limit
+        relax --force-limit -1N => -1 N | force limit
+        relax --force-limit NaN => NaN | --force-limit
+        relax --force-rate-limit 0 => 0 N/s
+        relax --sensor-noise -1um => -0.000001 m | noise
+        relax --encoder-resolution -1um => -0.000001 m
+        relax --seed -1 => -1 | --seed
+        relax --out new/deep --force-limit 0 => force limit
+        ",
     );
 }

@@ -1,54 +1,22 @@
 //! The safety chain of a device on a serial line.
 
 use super::*;
-use crate::process::binary;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use crate::emulated::Emulated;
+use crate::process::{cases, says};
 
-struct Emulated {
-    place: Place,
-    child: Child,
+fn emulated() -> Emulated {
+    Emulated::new("--speed 2")
 }
 
-impl Emulated {
-    fn new() -> Self {
-        let place = Place::new();
-        let child = Command::new(binary())
-            .args(["device", "emulate", "--speed", "2", "--link"])
-            .arg(place.path("device"))
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("runs");
-        let device = Self { place, child };
-        let began = Instant::now();
-        while !device.place.path("device").exists() {
-            assert!(began.elapsed() < crate::process::PATIENCE, "no device");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        device
-    }
-
-    fn json(&self, line: &str) -> Value {
-        let ended = self
-            .place
-            .run(&format!("{line} --device serial:device --json"));
-        ended.succeeded_with_warnings().json()
-    }
-}
-
-impl Drop for Emulated {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+/// What a command on the device says.
+fn json(device: &Emulated, line: &str) -> Value {
+    device.json(&format!("{line} --device serial:device"))
 }
 
 #[test]
 fn the_chain_of_a_device_is_set_and_shown() {
-    let device = Emulated::new();
-    let before = device.json("device get")["safety"].clone();
+    let device = emulated();
+    let before = json(&device, "device get")["safety"].clone();
     assert_eq!(number(&before, "start_force_n"), 1.0);
     assert_eq!(
         (&before["workspace_m"], &before["guard"]),
@@ -56,7 +24,7 @@ fn the_chain_of_a_device_is_set_and_shown() {
     );
     let set = "device set --guard energy-bounding --workspace -10mm:20mm --speed-limit 0.75 \
                --start-force 2N --rise-time 0.25s --braking 4";
-    let after = device.json(set)["safety"].clone();
+    let after = json(&device, set)["safety"].clone();
     let numbers = [
         "start_force_n",
         "rise_time_s",
@@ -78,29 +46,29 @@ fn the_chain_of_a_device_is_set_and_shown() {
         .place
         .run("device get --device serial:device")
         .succeeded();
-    for part in [
-        "at most 2 N",
-        "rises in 0.25 s",
-        "0.75 m/s",
-        "guard energy-bounding",
-    ] {
-        assert!(shown.stdout.contains(part), "\"{part}\": {shown}");
-    }
-    for (change, words) in [
-        ("--workspace -200:1", ["low end of the workspace", "-200"]),
-        ("--rise-time 100s", ["rise time", "100"]),
-        ("--start-force -1N", ["start force", "-1"]),
-        (
-            "--guard energy-bounding --device-damping 0",
-            ["device damping 0", "0"],
-        ),
-    ] {
+    says(
+        &shown.stdout,
+        &[
+            "at most 2 N",
+            "rises in 0.25 s",
+            "0.75 m/s",
+            "guard energy-bounding",
+        ],
+    );
+    for (change, words) in cases(
+        "
+        --workspace -200:1 => low end of the workspace | -200
+        --rise-time 100s => rise time | 100
+        --start-force -1N => start force | -1
+        --guard energy-bounding --device-damping 0 => device damping 0 | 0
+        ",
+    ) {
         let line = format!("device set {change} --device serial:device");
         device.place.run(&line).refused(2, &words);
     }
     let line = "device set --guard off --workspace none --speed-limit 0 --braking 0 --rise-time 0 \
                 --start-force 0";
-    let off = device.json(line)["safety"].clone();
+    let off = json(&device, line)["safety"].clone();
     assert_eq!(
         (&off["workspace_m"], &off["guard"]),
         (&Value::Null, &Value::Null)
@@ -110,10 +78,13 @@ fn the_chain_of_a_device_is_set_and_shown() {
 
 #[test]
 fn a_wall_keeps_what_it_does_not_speak_of() {
-    let device = Emulated::new();
-    device.json("device set --force-rate-limit 700N/s --speed-limit 0.9 --rise-time 0.2s");
+    let device = emulated();
+    json(
+        &device,
+        "device set --force-rate-limit 700N/s --speed-limit 0.9 --rise-time 0.2s",
+    );
     let limits = |device: &Emulated| {
-        let now = device.json("device get");
+        let now = json(device, "device get");
         let safety = &now["safety"];
         [
             number(&now, "force_rate_limit_n_per_s"),
@@ -124,13 +95,16 @@ fn a_wall_keeps_what_it_does_not_speak_of() {
     };
     let soft = SHAKING.replace("8000", "1000") + "duration_s = 1\n";
     device.place.write("wall.toml", &soft);
-    device.json("run wall.toml --watchdog 1s --out kept --quiet");
+    json(&device, "run wall.toml --watchdog 1s --out kept --quiet");
     assert_eq!(limits(&device), [700.0, 0.9, 0.2]);
     device.place.write(
         "wall.toml",
         format!("{soft}force_rate_limit_n_per_s = 600\n"),
     );
-    device.json("run wall.toml --watchdog 1s --out asked --rise-time 0.3s --quiet");
+    json(
+        &device,
+        "run wall.toml --watchdog 1s --out asked --rise-time 0.3s --quiet",
+    );
     // The run had what it asked for; the device has what was set again.
     let log = device.place.run("log info asked/wall.mcap --json");
     let info = log.succeeded().json();
@@ -144,39 +118,32 @@ fn a_wall_keeps_what_it_does_not_speak_of() {
 
 #[test]
 fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
-    let device = Emulated::new();
-    assert_eq!(number(&device.json("device get"), "watchdog_s"), 0.5);
-    let host = device.json("device set --loop host");
+    let device = emulated();
+    assert_eq!(number(&json(&device, "device get"), "watchdog_s"), 0.5);
+    let host = json(&device, "device set --loop host");
     assert_eq!(number(&host, "watchdog_s"), 0.02);
-    let chosen = device.json("device set --watchdog 50ms --loop device");
+    let chosen = json(&device, "device set --watchdog 50ms --loop device");
     assert_eq!(number(&chosen, "watchdog_s"), 0.05);
     // The simulated mass is known: 65 g bear 21.6 N·s/m with a tick of delay.
-    let braked = device.json("device set --braking 20 --stop-time 50ms --brake-force 3N");
+    let braked = json(
+        &device,
+        "device set --braking 20 --stop-time 50ms --brake-force 3N",
+    );
     let safety = &braked["safety"];
     assert_eq!(number(safety, "braking_n_s_per_m"), 20.0);
     assert_eq!(number(safety, "brake_force_n"), 3.0);
     assert!((number(safety, "stop_time_s") - 0.05).abs() < 1e-8);
-    for (change, words) in [
-        (
-            "--stiffness 1e39",
-            ["stiffness 1e39 N/m is not", "from 0 to 1e8"],
-        ),
-        (
-            "--force-limit 1e-60N",
-            ["--force-limit 1e-60 is not", "1.4e-45"],
-        ),
-        (
-            "--watchdog 5.4ms",
-            [
-                "0.0054s is not a whole number of milliseconds",
-                "--watchdog",
-            ],
-        ),
-        ("--braking 30", ["braking", "30"]),
-        ("--braking 6 --device-mass 0", ["braking", "6"]),
-        ("--stop-time 2s", ["stop time", "2"]),
-        ("--brake-force 11N", ["brake force", "11"]),
-    ] {
+    for (change, words) in cases(
+        "
+        --stiffness 1e39 => stiffness 1e39 N/m is not | from 0 to 1e8
+        --force-limit 1e-60N => --force-limit 1e-60 is not | 1.4e-45
+        --watchdog 5.4ms => 0.0054s is not a whole number of milliseconds | --watchdog
+        --braking 30 => braking | 30
+        --braking 6 --device-mass 0 => braking | 6
+        --stop-time 2s => stop time | 2
+        --brake-force 11N => brake force | 11
+        ",
+    ) {
         let line = format!("device set {change} --device serial:device");
         device.place.run(&line).refused(2, &words);
     }
@@ -184,19 +151,23 @@ fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
 
 #[test]
 fn experiments_on_a_device_have_its_chain() {
-    let device = Emulated::new();
+    let device = emulated();
     device.place.write("wall.toml", SHAKING);
     // A run may not loosen what is set.
-    device.json(
+    json(
+        &device,
         "device set --rise-time 0s --force-limit 100N --force-rate-limit 200kN/s --speed-limit 0m/s \
          --start-force 0N",
     );
     // In either loop the guard is on the device.
     for side in ["device", "host"] {
-        let report = device.json(&format!(
-            "run wall.toml --guard energy-bounding --watchdog 1s --max-age-ticks 1000 --loop {side} \
+        let report = json(
+            &device,
+            &format!(
+                "run wall.toml --guard energy-bounding --watchdog 1s --max-age-ticks 1000 --loop {side} \
              --out on-{side} --quiet"
-        ));
+            ),
+        );
         assert_eq!(report["stable"], true, "{side}: {report}");
         assert!(number(&report, "limited_samples") > 0.0, "{side}: {report}");
     }
@@ -212,6 +183,9 @@ fn experiments_on_a_device_have_its_chain() {
         .json();
     assert!(check["events"].to_string().contains("workspace"), "{check}");
     // Without a word the force is neither ramped nor braked.
-    let plain = device.json(&format!("{RELAX} --watchdog 1s --overwrite --quiet"));
+    let plain = json(
+        &device,
+        &format!("{RELAX} --watchdog 1s --overwrite --quiet"),
+    );
     assert_eq!(number(&plain, "limited_samples"), 0.0);
 }

@@ -1,121 +1,14 @@
-//! Fractional operators: of whole records, and of streams.
+//! An operator of a stream.
 
-use crate::arrays::{any_shape, vector};
+use super::response::response;
+use super::{Axis, scheme_of};
+use crate::arrays::vector;
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::parameter::positive;
-use fracdiff::{
-    Channel, ExactDifference, FrequencyResponse as _, Operator, OperatorHistory, Order, Scheme,
-    Seconds,
-};
-use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use fracdiff::{Channel, FrequencyResponse as _, OperatorHistory, Order, Scheme, Seconds};
+use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-
-/// The axis of a stream.
-type Axis = Channel<f64, Operator<f64>>;
-
-fn scheme_of(text: &str) -> PyResult<Scheme> {
-    text.parse().or_refused()
-}
-
-/// D^μ of the columns of records, each a vector of samples; `first_sample` takes x₀ from the record.
-#[pyfunction]
-pub(crate) fn differintegrate<'py>(
-    py: Python<'py>,
-    columns: Vec<Bound<'py, PyAny>>,
-    order: f64,
-    sample_time: f64,
-    scheme: &str,
-    reference: Option<f64>,
-) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
-    let (order, sample_time) = (Order::new(order).or_refused()?, Seconds(sample_time));
-    let scheme = scheme_of(scheme)?;
-    let columns = columns.iter().map(|column| vector("x", column));
-    let columns: Vec<Vec<f64>> = columns.collect::<PyResult<_>>()?;
-    let outputs = py.detach(|| records(&columns, order, sample_time, scheme, reference));
-    Ok(outputs?.into_iter().map(|y| y.into_pyarray(py)).collect())
-}
-
-/// The defining sum where the scheme is one, else the operator run over each record.
-fn records(
-    columns: &[Vec<f64>],
-    order: Order,
-    sample_time: Seconds,
-    scheme: Scheme,
-    reference: Option<f64>,
-) -> PyResult<Vec<Vec<f64>>> {
-    let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-    if let Some(batch) = scheme.batch(order, sample_time).or_refused()? {
-        let batch = match reference {
-            Some(reference) => batch.relative_to(reference),
-            None => batch.caputo(),
-        };
-        return Ok(batch.channels(&columns));
-    }
-    let longest = columns.iter().map(|x| x.len()).max().unwrap_or(0);
-    let operator = scheme.build(order, sample_time, longest as f64);
-    let mut axis: Axis = Channel::new(operator.or_refused()?);
-    let each = |x: &&[f64]| {
-        let first = x.first().copied().unwrap_or(0.0);
-        axis.reset_to(reference.unwrap_or(first));
-        x.iter().map(|&x| axis.step(x)).collect()
-    };
-    Ok(columns.iter().map(each).collect())
-}
-
-/// The first weights of (1 − w)^μ.
-#[pyfunction]
-pub(crate) fn grunwald_weights(
-    py: Python<'_>,
-    order: f64,
-    count: usize,
-) -> PyResult<Bound<'_, PyArray1<f64>>> {
-    let order = Order::new(order).or_refused()?;
-    let weights = py.detach(|| fracdiff::grunwald_weights(order).take(count).collect());
-    Ok(PyArray1::from_vec(py, weights))
-}
-
-/// T^(−μ)·P(e^(−jωT)) of any scheme, `exact` too.
-#[pyfunction]
-pub(crate) fn frequency_response<'py>(
-    omega: &Bound<'py, PyAny>,
-    order: f64,
-    sample_time: f64,
-    scheme: &str,
-    horizon: f64,
-) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
-    if scheme_of(scheme)? != Scheme::Exact {
-        let operator = PyOperator::new(order, sample_time, scheme, horizon)?;
-        return operator.frequency_response(omega);
-    }
-    let order = Order::new(order).or_refused()?;
-    let rate = Seconds(sample_time).rate_to_the(order).or_refused()?;
-    let exact = ExactDifference(order);
-    response(omega, sample_time, |theta| exact.response(theta) * rate)
-}
-
-/// A response at each of some frequencies in rad/s, which must be up to half the sample rate.
-fn response<'py>(
-    omega: &Bound<'py, PyAny>,
-    sample_time: f64,
-    at: impl Fn(f64) -> Complex64 + Sync,
-) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
-    let py = omega.py();
-    let (omega, shape) = any_shape("omega", omega)?;
-    // A frequency of π/T that was rounded up is half the sample rate all the same.
-    let nyquist = std::f64::consts::PI / sample_time * (1.0 + 4.0 * f64::EPSILON);
-    if let Some(index) = omega.iter().position(|w| !(0.0..=nyquist).contains(w)) {
-        return Err(refused(format_args!(
-            "omega[{index}] = {} rad/s is not in [0, {nyquist}] rad/s, that is up to half the sample rate",
-            omega[index]
-        )));
-    }
-    let values: Vec<Complex64> = py.detach(|| {
-        let angles = omega.iter().map(|omega| omega * sample_time);
-        angles.map(&at).collect()
-    });
-    values.into_pyarray(py).reshape(shape)
-}
 
 /// D^μ of one signal, sample by sample or block by block.
 ///
@@ -188,7 +81,7 @@ fn run(axis: &mut Axis, samples: &mut [f64]) {
 impl PyOperator {
     #[new]
     #[pyo3(signature = (order, sample_time, scheme = "full", horizon = 3600.0))]
-    fn new(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<Self> {
+    pub(super) fn new(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<Self> {
         let (order, sample_time) = (Order::new(order).or_refused()?, Seconds(sample_time));
         let scheme = scheme_of(scheme)?;
         sample_time.rate_to_the(order).or_refused()?;
@@ -322,7 +215,7 @@ impl PyOperator {
     /// ------
     /// ValueError
     ///     A frequency above half the sample rate, with its index.
-    fn frequency_response<'py>(
+    pub(super) fn frequency_response<'py>(
         &self,
         omega: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {

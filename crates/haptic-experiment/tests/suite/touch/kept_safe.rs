@@ -1,0 +1,116 @@
+//! Limits, guards and faults of a touch; the energy of its hand, and its log.
+
+use super::{run, touch};
+use haptic_experiment::ended::LetGo;
+use haptic_experiment::touch::TouchVerdict;
+
+#[test]
+fn the_force_stays_within_the_limit_of_its_norm() {
+    let (report, ticks) = run(&touch(
+        "axes = 3\nstiffness_n_per_m = 2000\nforce_limit_n = 0.5\nhand_stiffness_n_per_m = 600\nradius_m = 0.02\n\
+         circle_radius_m = 0.015\nduration_s = 2",
+    ));
+    let most = ticks
+        .iter()
+        .map(|tick| tick.force_n.norm())
+        .fold(0.0, f64::max);
+    let wanted = ticks.iter().map(|tick| tick.environment_force_n.norm());
+    assert!(wanted.fold(0.0, f64::max) > 1.0);
+    assert!(most <= 0.5 && most > 0.499, "{most}");
+    assert_eq!(report.verdict, TouchVerdict::Saturated);
+    assert_eq!(report.errors.max_relative_error, None);
+}
+
+#[test]
+fn a_wall_that_shakes_gives_the_hand_energy_and_a_guard_takes_it_back() {
+    // 2b/T = 7000 N/m: beyond what any hand may hold.
+    let shaking = |guard: &str| {
+        touch(&format!(
+            "shape = \"plane\"\nstiffness_n_per_m = 60000\ndissipation_n_s_mu_per_m = 0\nduration_s = 2\n\
+             force_limit_n = 50\nway_points = [[0, -0.005, 0], [0.5, 0.005, 0], [2, 0.005, 0.02]]\n{guard}"
+        ))
+    };
+    let (report, _) = run(&shaking(""));
+    assert_eq!(report.verdict, TouchVerdict::GaveEnergy);
+    let most_j = report.given_most_j.expect("a simulated hand");
+    assert!(most_j > 1e-6, "{most_j}");
+    assert!(!report.run.preflight.expect("one").stable);
+    let said = report.run.warnings.join("; ");
+    assert!(
+        said.contains("pre-flight") && said.contains("the hand was given"),
+        "{said}"
+    );
+    let (report, ticks) = run(&shaking("guard = \"energy-bounding\""));
+    assert_eq!(
+        report.verdict,
+        TouchVerdict::Passive,
+        "{:?}",
+        report.given_most_j
+    );
+    // No friction from the guard: the hand slides along the second axis.
+    assert!(ticks.iter().all(|tick| tick.force_n.as_slice()[1] == 0.0));
+}
+
+#[test]
+fn a_shape_that_grows_stiff_while_it_is_pressed_is_told_as_that() {
+    // Pressed within the first tenth of a second, while the force rises for two seconds; or touched afterwards.
+    let risen = |touched_s: f64| {
+        let (in_s, out_s) = (touched_s + 0.1, touched_s + 2.9);
+        touch(&format!(
+            "shape = \"plane\"\nstiffness_n_per_m = 1000\ndissipation_n_s_mu_per_m = 0\nduration_s = 6\nrise_time_s = 2\n\
+             way_points = [[0, -0.001, 0], [{touched_s}, -0.001, 0], [{in_s}, 0.008, 0], [{out_s}, 0.008, 0]]"
+        ))
+    };
+    let (report, _) = run(&risen(0.01));
+    assert_eq!(report.verdict, TouchVerdict::GaveEnergy);
+    let said = report.run.warnings.join("; ");
+    assert!(
+        said.contains("take a shorter `rise_time_s`") && !said.contains("softer K"),
+        "{said}"
+    );
+    let (report, _) = run(&risen(2.5));
+    assert_ne!(report.verdict, TouchVerdict::GaveEnergy);
+}
+
+#[test]
+fn leaving_the_box_is_a_fault_that_ends_the_run() {
+    let (report, ticks) = run(&touch(
+        "axes = 3\nshape = \"plane\"\nsurface_m = 1\nway_points = [[0, 0, 0, 0], [1, 0, 0.04, 0]]\n\
+         box_low_m = [-0.01, -0.01, -0.01]\nbox_high_m = [0.1, 0.02, 0.1]\nduration_s = 2",
+    ));
+    assert_eq!(report.verdict, TouchVerdict::Unfinished);
+    let reason = report.run.ended_early.expect("a fault");
+    assert!(reason.contains("workspace"), "{reason}");
+    assert!(report.run.fault_log.is_some());
+    let last = ticks.last().expect("ticks").position_m;
+    assert!((0.02..0.03).contains(&last.as_slice()[1]), "{last:?}");
+}
+
+#[test]
+fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
+    // Pressed 20 mm deep when it leaves its box.
+    let pressed = |safety: &str| {
+        touch(&format!(
+            "shape = \"plane\"\nstiffness_n_per_m = 200\ndissipation_n_s_mu_per_m = 0\nforce_limit_n = 50\nduration_s = 2\n\
+             way_points = [[0, -0.005, 0], [0.5, 0.06, 0]]\nbox_low_m = [-0.1, -0.1]\nbox_high_m = [0.02, 0.1]\n{safety}"
+        ))
+    };
+    for (safety, let_go) in [
+        ("", LetGo::InOneSample),
+        ("force_rate_limit_n_per_s = 200", LetGo::Ramped),
+        ("braking_n_s_per_m = 8\nbrake_force_n = 8", LetGo::Ramped),
+    ] {
+        let (report, ticks) = run(&pressed(safety));
+        let run = &report.run;
+        assert_eq!(run.let_go, Some(let_go), "{safety}: {run:?}");
+        let norms: Vec<f64> = ticks.iter().map(|tick| tick.force_n.norm()).collect();
+        let most = norms.iter().copied().fold(0.0, f64::max);
+        assert!(most > 3.0, "{most} N");
+        assert_eq!(
+            (run.peak_force_n, run.final_force_n),
+            (most, 0.0),
+            "{safety}"
+        );
+        assert_eq!(norms.last(), Some(&0.0));
+    }
+}

@@ -1,0 +1,65 @@
+//! Operators of whole records, and the weights of differences.
+
+use super::{Axis, scheme_of};
+use crate::arrays::vector;
+use crate::refused::OrRefused as _;
+use fracdiff::{Channel, Order, Scheme, Seconds};
+use numpy::{IntoPyArray as _, PyArray1};
+use pyo3::prelude::*;
+
+/// D^μ of the columns of records, each a vector of samples; `first_sample` takes x₀ from the record.
+#[pyfunction]
+pub(crate) fn differintegrate<'py>(
+    py: Python<'py>,
+    columns: Vec<Bound<'py, PyAny>>,
+    order: f64,
+    sample_time: f64,
+    scheme: &str,
+    reference: Option<f64>,
+) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
+    let (order, sample_time) = (Order::new(order).or_refused()?, Seconds(sample_time));
+    let scheme = scheme_of(scheme)?;
+    let columns = columns.iter().map(|column| vector("x", column));
+    let columns: Vec<Vec<f64>> = columns.collect::<PyResult<_>>()?;
+    let outputs = py.detach(|| records(&columns, order, sample_time, scheme, reference));
+    Ok(outputs?.into_iter().map(|y| y.into_pyarray(py)).collect())
+}
+
+/// The defining sum where the scheme is one, else the operator run over each record.
+fn records(
+    columns: &[Vec<f64>],
+    order: Order,
+    sample_time: Seconds,
+    scheme: Scheme,
+    reference: Option<f64>,
+) -> PyResult<Vec<Vec<f64>>> {
+    let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    if let Some(batch) = scheme.batch(order, sample_time).or_refused()? {
+        let batch = match reference {
+            Some(reference) => batch.relative_to(reference),
+            None => batch.caputo(),
+        };
+        return Ok(batch.channels(&columns));
+    }
+    let longest = columns.iter().map(|x| x.len()).max().unwrap_or(0);
+    let operator = scheme.build(order, sample_time, longest as f64);
+    let mut axis: Axis = Channel::new(operator.or_refused()?);
+    let each = |x: &&[f64]| {
+        let first = x.first().copied().unwrap_or(0.0);
+        axis.reset_to(reference.unwrap_or(first));
+        x.iter().map(|&x| axis.step(x)).collect()
+    };
+    Ok(columns.iter().map(each).collect())
+}
+
+/// The first weights of (1 − w)^μ.
+#[pyfunction]
+pub(crate) fn grunwald_weights(
+    py: Python<'_>,
+    order: f64,
+    count: usize,
+) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let order = Order::new(order).or_refused()?;
+    let weights = py.detach(|| fracdiff::grunwald_weights(order).take(count).collect());
+    Ok(PyArray1::from_vec(py, weights))
+}

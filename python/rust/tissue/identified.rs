@@ -1,0 +1,152 @@
+//! Models from records.
+
+use super::model::PyModel;
+use super::parameters::kind_of;
+use crate::arrays::{complex_vector, vector};
+use crate::conducted::conduct;
+use crate::refused::{OrRefused as _, refused};
+use haptic_tissue::identify::{self, CANDIDATES, Identification, Options, Record, Weighting};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+/// A record of its kind from columns; `strain` only for any motion.
+fn record(
+    kind: &str,
+    t: &Bound<'_, PyAny>,
+    y: &Bound<'_, PyAny>,
+    strain: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Record> {
+    let x = vector("t", t)?;
+    if strain.is_some() != (kind == "record") {
+        return Err(refused(if kind == "record" {
+            "strain is missing: a record of any motion has time, strain and stress"
+        } else {
+            "strain belongs to kind=\"record\" only: divide the stress by a held strain yourself"
+        }));
+    }
+    match (kind, strain) {
+        ("relaxation", _) => Record::relaxation(x, vector("y", y)?),
+        ("creep", _) => Record::creep(x, vector("y", y)?),
+        ("oscillation", _) => {
+            let moduli = complex_vector("y", y)?;
+            let (storage, loss) = moduli.iter().map(|m| (m.re, m.im)).unzip();
+            Record::oscillation(x, storage, loss)
+        }
+        ("record", Some(strain)) => Record::history(x, vector("strain", strain)?, vector("y", y)?),
+        _ => {
+            let known = identify::RecordKind::ALL
+                .map(identify::RecordKind::name)
+                .join(", ");
+            return Err(refused(format_args!(
+                "kind \"{kind}\" is not one of {known}"
+            )));
+        }
+    }
+    .or_refused()
+}
+
+/// The options of an identification by their names.
+#[derive(FromPyObject)]
+pub(crate) struct IdentifyOptions {
+    #[pyo3(item)]
+    models: Option<Vec<String>>,
+    #[pyo3(item)]
+    chosen: Option<String>,
+    #[pyo3(item)]
+    weights: String,
+    #[pyo3(item)]
+    starts: usize,
+    #[pyo3(item)]
+    bootstrap: usize,
+    #[pyo3(item)]
+    seed: u64,
+}
+
+impl IdentifyOptions {
+    fn options(&self) -> PyResult<Options> {
+        let candidates = match &self.models {
+            Some(names) => names
+                .iter()
+                .map(|name| kind_of(name))
+                .collect::<PyResult<_>>()?,
+            None => CANDIDATES.to_vec(),
+        };
+        let weighting = match self.weights.as_str() {
+            "equal" => Weighting::Equal,
+            "log-spacing" => Weighting::LogSpacing,
+            other => {
+                return Err(refused(format_args!(
+                    "weights \"{other}\" is not one of equal, log-spacing"
+                )));
+            }
+        };
+        Ok(Options {
+            candidates,
+            chosen: self.chosen.as_deref().map(kind_of).transpose()?,
+            weighting,
+            starts: self.starts,
+            bootstrap: self.bootstrap,
+            seed: self.seed,
+        })
+    }
+}
+
+/// Models fitted to a record, as dictionaries.
+#[pyfunction]
+pub(crate) fn identify_record<'py>(
+    t: &Bound<'py, PyAny>,
+    y: &Bound<'py, PyAny>,
+    kind: &str,
+    strain: Option<&Bound<'py, PyAny>>,
+    options: IdentifyOptions,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let py = t.py();
+    let (record, options) = (record(kind, t, y, strain)?, options.options()?);
+    let found = conduct(py, progress, false, move |conduct| {
+        identify::identify(&record, &options, &|records| conduct.add(records as u64))
+    })?;
+    report(py, &found.or_refused()?)
+}
+
+fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, PyDict>> {
+    let report = PyDict::new(py);
+    report.set_item("kind", found.kind.name())?;
+    report.set_item("x", PyArray1::from_slice(py, &found.x))?;
+    report.set_item("measured", PyArray1::from_slice(py, &found.measured))?;
+    report.set_item("warnings", &found.warnings)?;
+    let fits = PyList::empty(py);
+    for fit in &found.fits {
+        let one = PyDict::new(py);
+        one.set_item("kind", fit.kind.name())?;
+        one.set_item(
+            "model",
+            fit.to_model()
+                .ok()
+                .map(PyModel)
+                .map(|model| Py::new(py, model))
+                .transpose()?,
+        )?;
+        let estimates = fit.parameters.iter().map(|p| {
+            (
+                p.name,
+                p.unit,
+                p.value,
+                p.standard_error,
+                p.low_95,
+                p.high_95,
+            )
+        });
+        one.set_item("estimates", estimates.collect::<Vec<_>>())?;
+        one.set_item("correlation", fit.correlation.clone())?;
+        one.set_item("rms", fit.rms)?;
+        one.set_item("aic", fit.aic)?;
+        one.set_item("bic", fit.bic)?;
+        one.set_item("predicted", PyArray1::from_slice(py, &fit.predicted))?;
+        one.set_item("is_settled", fit.is_settled())?;
+        fits.append(one)?;
+    }
+    report.set_item("fits", fits)?;
+    Ok(report)
+}

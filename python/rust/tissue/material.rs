@@ -1,0 +1,145 @@
+//! A tissue by name, and the library.
+
+use super::model::PyModel;
+use crate::json::{from_python, to_python};
+use crate::refused::OrRefused as _;
+use haptic_tissue::{Library, Material};
+use pyo3::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// A tissue by name: a model, where its parameters come from, and where they hold.
+///
+/// Parameters
+/// ----------
+/// name : str
+///     Lower-case letters, digits and hyphens.
+/// description : str
+///     A few words for people.
+/// model : Model
+///     The model.
+/// source : dict
+///     ``citation``, ``conditions``, ``checked`` (bool); and as far as known ``note``, ``date``, ``sample``, ``temperature``,
+///     ``residual``.
+/// range : dict, optional
+///     Where it holds: ``time_from_s``, ``time_to_s``, ``omega_from_rad_s``, ``omega_to_rad_s``, ``strain_to``.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A name of other characters, a field that is missing or unknown.
+#[pyclass(name = "Material", module = "fractional_haptics.tissue", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyMaterial(pub(crate) Material);
+
+#[pymethods]
+impl PyMaterial {
+    #[new]
+    #[pyo3(signature = (name, description, model, source, range = None))]
+    fn new(
+        name: &str,
+        description: &str,
+        model: &PyModel,
+        source: &Bound<'_, PyAny>,
+        range: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let source = from_python("source", source)?;
+        let material = Material::new(name, description, model.0.clone(), source).or_refused()?;
+        Ok(Self(match range {
+            Some(range) => material.with_range(from_python("range", range)?),
+            None => material,
+        }))
+    }
+
+    /// A material from the text of a tissue file (TOML).
+    ///
+    /// Parameters
+    /// ----------
+    /// text : str
+    ///     The text.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     With line and reason.
+    #[staticmethod]
+    fn from_toml(text: &str) -> PyResult<Self> {
+        Ok(Self(Material::parse(Path::new("text"), text).or_refused()?))
+    }
+
+    /// The text of a tissue file, which reads back to the same numbers to the bit.
+    fn to_toml(&self) -> String {
+        self.0.to_toml()
+    }
+
+    /// Name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// A few words for people.
+    #[getter]
+    fn description(&self) -> &str {
+        &self.0.description
+    }
+
+    /// The model.
+    #[getter]
+    fn model(&self) -> PyModel {
+        PyModel(self.0.model.clone())
+    }
+
+    /// The origin of the numbers, a dict.
+    #[getter]
+    fn source<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.source)
+    }
+
+    /// Where the parameters hold, a dict; None where the source says nothing.
+    #[getter]
+    fn range<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.range)
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other
+            .cast::<Self>()
+            .is_ok_and(|other| other.get().0.to_toml() == self.0.to_toml())
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<Material '{}': {}, {}>",
+            self.0.name,
+            self.0.description,
+            self.0.model.kind()
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((slf.get_type().getattr("from_toml")?, (slf.get().to_toml(),)))
+    }
+}
+
+/// The tissues that come with the package, and those of a folder.
+#[pyfunction]
+pub(crate) fn library(folder: Option<PathBuf>) -> PyResult<Vec<PyMaterial>> {
+    let library = Library::load(folder.as_deref()).or_refused()?;
+    Ok(library
+        .materials()
+        .iter()
+        .cloned()
+        .map(PyMaterial)
+        .collect())
+}
+
+/// A tissue by name, or from a file.
+#[pyfunction]
+pub(crate) fn find_material(name: &str, folder: Option<PathBuf>) -> PyResult<PyMaterial> {
+    let library = Library::load(folder.as_deref()).or_refused()?;
+    Ok(PyMaterial(library.find(name).or_refused()?))
+}
