@@ -69,7 +69,7 @@ pub fn on_serial(
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();
     if let Some(trouble) = link.trouble() {
-        warn(&trouble);
+        warn(&trouble.words);
     }
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),

@@ -76,7 +76,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         }
         session.after_fault();
         if let Some(trouble) = session.link.trouble() {
-            (supervisor.warn)(&trouble);
+            (supervisor.warn)(&trouble.words);
         }
         session.finish()
     }
