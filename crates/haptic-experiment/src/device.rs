@@ -167,7 +167,13 @@ fn open(
     /// Between two attempts.
     const PAUSE: Duration = Duration::from_millis(250);
     let began = Instant::now();
-    let told = |error: &OpenError| Failure::Device(anyhow::anyhow!("{name}: {error}"));
+    let told = |error: &OpenError| {
+        let told = anyhow::anyhow!("{name}: {error}");
+        match error.is_of_the_request() {
+            true => Failure::Input(told),
+            false => Failure::Device(told),
+        }
+    };
     loop {
         let error = match name.open_with(axes) {
             Ok(link) => return Ok(link),
@@ -282,6 +288,15 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
     match error {
         SerialError::Link(LinkError::Faulted(_)) => Failure::Run(error_at),
         _ => Failure::Device(error_at),
+    }
+}
+
+/// The same of a device that was connected: where nothing comes from its board any more, it is not usable, whatever latched.
+#[must_use]
+pub fn at_link(link: &SerialLink, error: &SerialError) -> Failure {
+    match at_port(link.path(), error) {
+        Failure::Run(error) if link.has_lost_board() => Failure::Device(error),
+        failure => failure,
     }
 }
 

@@ -78,6 +78,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         if let Some(trouble) = session.link.trouble() {
             (supervisor.warn)(&trouble.words);
         }
+        session.record.board_lost = session.link.has_lost_board();
         session.finish()
     }
 
