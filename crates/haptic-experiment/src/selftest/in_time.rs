@@ -23,8 +23,7 @@ pub(super) fn in_time<T>(
     loop {
         let late_before = bench.late_ticks()?;
         let (rows, told) = trial(bench)?;
-        let broken = rows.iter().any(|check| check.ok == Some(false));
-        let excuse = match broken {
+        let excuse = match is_open(&rows) {
             true => bench.excuse(late_before)?,
             false => None,
         };
@@ -41,6 +40,12 @@ pub(super) fn in_time<T>(
         }
         attempt += 1;
     }
+}
+
+/// True if a promise looks broken, and none is for certain: a force beyond its limit has no excuse.
+fn is_open(rows: &[Check]) -> bool {
+    let broken = rows.iter().any(|check| check.ok == Some(false));
+    broken && !rows.iter().any(|check| check.certain)
 }
 
 impl Bench<'_> {
@@ -74,5 +79,19 @@ impl Bench<'_> {
             TroubleCause::Gone => Err(Broken::Link(LinkError::Gone.into())),
             TroubleCause::Board => Ok(None),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::selftest::Promise;
+
+    #[test]
+    fn a_force_that_was_too_large_has_no_excuse() {
+        let row = |ok| Check::judged(Promise::ForceLimit, "", "", ok);
+        assert!(!is_open(&[row(true)]));
+        assert!(is_open(&[row(true), row(false)]));
+        assert!(!is_open(&[row(false).certain(true), row(false)]));
     }
 }

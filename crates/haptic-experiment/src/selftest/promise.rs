@@ -67,6 +67,9 @@ pub struct Check {
     pub ok: Option<bool>,
     /// It could not be judged: this machine was late in every attempt, and the board let go because of that.
     pub host_late: bool,
+    /// What was seen breaks it, whatever this machine did meanwhile.
+    #[serde(skip)]
+    pub(super) certain: bool,
 }
 
 impl Check {
@@ -82,7 +85,13 @@ impl Check {
             seen: seen.into(),
             ok: Some(ok),
             host_late: false,
+            certain: false,
         }
+    }
+
+    /// The same; with this seen, it is broken for certain.
+    pub(super) fn certain(self, certain: bool) -> Self {
+        Self { certain, ..self }
     }
 
     /// A promise of which this device makes none.
