@@ -138,6 +138,17 @@ pub enum OpenError {
 }
 
 impl OpenError {
+    /// True if the name or the number of axes is wrong, whatever is at the port.
+    #[must_use]
+    pub const fn is_of_the_request(&self) -> bool {
+        matches!(
+            self,
+            Self::Axes { .. }
+                | Self::Haply(HaplyOpenError::Line)
+                | Self::Moteus(MoteusOpenError::Settings(_))
+        )
+    }
+
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
     pub const fn may_pass(&self) -> bool {

@@ -181,7 +181,13 @@ fn open(
     /// Between two attempts.
     const PAUSE: Duration = Duration::from_millis(250);
     let began = Instant::now();
-    let told = |error: &OpenError| Failure::Device(anyhow::anyhow!("{name}: {error}"));
+    let told = |error: &OpenError| {
+        let told = anyhow::anyhow!("{name}: {error}");
+        match error.is_of_the_request() {
+            true => Failure::Input(told),
+            false => Failure::Device(told),
+        }
+    };
     loop {
         let error = match name.open_with(axes) {
             Ok(link) => return Ok(link),
@@ -291,6 +297,15 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
     match error.is_refusal() {
         true => Failure::bad_input(error),
         false => at_port(path, &error),
+    }
+}
+
+/// As [`at_port`], of a device that was connected: where nothing comes from its board any more, it is not usable, whatever latched.
+#[must_use]
+pub fn at_link(link: &SerialLink, error: &SerialError) -> Failure {
+    match at_port(link.path(), error) {
+        Failure::Run(error) if link.has_lost_board() => Failure::Device(error),
+        failure => failure,
     }
 }
 

@@ -7,7 +7,7 @@ use std::fmt;
 ///
 /// Exit codes: 0 done (also when the reader of our output went away) · 1 the run failed, was
 /// interrupted, or a latched fault ended it · 2 bad usage or bad input · 3 device or link not
-/// usable · 4 data was lost, what could be kept was kept.
+/// usable, or lost · 4 data was lost, what could be kept was kept. 3 goes before 1, and 1 before 4.
 #[derive(Debug)]
 pub enum Failure {
     /// Exit code 1.

@@ -173,9 +173,10 @@ pub struct Record {
     pub link: Option<LinkSummary>,
     /// Silence after which the device at its other end lets go, ms.
     pub watchdog_ms: Option<u16>,
-    /// The last sample in the log of this run, whether it counts or not.
-    pub newest: Option<KeptSample>,
+    /// Nothing came from the board of a served device any more.
+    pub board_lost: bool,
     largest_force_n: f64,
+    farthest_m: f64,
     after: After,
 }
 
@@ -212,8 +213,9 @@ impl Record {
             ended: None,
             link: None,
             watchdog_ms: None,
-            newest: None,
+            board_lost: false,
             largest_force_n: 0.0,
+            farthest_m: 0.0,
             after: After::default(),
         })
     }
@@ -227,6 +229,16 @@ impl Record {
     /// The same of all samples, those after an early end included, N.
     pub(super) const fn peak_force_n(&self) -> f64 {
         self.largest_force_n.max(self.after.largest_n)
+    }
+
+    /// Largest position of all samples, those after an early end included, m; at least 0.
+    pub(super) const fn farthest_m(&self) -> f64 {
+        self.farthest_m
+    }
+
+    /// True if the device cannot be used any more: its link is lost, or its board.
+    pub(super) const fn device_lost(&self) -> bool {
+        self.board_lost || matches!(self.ended, Some(Ended::LinkLost(_)))
     }
 
     /// What became of the force, if the run ended before its time.
@@ -279,7 +291,8 @@ impl Record {
         self.limiters |= message.limiters();
         self.samples += 1;
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
-        (self.last, self.newest) = (Some(sample), Some(sample));
+        self.farthest_m = self.farthest_m.max(sample.position_m);
+        self.last = Some(sample);
         if let Some(whole) = &mut self.whole {
             whole.push(sample);
         }
@@ -291,7 +304,7 @@ impl Record {
         let force_n = sample.force_n.abs();
         self.after.acting += u64::from(force_n > 0.0);
         self.after.largest_n = self.after.largest_n.max(force_n);
-        self.newest = Some(sample);
+        self.farthest_m = self.farthest_m.max(sample.position_m);
     }
 }
 

@@ -33,7 +33,8 @@ pub struct RunReport {
     pub duration_s: f64,
     /// Largest magnitude of the commanded force, N; of a run that ended early up to the end of its log, braking included.
     pub peak_force_n: f64,
-    /// Force that is opposed to the device's motion at the end, N; of a run that ended early at the end of its log.
+    /// Force that is opposed to the device's motion in the last sample that counts, that of `duration_s`, N: before it falls to zero,
+    /// whether the run finished, was interrupted or ended by a fault.
     pub final_force_n: f64,
     /// Time of a tick; null in a loop on a device, which does not tell.
     pub tick_ns: Option<TickTimes>,
@@ -66,6 +67,9 @@ pub struct RunReport {
     /// What became of the force, if the run ended early.
     #[serde(skip)]
     pub let_go: Option<LetGo>,
+    /// The device cannot be used any more: its link was lost, or nothing comes from its board.
+    #[serde(skip)]
+    pub device_lost: bool,
     /// Warnings to the user about these numbers, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -202,7 +206,7 @@ impl RunReport {
             samples: ran.log.samples,
             duration_s: record.duration_s(),
             peak_force_n: record.peak_force_n(),
-            final_force_n: record.newest.as_ref().map_or(0.0, KeptSample::reaction_n),
+            final_force_n: record.last.as_ref().map_or(0.0, KeptSample::reaction_n),
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
             realtime: record.realtime,
@@ -220,6 +224,7 @@ impl RunReport {
             preflight: ran.preflight,
             fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
             let_go: record.let_go(),
+            device_lost: record.device_lost(),
             warnings: warnings.0,
         }
     }

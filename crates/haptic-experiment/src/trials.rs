@@ -3,7 +3,7 @@
 use super::realtime::RealtimeOptions;
 use super::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
 use super::schedule::{Pace, Schedule};
-use crate::device::{Warn, at_port, refused_at_port};
+use crate::device::{Warn, at_link, at_port, refused_at_port};
 use crate::failure::Failure;
 use haptic_link::{Configuration, EventKind, LoopMode, Scope, Start};
 use haptic_remote::LinkError;
@@ -139,6 +139,9 @@ impl<'a> Trials<'a> {
                     break motion.len() as u64 == samples;
                 }
                 Some(Heard::Vector(_) | Heard::Event(_)) => {}
+                Some(Heard::Fault(report)) if link.has_lost_board() => {
+                    return Err(at_link(link, &LinkError::Faulted(report).into()));
+                }
                 // A wall that trips the device is no stable one.
                 Some(Heard::Fault(_)) => break false,
                 Some(Heard::Over(error)) => return Err(problem(error.into())),

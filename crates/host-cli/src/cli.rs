@@ -28,7 +28,8 @@ DEVICE is what an experiment runs on:
   moteus:PATH[,id=1,radius=20mm] a moteus servo, see docs/guide/src/moteus.md
 
 Exit codes: 0 done; 1 the run failed, was interrupted or a fault ended it; 2 bad usage or bad
-input; 3 device or link not usable; 4 data was lost, what could be kept was kept.";
+input; 3 device or link not usable, or lost; 4 data was lost, what could be kept was kept. 3 goes
+before 1, and 1 before 4.";
 
 /// Fractional-order haptics: experiments, logs, figures.
 #[derive(Debug, Parser)]

@@ -2,7 +2,7 @@
 //!
 //! As the maker's firmware: lists in the order of the ports, an unknown type is skipped, a frame that is cut off waits for its rest
 //! (here for a second, then it is dropped), the encoders take the present place as home when they are configured, a torque above
-//! [`TORQUE_MAX_NM`] is cut, and nothing lets go when the host falls silent.
+//! [`TORQUE_MAX_NM`] is cut, and nothing lets go when the host falls silent. Whoever has it configured holds the handle at its home.
 
 use super::body::Body;
 use super::model::{Direction, Model, counts_at};
@@ -180,6 +180,7 @@ impl Board {
                 direction,
             };
         }
+        self.body.opened();
         let angles = self.body.angles();
         for ((port, direction), number) in encoders.into_iter().zip(numbers.chunks_exact(8)) {
             let float = |at: usize| {
@@ -197,7 +198,6 @@ impl Board {
                 angle: self.joint_at(port).map_or(0.0, |joint| angles[joint]),
             };
         }
-        self.body.lead();
     }
 
     /// The joint that is wired to a port, counted from 0.

@@ -18,7 +18,7 @@ const LEAD_S: f64 = 1.0;
 /// The hand at the handle of an emulated device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hand {
-    /// Nobody holds the handle.
+    /// Nobody holds the handle, once the device is open.
     Free,
     /// Leads the handle to a place within a second, m, and holds it there, softly.
     At([f64; 2]),
@@ -40,6 +40,7 @@ pub enum Hand {
 pub struct Body {
     pantograph: Pantograph,
     home: Vector2<f64>,
+    home_angles: [f64; 2],
     hand: Hand,
     place_m: Vector2<f64>,
     speed_m_per_s: Vector2<f64>,
@@ -61,6 +62,7 @@ impl Body {
         Self {
             pantograph: model.pantograph,
             home,
+            home_angles: angles,
             hand,
             place_m: home,
             speed_m_per_s: Vector2::zeros(),
@@ -88,8 +90,14 @@ impl Body {
         self.torques_nm = torques_nm;
     }
 
-    /// The hand takes the handle from its home, unless it has it already: the device has been configured.
-    pub fn lead(&mut self) {
+    /// The device is configured. Whoever opens it holds the handle at its home, as they must; then the hand takes it from there. While a
+    /// motor drives nobody opens it: the handle stays where it is.
+    pub fn opened(&mut self) {
+        if self.torques_nm == Vector2::zeros() {
+            (self.place_m, self.angles) = (self.home, self.home_angles);
+            self.speed_m_per_s = Vector2::zeros();
+            self.led_s = Some(self.time_s);
+        }
         self.led_s.get_or_insert(self.time_s);
     }
 

@@ -32,9 +32,18 @@ pub enum HaplyOpenError {
     Port(#[from] SerialError),
     /// It does not answer.
     #[error(
-        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; is it this port, and is the board on? With home=before it must have been configured before"
+        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; is it this port, and is the board on?"
     )]
     Mute {
+        /// Bytes that came.
+        bytes: usize,
+    },
+    /// It answers as a board that has lost its home, or never had one.
+    #[error(
+        "no home of before: no command has configured this board since it was switched on or reset ({bytes} of the 9 bytes of an answer came); \
+         hold the handle at its home and leave home=before out"
+    )]
+    NoHome {
         /// Bytes that came.
         bytes: usize,
     },
@@ -51,6 +60,12 @@ pub enum HaplyOpenError {
     /// Its first answers.
     #[error("the first answer is not that of a 2DIY in order: {0}")]
     First(Trouble),
+    /// Its first answers, by the home of an earlier command.
+    #[error(
+        "by the home of before the first answer is not that of a 2DIY in order: {0}; if the handle was not at its home then, or the board was \
+         switched off since, hold it there and leave home=before out"
+    )]
+    FirstSinceBefore(Trouble),
 }
 
 impl HaplyName {
@@ -90,12 +105,26 @@ fn greeted(line: &mut impl Line, name: &HaplyName) -> Result<(Model, Posture), H
     for _ in 0..FIRST_ANSWERS {
         let nothing = torques(&model, [0.0; 2]);
         line.write_all(&nothing).map_err(gone)?;
-        let answer = first_answer(line)?;
-        let (_, seen) = judged(&model, answer, None).map_err(HaplyOpenError::First)?;
+        let answer = first_answer(line).map_err(|error| since(name.home, error))?;
+        let seen = judged(&model, answer, None).map_err(HaplyOpenError::First);
+        let (_, seen) = seen.map_err(|error| since(name.home, error))?;
         posture = Some(seen);
     }
     let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
     Ok((model, posture))
+}
+
+/// The same error of a board that is to keep the home of before: what helps is another thing then.
+fn since(home: Home, error: HaplyOpenError) -> HaplyOpenError {
+    match (home, error) {
+        (Home::Before, HaplyOpenError::Mute { bytes }) if bytes > 0 => {
+            HaplyOpenError::NoHome { bytes }
+        }
+        (Home::Before, HaplyOpenError::First(trouble)) if trouble != Trouble::Gone => {
+            HaplyOpenError::FirstSinceBefore(trouble)
+        }
+        (_, error) => error,
+    }
 }
 
 impl<L: Line> Haply2Diy<L, 2> {

@@ -8,7 +8,7 @@ use super::plane::{Plane, middle};
 use super::plausible::Trouble;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{Line, ServedHardware};
+use haptic_remote::serial::{BoardTrouble, Line, ServedHardware};
 use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use nalgebra::{SMatrix, SVector, Vector2};
 
@@ -173,10 +173,14 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
 }
 
 impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
-    fn trouble(&self) -> Option<String> {
+    fn trouble(&self) -> Option<BoardTrouble> {
         let trouble = self.planar.trouble()?;
-        Some(format!(
-            "the 2DIY was told to let go and was reset: {trouble}. The next command looks for the handle at its home again"
-        ))
+        Some(BoardTrouble {
+            words: format!(
+                "the 2DIY was told to let go and was reset: {trouble}. It has lost the place of its home: hold the handle there when \
+                 the next command opens it, without home=before"
+            ),
+            cause: trouble.cause(),
+        })
     }
 }

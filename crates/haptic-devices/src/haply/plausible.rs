@@ -4,6 +4,7 @@ use super::kinematics::{Posture, Singular};
 use super::model::{Model, Version};
 use super::protocol::{ANSWER_BYTES, DEVICE_ID, angles_of};
 use haptic_loop::Fault;
+use haptic_remote::serial::TroubleCause;
 use thiserror::Error;
 
 /// Faster than a hand moves the handle, m/s.
@@ -94,6 +95,15 @@ impl Trouble {
         match self {
             Self::Singular { .. } => Fault::Workspace,
             _ => Fault::BoardFailed,
+        }
+    }
+
+    /// Where its cause lies.
+    #[must_use]
+    pub const fn cause(self) -> TroubleCause {
+        match self {
+            Self::Gone | Self::Silent { .. } => TroubleCause::Gone,
+            _ => TroubleCause::Board,
         }
     }
 }

@@ -14,12 +14,12 @@ use super::settings::MoteusSettings;
 use super::trouble::{Instead, Trouble};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::ServedHardware;
+use haptic_remote::serial::{BoardTrouble, ServedHardware};
 use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
-use std::string::{String, ToString as _};
+use std::string::ToString as _;
 
 /// Lines taken in a tick at most, so that a flood does not hold up the loop.
 const LINES_MOST: usize = 64;
@@ -349,8 +349,11 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
 }
 
 impl<S: Read + Write + Send + 'static> ServedHardware for MoteusAxis<S> {
-    fn trouble(&self) -> Option<String> {
-        self.trouble.map(|trouble| trouble.to_string())
+    fn trouble(&self) -> Option<BoardTrouble> {
+        self.trouble.map(|trouble| BoardTrouble {
+            words: trouble.to_string(),
+            cause: trouble.cause(),
+        })
     }
 }
 

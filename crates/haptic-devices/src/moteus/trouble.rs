@@ -1,6 +1,7 @@
 //! Names of what a servo and its adapter can do wrong, and what helps.
 
 use core::fmt;
+use haptic_remote::serial::TroubleCause;
 use moteus_protocol::Mode;
 
 /// Why a servo cannot be used any more.
@@ -51,6 +52,21 @@ pub enum Trouble {
         /// Number of whom it is for; 0 is this program.
         to: u8,
     },
+}
+
+impl Trouble {
+    /// Where its cause lies.
+    #[must_use]
+    pub const fn cause(self) -> TroubleCause {
+        match self {
+            Self::Gone | Self::Silent { .. } => TroubleCause::Gone,
+            Self::WatchdogLetGo { .. } => TroubleCause::HostLate,
+            Self::Fault { .. }
+            | Self::OtherMode { .. }
+            | Self::NotFinite { .. }
+            | Self::OtherSpeaker { .. } => TroubleCause::Board,
+        }
+    }
 }
 
 /// What came in place of an answer.

@@ -3,7 +3,7 @@
 use super::conduct::{DriveError, drive};
 use super::plan::MeasurePlan;
 use super::record::MotionRecord;
-use crate::device::{Warn, at_port, firmware_version, refused_at_port};
+use crate::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
 use crate::failure::Failure;
 use crate::realtime::RealtimeOptions;
 use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push};
@@ -57,11 +57,11 @@ pub fn on_serial(
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();
     if let Some(trouble) = link.trouble() {
-        warn(&trouble);
+        warn(&trouble.words);
     }
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
-        DriveError::Device(error) => at_port(&path, &error),
+        DriveError::Device(error) => at_link(&link, &error),
     })?;
     driven.outcome.require_complete(plan)?;
     disarmed.map_err(problem)?;

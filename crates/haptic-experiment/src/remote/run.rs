@@ -76,8 +76,9 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         }
         session.after_fault();
         if let Some(trouble) = session.link.trouble() {
-            (supervisor.warn)(&trouble);
+            (supervisor.warn)(&trouble.words);
         }
+        session.record.board_lost = session.link.has_lost_board();
         session.finish()
     }
 

@@ -14,12 +14,7 @@ const PROMISED: &str = "pressed, it is a fault; open, no arm; closed, all is wel
 pub(super) fn check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::EmergencyStop)?;
     if !bench.has_emergency_stop()? {
-        return Ok(Check {
-            check: Promise::EmergencyStop,
-            promised: PROMISED.to_owned(),
-            seen: "not there".to_owned(),
-            ok: None,
-        });
+        return Ok(Check::absent(Promise::EmergencyStop, PROMISED, "not there"));
     }
     let judged = |seen: &str, ok| Check::judged(Promise::EmergencyStop, PROMISED, seen, ok);
     bench.limit(LONG_WATCHDOG_MS)?;

@@ -84,8 +84,9 @@ fn limit(
     } else if !reached {
         seen.push_str("; the limit was not reached, so it was not tried");
     }
-    let ok = kept && reached && loosened.is_some() && followed.fault.is_none();
-    Check::judged(Promise::ForceLimit, promised, seen, ok)
+    let certain = !kept || loosened.is_none();
+    let ok = !certain && reached && followed.fault.is_none();
+    Check::judged(Promise::ForceLimit, promised, seen, ok).certain(certain)
 }
 
 /// Largest change of the force from a tick to the next, N/s; infinite for a force that is no number.
@@ -121,7 +122,7 @@ fn stop(followed: &Followed, bounds: &Bounds, promised: String) -> Check {
     };
     let fall = Fall::of(&followed.samples, first, bounds);
     let ok = fall.is_within(bounds);
-    Check::judged(Promise::Stop, promised, fall.words(bounds), ok)
+    Check::judged(Promise::Stop, promised, fall.words(bounds), ok).certain(!fall.never_grew)
 }
 
 #[cfg(test)]
@@ -153,8 +154,9 @@ mod tests {
             period_s: 1e-3,
         };
         let refused = || Some("20 N refused".to_owned());
-        let judge =
-            |forces: &[f32], loosened| limit(&run(forces), &bounds, String::new(), loosened).ok;
+        let limited =
+            |forces: &[f32], loosened| limit(&run(forces), &bounds, String::new(), loosened);
+        let judge = |forces: &[f32], loosened| limited(forces, loosened).ok;
         assert_eq!(judge(&[0.0, 0.05, 0.1, 0.1, 0.05], refused()), Some(true));
         // Too much, too fast, never there, no number, a looser limit was taken.
         assert_eq!(judge(&[0.0, 0.05, 0.1, 0.100_01], refused()), Some(false));
@@ -162,5 +164,9 @@ mod tests {
         assert_eq!(judge(&[0.0, 0.05], refused()), Some(false));
         assert_eq!(judge(&[0.0, f32::NAN, 0.1], refused()), Some(false));
         assert_eq!(judge(&[0.0, 0.05, 0.1], None), Some(false));
+        // What went beyond is broken for certain; what was not tried is not.
+        assert!(limited(&[0.0, 0.05, 0.1, 0.100_01], refused()).certain);
+        assert!(limited(&[0.0, 0.1], refused()).certain);
+        assert!(!limited(&[0.0, 0.05], refused()).certain);
     }
 }

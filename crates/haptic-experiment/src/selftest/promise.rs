@@ -63,8 +63,13 @@ pub struct Check {
     pub promised: String,
     /// Observation.
     pub seen: String,
-    /// True if it was kept; `None` if this device has nothing of the kind.
+    /// True if it was kept; `None` if this device has nothing of the kind, or if it could not be judged.
     pub ok: Option<bool>,
+    /// It could not be judged: this machine was late in every attempt, and the board let go because of that.
+    pub host_late: bool,
+    /// What was seen breaks it, whatever this machine did meanwhile.
+    #[serde(skip)]
+    pub(super) certain: bool,
 }
 
 impl Check {
@@ -79,6 +84,35 @@ impl Check {
             promised: promised.into(),
             seen: seen.into(),
             ok: Some(ok),
+            host_late: false,
+            certain: false,
+        }
+    }
+
+    /// The same; with this seen, it is broken for certain.
+    pub(super) fn certain(self, certain: bool) -> Self {
+        Self { certain, ..self }
+    }
+
+    /// A promise of which this device makes none.
+    pub(super) fn absent(
+        check: Promise,
+        promised: impl Into<String>,
+        seen: impl Into<String>,
+    ) -> Self {
+        Self {
+            ok: None,
+            ..Self::judged(check, promised, seen, false)
+        }
+    }
+
+    /// One that this machine was too late for, whatever was seen.
+    pub(super) fn too_late(self, why: &str) -> Self {
+        Self {
+            seen: format!("not judged: {why}; {}", self.seen),
+            ok: None,
+            host_late: true,
+            ..self
         }
     }
 }

@@ -32,7 +32,8 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     let most_n = bench
         .listen(std::time::Duration::from_millis(100))?
         .largest_n();
-    if most_n > 0.0 || most_n.is_nan() {
+    let mut certain = most_n > 0.0 || most_n.is_nan();
+    if certain {
         wrong.push(format!("a force of {most_n} N"));
     }
     let configuration = bench.link()?.configuration()?;
@@ -43,6 +44,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         Some(_) => {}
         None => {
             bench.calm()?;
+            certain = true;
             wrong.push("it started without being armed".to_owned());
         }
     }
@@ -54,7 +56,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     } else {
         format!("{took}, but {}", wrong.join(", "))
     };
-    Ok(Check::judged(Promise::Reconnect, PROMISED, seen, ok))
+    Ok(Check::judged(Promise::Reconnect, PROMISED, seen, ok).certain(certain))
 }
 
 /// Arms and disarms; complaints.

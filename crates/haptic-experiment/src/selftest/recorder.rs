@@ -11,12 +11,11 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
     bench.trying(Promise::FlightRecorder)?;
     let room = bench.link()?.capabilities().flight_samples;
     if room == 0 {
-        return Ok(Check {
-            check: Promise::FlightRecorder,
-            promised: "the samples around a fault".to_owned(),
-            seen: "not there: this device keeps none".to_owned(),
-            ok: None,
-        });
+        return Ok(Check::absent(
+            Promise::FlightRecorder,
+            "the samples around a fault",
+            "not there: this device keeps none",
+        ));
     }
     let promised = format!("{room} samples around a fault, as they were");
     let fault = followed.and_then(|followed| Some((followed, followed.fault_tick()?)));

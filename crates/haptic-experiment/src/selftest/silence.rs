@@ -128,7 +128,7 @@ fn faulted(
     let fall = Fall::of(&followed.samples, tick, bounds);
     let words = followed.fault_in_words().unwrap_or_default();
     let ok = latched == fault.code() && fall.is_within(bounds);
-    judged(format!("{words}; {}", fall.words(bounds)), ok)
+    judged(format!("{words}; {}", fall.words(bounds)), ok).certain(!fall.never_grew)
 }
 
 /// Silence before the fault by the clock of the device, in words, and whether it is the one that was set.

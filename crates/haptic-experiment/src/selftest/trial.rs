@@ -19,7 +19,7 @@ const SILENCE: Duration = Duration::from_secs(3);
 /// Ticks after a fault that a device tells of unasked.
 const AFTERMATH_TICKS: u32 = 100;
 /// Attempts of a trial that a busy machine spoils by its own silence.
-const ATTEMPTS: u32 = 5;
+pub(super) const ATTEMPTS: u32 = 5;
 
 /// Trial to be made: force for a sample, and its end.
 pub(super) struct Trial<S, U> {

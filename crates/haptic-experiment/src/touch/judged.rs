@@ -47,11 +47,12 @@ impl TouchExperiment {
         let record = &ran.record;
         let whole = record.ended.is_none();
         let verdict = self.verdict(record, energy);
+        let ramp = self.ramp_samples(record);
         let mut files = Files::default();
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
         if whole {
-            compared = self.compare::<D>(record)?;
+            compared = self.compare::<D>(record, ramp)?;
             let drawn = self.draw::<D>(ran)?;
             files.csv = Some(drawn.csv);
             curves = Some(self.curves(drawn.curves, origin(record), verdict));
@@ -63,9 +64,8 @@ impl TouchExperiment {
             device_name(self.remote.as_ref()),
             self.sample_time().0,
             files,
-            self.warnings(ran, verdict, energy),
+            self.warnings(ran, ramp, verdict, energy),
         );
-        let samples = record.whole.iter().flatten();
         let report = TouchReport {
             axes: D,
             shape: self.shape.words(),
@@ -78,7 +78,7 @@ impl TouchExperiment {
                 Compared::without_meaning("a hand on its way has no closed form".to_owned()),
             ),
             verdict,
-            largest_depth_m: samples.map(|sample| sample.position_m).fold(0.0, f64::max),
+            largest_depth_m: record.farthest_m(),
             given_j: energy.map(|energy| energy.given_j),
             given_most_j: energy.map(|energy| energy.most_j),
             posture,
@@ -116,7 +116,13 @@ impl TouchExperiment {
         record.whole.iter().flatten().filter(at_limit).count()
     }
 
-    fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: Option<HandEnergy>) -> Warnings {
+    fn warnings(
+        &self,
+        ran: &Ran,
+        ramp: usize,
+        verdict: TouchVerdict,
+        energy: Option<HandEnergy>,
+    ) -> Warnings {
         let mut warnings = Warnings::default();
         let guarded = self.safety.guard == GuardChoice::EnergyBounding;
         let analysis = ran.preflight.as_ref();
@@ -124,7 +130,7 @@ impl TouchExperiment {
         let analysis = analysis.filter(|_| self.remote.is_none());
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
         // The start ramp of a device is not the shape's.
-        match self.ramp_samples(&ran.record) as u64 {
+        match ramp as u64 {
             0 => warnings.limited(&ran.record),
             ramp => warnings.limited_in(
                 ran.record.limited - ramp,
@@ -203,12 +209,11 @@ impl TouchExperiment {
     }
 
     /// The commanded force against the full history of what was read.
-    fn compare<const D: usize>(&self, record: &Record) -> Result<Compared, Failure> {
+    fn compare<const D: usize>(&self, record: &Record, ramp: usize) -> Result<Compared, Failure> {
         let reference = Reference::of(self.scheme);
         let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
         let ramped = |sample: &KeptSample| self.is_ramped(sample);
         let free = samples.iter().filter(|sample| sample.limiters == 0).count();
-        let ramp = self.ramp_samples(record);
         let reason = (free + ramp < samples.len())
             .then(|| limited(record))
             .flatten();

@@ -4,6 +4,7 @@
 mod bad_line;
 mod board;
 mod foreign;
+mod late;
 
 use board::{Board, Flaw};
 use haptic_experiment::selftest::{Attendant, EmergencyStop, Notice, Promise};

@@ -33,6 +33,8 @@ pub struct RecoverySummary {
     pub missing_at_start: u64,
     /// Ticks missing after the last saved, if the log says how its run ended.
     pub missing_at_end: u64,
+    /// The log says how its run ended: nothing came after that.
+    pub has_end: bool,
     /// Condition of the source.
     pub condition: Condition,
 }
@@ -69,12 +71,16 @@ impl RecoverySummary {
             ));
         }
         if !self.condition.complete {
-            sentences.push(match self.last_s.zip(self.last_tick) {
+            match self.last_s.zip(self.last_tick) {
+                // What is missing after the last tick is counted above.
+                Some(_) if self.has_end => {}
                 Some((last_s, tick)) => {
-                    format!("whatever came after tick {tick} at {last_s} s is lost")
+                    sentences.push(format!(
+                        "whatever came after tick {tick} at {last_s} s is lost"
+                    ));
                 }
-                None => "no sample could be saved".to_owned(),
-            });
+                None => sentences.push("no sample could be saved".to_owned()),
+            }
         }
         sentences
     }
@@ -166,6 +172,7 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
         last_tick: count.last.map(|(tick, _)| tick),
         missing_at_start: count.missing_at_start(),
         missing_at_end: count.missing_at_end(),
+        has_end: count.end.is_some(),
         gaps: count.gaps,
         condition,
     };

@@ -30,11 +30,15 @@ impl fmt::Display for EmulatorError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Faults(error) => error.fmt(f),
-            Self::Link { link, error } => write!(
-                f,
-                "cannot make the link `{}`: {error}; choose another",
-                link.display()
-            ),
+            Self::Link { link, error } => {
+                write!(f, "cannot make the link `{}`: ", link.display())?;
+                match error.kind() {
+                    std::io::ErrorKind::AlreadyExists => f.write_str(
+                        "it is there already; remove it if no emulator uses it, or choose another",
+                    ),
+                    _ => write!(f, "{error}; choose another"),
+                }
+            }
             Self::Terminal(reason) => f.write_str(reason),
             Self::Axes(axes) => write!(f, "axes = {axes} is not in [1, 3]: give 1, 2 or 3"),
             Self::Device(refusal) => write!(f, "the emulated device: {refusal:?}"),

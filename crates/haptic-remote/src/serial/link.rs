@@ -2,8 +2,10 @@
 
 use super::served::Served;
 use super::shared::{Command, Heard, Shared, lock};
+use super::trouble::{BoardTrouble, TroubleCause};
 use crate::{HostCounters, LinkError};
 use haptic_link::{AXES_MAX, Capabilities, Hello, Report, Status};
+use haptic_loop::Fault;
 use haptic_loop::realtime::{self, raise_thread};
 use hdrhistogram::Histogram;
 use std::string::String;
@@ -100,8 +102,16 @@ impl SerialLink {
 
     /// Words of a served device about its last fault: a code says less than the board that failed knows.
     #[must_use]
-    pub fn trouble(&self) -> Option<String> {
+    pub fn trouble(&self) -> Option<BoardTrouble> {
         self.served.as_ref().and_then(Served::trouble)
+    }
+
+    /// True if a served device failed because nothing comes from its board any more. Its own line, to the thread that serves it,
+    /// works as before.
+    #[must_use]
+    pub fn has_lost_board(&self) -> bool {
+        self.status().fault == Fault::BoardFailed.code()
+            && (self.trouble()).is_some_and(|trouble| trouble.cause == TroubleCause::Gone)
     }
 
     /// Answer of the device to the first greeting.

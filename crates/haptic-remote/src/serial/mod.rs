@@ -22,6 +22,7 @@ mod run;
 mod served;
 mod shared;
 mod threads;
+mod trouble;
 
 pub use connect::ConnectOptions;
 pub use device_time::DeviceTime;
@@ -33,3 +34,4 @@ pub use pipe::Pipe;
 pub use port::{PortInfo, open, ports};
 pub use served::{ServeError, Served, ServedHardware};
 pub use shared::Heard;
+pub use trouble::{BoardTrouble, TroubleCause};

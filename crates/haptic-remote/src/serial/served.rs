@@ -11,6 +11,7 @@ use super::device_time::DeviceTime;
 use super::line::Line as _;
 use super::pipe::Pipe;
 use super::shared::lock;
+use super::trouble::BoardTrouble;
 use crate::held_clock::HeldClock;
 use crate::session::within_this_process;
 use crate::{DeviceSession, Hardware, TickSide};
@@ -18,7 +19,6 @@ use core::cell::RefCell;
 use core::hint::spin_loop;
 use haptic_link::{FRAME_MAX, Refusal, State};
 use std::io::{Read as _, Write as _};
-use std::string::String;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -34,8 +34,9 @@ const FALL: Duration = Duration::from_secs(2);
 /// [`let_go`](Hardware::let_go) is called at the end too, after the force has fallen; implement [`Drop`] as well where the
 /// hardware keeps its last force, so that it lets go even when the thread panics.
 pub trait ServedHardware<const D: usize = 1>: Hardware<D> + Send + 'static {
-    /// Words about the last fault of the hardware, with the remedy; `None` if it had none. Not called in a tick.
-    fn trouble(&self) -> Option<String>;
+    /// Words about the last fault of the hardware, with the remedy, and where its cause lies; `None` if it had none. Not called in a
+    /// tick.
+    fn trouble(&self) -> Option<BoardTrouble>;
 }
 
 /// A device of another maker and the thread that serves it, with the loop, limits, watchdog and flight recorder of any
@@ -46,7 +47,7 @@ pub trait ServedHardware<const D: usize = 1>: Hardware<D> + Send + 'static {
 pub struct Served {
     line: Pipe,
     stop: Arc<AtomicBool>,
-    trouble: Arc<Mutex<Option<String>>>,
+    trouble: Arc<Mutex<Option<BoardTrouble>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -109,7 +110,7 @@ impl Served {
         self.thread.as_ref()
     }
 
-    pub(super) fn trouble(&self) -> Option<String> {
+    pub(super) fn trouble(&self) -> Option<BoardTrouble> {
         lock(&self.trouble).clone()
     }
 }
@@ -158,7 +159,7 @@ struct Serving<H: Hardware<D>, const D: usize> {
     own_time: Option<DeviceTime>,
     /// Faults whose trouble has been told.
     faults: u16,
-    trouble: Arc<Mutex<Option<String>>>,
+    trouble: Arc<Mutex<Option<BoardTrouble>>>,
 }
 
 impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {

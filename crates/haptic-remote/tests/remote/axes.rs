@@ -1,6 +1,6 @@
 //! A device of two axes: vectors, limits of the norm, a box, enemies.
 
-use crate::plane::{Bench, FORCE_N, START, configuration};
+use crate::plane::{FORCE_N, Plane, configuration};
 use haptic_link::{
     AxisWorkspace, Configuration, DigestBuilder, Field, Forces, Outcome, Refusal, Report, Request,
     Scope, State, VectorBatch, VectorSample, WorkspaceBox,
@@ -23,7 +23,7 @@ fn spring(sample: &VectorSample) -> Request {
     forces(sample.tick, &force)
 }
 
-fn samples(bench: &Bench) -> Vec<VectorSample> {
+fn samples(bench: &Plane) -> Vec<VectorSample> {
     let samples = bench.told.iter().filter_map(|report| match report {
         Report::VectorSample(sample) => Some(sample.clone()),
         _ => None,
@@ -33,8 +33,8 @@ fn samples(bench: &Bench) -> Vec<VectorSample> {
 
 #[test]
 fn a_spring_of_the_host_holds_both_axes_where_it_should() {
-    let mut bench = Bench::running(LineFaults::default(), Box::new(spring));
-    bench.run(2000);
+    let mut bench = Plane::running(LineFaults::default(), Box::new(spring));
+    bench.run_ms(2000);
     assert_eq!(bench.state(), State::Running);
     let samples = samples(&bench);
     let last = samples.last().expect("came");
@@ -55,8 +55,8 @@ fn a_spring_of_the_host_holds_both_axes_where_it_should() {
 #[test]
 fn the_norm_is_limited_and_the_direction_kept() {
     let law = |sample: &VectorSample| forces(sample.tick, &[1.5, -2.0]);
-    let mut bench = Bench::running(LineFaults::default(), Box::new(law));
-    bench.run(20);
+    let mut bench = Plane::running(LineFaults::default(), Box::new(law));
+    bench.run_ms(20);
     let newest = bench.device.borrow().newest().force_n;
     assert!((newest[0] - 0.6 * FORCE_N).abs() < 1e-5, "{newest:?}");
     assert!((newest[1] + 0.8 * FORCE_N).abs() < 1e-5, "{newest:?}");
@@ -65,14 +65,14 @@ fn the_norm_is_limited_and_the_direction_kept() {
 }
 
 /// From the tick at which a fault latched on, the norm never grows, and it is zero soon.
-fn falls_to_zero(bench: &mut Bench, fault: Fault) {
+fn falls_to_zero(bench: &mut Plane, fault: Fault) {
     while bench.state() == State::Running {
         assert!(bench.norms.len() < 2000, "no fault");
-        bench.step();
+        bench.step().expect("goes on");
     }
     assert_eq!(bench.fault(), Some(fault));
     let latched = bench.norms.len() - 1;
-    bench.run(150);
+    bench.run_ms(150);
     let norms = &bench.norms[latched..];
     assert!(bench.norms[latched - 1] > 0.5, "there was a force");
     for pair in norms.windows(2) {
@@ -90,7 +90,7 @@ fn what_is_not_finite_on_one_axis_is_a_fault_of_both() {
             0..100 => forces(sample.tick, &[1.0, -1.0]),
             _ => forces(sample.tick, &[1.0, bad]),
         };
-        let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+        let mut bench = Plane::running(LineFaults::default(), Box::new(law));
         falls_to_zero(&mut bench, Fault::NonFiniteForce);
     }
 }
@@ -111,7 +111,7 @@ fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
             0..100 => forces(sample.tick, &[1.0, -1.0]),
             tick => wrong(tick),
         };
-        let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+        let mut bench = Plane::running(LineFaults::default(), Box::new(law));
         falls_to_zero(&mut bench, Fault::HostSilent);
         let tick = bench.told.iter().find_map(|report| match report {
             Report::Fault(report) => Some(report.tick),
@@ -125,13 +125,13 @@ fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
 #[test]
 fn a_host_that_falls_silent_leaves_no_force() {
     let law = |sample: &VectorSample| forces(sample.tick.min(100), &[1.0, -1.0]);
-    let mut bench = Bench::running(LineFaults::default(), Box::new(law));
-    bench.run(50);
-    bench.law = None;
+    let mut bench = Plane::running(LineFaults::default(), Box::new(law));
+    bench.run_ms(50);
+    bench.vector_law = None;
     falls_to_zero(&mut bench, Fault::HostSilent);
     // A force that is too old is a fault of its own.
     let law = |sample: &VectorSample| forces(sample.tick.min(100), &[1.0, -1.0]);
-    let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+    let mut bench = Plane::running(LineFaults::default(), Box::new(law));
     falls_to_zero(&mut bench, Fault::StaleForce);
 }
 
@@ -151,8 +151,8 @@ fn on_a_bad_line_no_force_is_beyond_its_limit() {
         let part = |shift: u32| f32::from((n >> shift) as u8) - 128.0;
         forces(sample.tick, &[part(8), part(16)])
     };
-    let mut bench = Bench::running(faults, Box::new(law));
-    bench.run(5000);
+    let mut bench = Plane::running(faults, Box::new(law));
+    bench.run_ms(5000);
     let largest = bench.norms.iter().copied().fold(0.0, f32::max);
     assert!(largest > 0.9 * FORCE_N, "{largest} N");
     assert!(largest <= FORCE_N * (1.0 + f32::EPSILON), "{largest} N");
@@ -160,18 +160,18 @@ fn on_a_bad_line_no_force_is_beyond_its_limit() {
 
 #[test]
 fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
-    let mut bench = Bench::running(LineFaults::default(), Box::new(spring));
-    bench.run(200);
-    bench.law = None;
-    bench.run(300);
+    let mut bench = Plane::running(LineFaults::default(), Box::new(spring));
+    bench.run_ms(200);
+    bench.vector_law = None;
+    bench.run_ms(300);
     assert_eq!(bench.fault(), Some(Fault::HostSilent));
-    let Ok(Report::VectorFlight(first)) = bench.ask(Request::ReadFlight { index: 0 }) else {
+    let Ok(Report::VectorFlight(first)) = bench.answered(Request::ReadFlight { index: 0 }) else {
         panic!("no vector");
     };
     assert_eq!((first.index, first.count), (0, 96));
     let told = samples(&bench);
     for index in 0..first.count {
-        let Ok(Report::VectorFlight(flight)) = bench.ask(Request::ReadFlight { index }) else {
+        let Ok(Report::VectorFlight(flight)) = bench.answered(Request::ReadFlight { index }) else {
             panic!("no vector");
         };
         assert_eq!(flight.sample.tick, first.sample.tick + u32::from(index));
@@ -179,12 +179,12 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
     }
     bench.told.clear();
     bench
-        .ask(Request::Stream {
+        .answered(Request::Stream {
             every: 1,
             batch: 16,
         })
         .expect("streams");
-    bench.run(100);
+    bench.run_ms(100);
     let batches: Vec<&VectorBatch> = (bench.told.iter())
         .filter_map(|report| match report {
             Report::VectorBatch(batch) => Some(batch),
@@ -213,16 +213,13 @@ fn square(half_m: f32) -> WorkspaceBox {
 
 #[test]
 fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
-    let mut bench = Bench::set_to_last();
+    let mut bench = Plane::set_to_last();
     let mut narrow = square(0.05);
     narrow.axes[0].high_m = 0.004;
     bench
-        .set(configuration(), Some(narrow), Scope::Run)
+        .set_within(configuration(), Some(narrow), Scope::Run)
         .expect("a box");
-    bench.host.set_keep_alive(Some(5_000));
-    bench.ask(Request::Arm { faults: 0 }).expect("arms");
-    bench.law = Some(Box::new(spring));
-    bench.ask(Request::Start(START)).expect("starts");
+    bench.starts(Box::new(spring));
     // It comes to rest at 5 mm.
     falls_to_zero(&mut bench, Fault::Workspace);
     let breach = samples(&bench)
@@ -237,24 +234,24 @@ fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
 
 #[test]
 fn a_box_that_is_none_or_would_last_is_refused() {
-    let mut bench = Bench::set_to_last();
+    let mut bench = Plane::set_to_last();
     let unsupported = Refusal::Unsupported(Field::WorkspaceLow);
     // Nothing is staged.
     assert_eq!(
-        bench.ask(Request::Workspace(square(0.05))),
+        bench.answered(Request::Workspace(square(0.05))),
         Err(Refusal::Incomplete)
     );
-    let lasting = bench.set(configuration(), Some(square(0.05)), Scope::Lasting);
+    let lasting = bench.set_within(configuration(), Some(square(0.05)), Scope::Lasting);
     assert_eq!(lasting, Err(unsupported));
     let mut line = square(0.05);
     line.axes.truncate(1);
     assert_eq!(
-        bench.set(configuration(), Some(line), Scope::Run),
+        bench.set_within(configuration(), Some(line), Scope::Run),
         Err(unsupported)
     );
     let mut turned = square(0.05);
     turned.axes[1].low_m = 0.06;
-    let refused = bench.set(configuration(), Some(turned), Scope::Run);
+    let refused = bench.set_within(configuration(), Some(turned), Scope::Run);
     assert!(
         matches!(
             refused,
@@ -269,7 +266,7 @@ fn a_box_that_is_none_or_would_last_is_refused() {
     let mut bounded = configuration();
     bounded.limits.workspace_low_m = -0.04;
     bounded.limits.workspace_high_m = 0.04;
-    let refused = bench.set(bounded, Some(square(0.05)), Scope::Run);
+    let refused = bench.set_within(bounded, Some(square(0.05)), Scope::Run);
     assert!(
         matches!(
             refused,
@@ -281,28 +278,31 @@ fn a_box_that_is_none_or_would_last_is_refused() {
         "{refused:?}"
     );
     bench
-        .set(bounded, Some(square(0.04)), Scope::Run)
+        .set_within(bounded, Some(square(0.04)), Scope::Run)
         .expect("within");
     // The digest has to know of it.
-    bench.ask(Request::Configure(bounded)).expect("staged");
+    bench.answered(Request::Configure(bounded)).expect("staged");
     let block = haptic_link::CoefficientBlock::of(&[0.0], 0);
-    bench.ask(Request::Coefficients(block)).expect("staged");
-    bench.ask(Request::Workspace(square(0.03))).expect("staged");
+    bench
+        .answered(Request::Coefficients(block))
+        .expect("staged");
+    bench
+        .answered(Request::Workspace(square(0.03)))
+        .expect("staged");
     let digest = DigestBuilder::new(&bounded).coefficients(&[0.0]).finish();
     let scope = Scope::Run;
-    let refused = bench.ask(Request::Commit { digest, scope });
+    let refused = bench.answered(Request::Commit { digest, scope });
     assert_eq!(refused, Err(Refusal::Digest));
 }
 
 #[test]
 fn a_law_of_its_own_is_refused() {
-    let mut bench = Bench::new(LineFaults::default());
-    bench.ask(Request::Hello { nonce: 1 }).expect("answers");
+    let mut bench = Plane::connected(LineFaults::default());
     let stiff = Configuration {
         stiffness_n_per_m: 100.0,
         ..configuration()
     };
-    let refused = bench.set(stiff, None, Scope::Lasting);
+    let refused = bench.set_within(stiff, None, Scope::Lasting);
     assert!(
         matches!(
             refused,
@@ -313,11 +313,11 @@ fn a_law_of_its_own_is_refused() {
         ),
         "{refused:?}"
     );
-    let Ok(Report::Capabilities(can)) = bench.ask(Request::GetCapabilities) else {
+    let Ok(Report::Capabilities(can)) = bench.answered(Request::GetCapabilities) else {
         panic!("no capabilities");
     };
     assert_eq!(can.axes, 2);
-    let done = bench.ask(Request::Disarm);
+    let done = bench.answered(Request::Disarm);
     assert!(
         matches!(done, Ok(Report::Ack(ack)) if ack.outcome == Outcome::Done),
         "{done:?}"

@@ -1,22 +1,26 @@
-//! A device and its host with a line between them.
+//! A device of any number of axes and its host, with a line between them that may be bad, in virtual time.
 
+use crate::mirror::Mirror;
 use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode,
-    OperatorForm, OperatorShape, Outcome, Receiver, Refusal, Report, Request, RequestTracker,
-    Scope, Start, State,
+    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Forces, LoopMode, OperatorForm,
+    OperatorShape, Refusal, Report, Request, Scope, Start, State, VectorSample,
 };
+use haptic_loop::Fault;
 use haptic_remote::{
-    Conversation, DeviceSession, FaultyLine, Incoming, LineFaults, LinkError, TickSide,
+    Conversation, DeviceSession, FaultyLine, Hardware, Incoming, LineFaults, LinkError, TickSide,
 };
 use std::cell::RefCell;
 
 /// Steps of the clock, µs: ten a tick of 1 kHz.
 pub(crate) const STEP_US: u64 = 100;
 
+/// What the host answers to a position, an element an axis.
+pub(crate) type VectorLaw = Box<dyn FnMut(&VectorSample) -> Request>;
+
 /// Both ends, both directions, one clock.
-pub(crate) struct Bench {
-    pub(crate) device: RefCell<TickSide<Witness>>,
+pub(crate) struct Bench<H: Hardware<D> = Witness, const D: usize = 1> {
+    pub(crate) device: RefCell<TickSide<H, D>>,
     pub(crate) session: DeviceSession,
     pub(crate) host: Conversation,
     pub(crate) to_device: FaultyLine,
@@ -34,6 +38,10 @@ pub(crate) struct Bench {
     pub(crate) energy_j: Option<f32>,
     /// Called for each sample in a host loop; its force is sent back.
     pub(crate) law: Option<fn(f32) -> f32>,
+    /// The same of a device of several axes.
+    pub(crate) vector_law: Option<VectorLaw>,
+    /// Norms of the force, N, tick by tick.
+    pub(crate) norms: Vec<f32>,
     /// When the device last got a frame that its watchdog may take for a host, by the host's clock.
     pub(crate) heard_us: u64,
     /// What the device hears, judged by the side of it.
@@ -44,74 +52,13 @@ pub(crate) struct Bench {
     pub(crate) capture: Option<Vec<Vec<u8>>>,
 }
 
-/// Who may feed the watchdog, by what device and host say to each other.
-struct Mirror {
-    requests: Receiver<Request>,
-    reports: Receiver<Report>,
-    tracker: RequestTracker,
-    connection: u32,
-    owner: u32,
-}
-
-impl Mirror {
-    fn new() -> Self {
-        Self {
-            requests: Receiver::new(Direction::FromHost),
-            reports: Receiver::new(Direction::FromDevice),
-            tracker: RequestTracker::NEW,
-            connection: 0,
-            owner: 0,
-        }
-    }
-
-    /// The request that this byte ended, if it is a new one of its connection.
-    fn new_request(&mut self, byte: u8) -> Option<(Header, Request)> {
-        let (header, request) = self.requests.push(byte)?;
-        if matches!(request, Request::Hello { .. }) {
-            return None;
-        }
-        if header.connection != self.connection {
-            self.connection = header.connection;
-            self.tracker.restart();
-        }
-        self.tracker
-            .is_new(header.sequence)
-            .then_some((header, request))
-    }
-
-    /// Whether the device has done this arm.
-    fn has_armed(&mut self, request: &Request, answer: &[u8]) -> bool {
-        let said = answer.iter().find_map(|&byte| self.reports.push(byte));
-        let done = matches!(said, Some((_, Report::Ack(ack))) if ack.outcome == Outcome::Done);
-        done && matches!(request, Request::Arm { .. })
-    }
-}
-
 pub(crate) fn device() -> TickSide<Witness> {
     TickSide::new(Witness::new("bench")).expect("a simulated board works")
 }
 
 impl Bench {
     pub(crate) fn new(faults: LineFaults, seed: u64) -> Self {
-        Self {
-            device: RefCell::new(device()),
-            session: DeviceSession::new([0, 1, 0], 1),
-            host: Conversation::new(50_000),
-            to_device: FaultyLine::new(faults, seed).expect("valid"),
-            to_host: FaultyLine::new(faults, seed.wrapping_add(1)).expect("valid"),
-            now_us: 0,
-            boot_us: 0,
-            ticking: true,
-            host_dead: false,
-            told: Vec::new(),
-            rebooted: false,
-            energy_j: None,
-            law: None,
-            heard_us: 0,
-            mirror: Mirror::new(),
-            hellos: 0,
-            capture: None,
-        }
+        Self::with(device(), faults, seed)
     }
 
     /// The device loses everything and starts anew.
@@ -130,6 +77,36 @@ impl Bench {
     pub(crate) fn force_n(&self) -> f32 {
         self.device.borrow().hardware().force_n()
     }
+}
+
+impl<H: Hardware<D>, const D: usize> Bench<H, D> {
+    pub(crate) fn with(device: TickSide<H, D>, faults: LineFaults, seed: u64) -> Self {
+        Self {
+            device: RefCell::new(device),
+            session: DeviceSession::new([0, 1, 0], 1),
+            host: Conversation::new(50_000),
+            to_device: FaultyLine::new(faults, seed).expect("valid"),
+            to_host: FaultyLine::new(faults, seed.wrapping_add(1)).expect("valid"),
+            now_us: 0,
+            boot_us: 0,
+            ticking: true,
+            host_dead: false,
+            told: Vec::new(),
+            rebooted: false,
+            energy_j: None,
+            law: None,
+            vector_law: None,
+            norms: Vec::new(),
+            heard_us: 0,
+            mirror: Mirror::new(),
+            hellos: 0,
+            capture: None,
+        }
+    }
+
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        Fault::from_code(self.device.borrow().status().fault)
+    }
 
     pub(crate) fn state(&self) -> State {
         self.device.borrow().status().state
@@ -140,7 +117,11 @@ impl Bench {
         self.now_us += STEP_US;
         let period = u64::from(self.device.borrow().configuration().0.tick_period_us);
         if self.ticking && self.now_us.is_multiple_of(period) {
-            self.device.borrow_mut().tick(self.now_us - self.boot_us);
+            let mut device = self.device.borrow_mut();
+            device.tick(self.now_us - self.boot_us);
+            let force_n = device.newest().force_n;
+            let squares: f32 = force_n.iter().map(|axis| axis * axis).sum();
+            self.norms.push(squares.sqrt());
         }
         let mut line = [0; FRAME_MAX];
         while let Some(frame) = self.to_device.receive(self.now_us) {
@@ -212,7 +193,7 @@ impl Bench {
         let configuration = device.configuration().0;
         let host_loop = configuration.loop_mode == LoopMode::Host;
         match request {
-            Request::Force { tick, .. } => {
+            Request::Force { tick, .. } | Request::Forces(Forces { tick, .. }) => {
                 let age = device.newest().tick.wrapping_add(1).wrapping_sub(*tick);
                 age <= u32::from(configuration.limits.max_age_ticks)
             }
@@ -221,13 +202,15 @@ impl Bench {
     }
 
     fn hear(&mut self, report: Report) {
-        if let (Some(law), Report::Sample(sample)) = (self.law, &report)
-            && !self.host_dead
-        {
-            let force = Request::Force {
+        let answer = match (&report, self.law, &mut self.vector_law) {
+            (Report::Sample(sample), Some(law), _) => Some(Request::Force {
                 tick: sample.tick,
                 force_n: law(sample.position_m),
-            };
+            }),
+            (Report::VectorSample(sample), _, Some(law)) => Some(law(sample)),
+            _ => None,
+        };
+        if let Some(force) = answer.filter(|_| !self.host_dead) {
             let mut line = [0; FRAME_MAX];
             let length = self.host.tell(&force, &mut line);
             self.to_device.send(&line[..length], self.now_us);
@@ -254,18 +237,22 @@ impl Bench {
         }
     }
 
+    /// Asks over a line that works.
+    pub(crate) fn answered(&mut self, request: Request) -> Result<Report, Refusal> {
+        self.ask(request).expect("the line works")
+    }
+
     /// Asks and expects the device to agree.
     pub(crate) fn done(&mut self, request: Request) -> Report {
         let name = request.name();
-        self.ask(request)
-            .expect("the line works")
+        self.answered(request)
             .unwrap_or_else(|refusal| panic!("{name}: {refusal:?}"))
     }
 
     /// Asks and expects to be refused.
     pub(crate) fn refused(&mut self, request: Request) -> Refusal {
         let name = request.name();
-        match self.ask(request).expect("the line works") {
+        match self.answered(request) {
             Ok(report) => panic!("{name} was not refused: {report:?}"),
             Err(refusal) => refusal,
         }

@@ -7,6 +7,7 @@ mod broken;
 mod connections;
 mod limits;
 mod line;
+mod mirror;
 mod plane;
 mod runs;
 mod schedules;

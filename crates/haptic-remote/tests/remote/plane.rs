@@ -1,186 +1,71 @@
-//! A device of two axes and its host, with a line between them that may be bad, in virtual time.
+//! A device of two axes on the bench.
 
+use crate::line::{Bench, START, VectorLaw};
 use haptic_link::{
-    Configuration, DigestBuilder, FRAME_MAX, Limits, LoopMode, Refusal, Report, Request, Scope,
-    Simulation, Start, State, VectorSample, WorkspaceBox,
+    CoefficientBlock, Configuration, DigestBuilder, Limits, LoopMode, Refusal, Report, Request,
+    Scope, Simulation, WorkspaceBox,
 };
-use haptic_loop::Fault;
-use haptic_remote::{
-    Conversation, DeviceSession, FaultyLine, Incoming, LineFaults, SimulatedAxes, TickSide,
-};
-use std::cell::RefCell;
+use haptic_remote::{LineFaults, SimulatedAxes, TickSide};
 
-/// T, µs.
-const TICK_US: u64 = 1000;
 /// Largest norm of the force, N.
 pub(crate) const FORCE_N: f32 = 2.0;
 
-/// What the host answers to a position, an element an axis.
-pub(crate) type Law = Box<dyn FnMut(&VectorSample) -> Request>;
+pub(crate) type Plane = Bench<SimulatedAxes<2>, 2>;
 
-fn norm(vector: &[f32]) -> f32 {
-    vector.iter().map(|axis| axis * axis).sum::<f32>().sqrt()
-}
-
-pub(crate) struct Bench {
-    pub(crate) device: RefCell<TickSide<SimulatedAxes<2>, 2>>,
-    pub(crate) session: DeviceSession,
-    pub(crate) host: Conversation,
-    to_device: FaultyLine,
-    to_host: FaultyLine,
-    now_us: u64,
-    pub(crate) told: Vec<Report>,
-    pub(crate) law: Option<Law>,
-    /// Norms of the force, tick by tick.
-    pub(crate) norms: Vec<f32>,
-}
-
-impl Bench {
-    pub(crate) fn new(faults: LineFaults) -> Self {
+impl Plane {
+    /// Connected, and nothing more.
+    pub(crate) fn connected(faults: LineFaults) -> Self {
         let device = TickSide::new(SimulatedAxes::new("plane")).expect("starts");
-        let line = |seed| FaultyLine::new(faults, seed).expect("valid");
-        Self {
-            device: RefCell::new(device),
-            session: DeviceSession::new([0, 1, 0], 1),
-            host: Conversation::new(50_000),
-            to_device: line(1),
-            to_host: line(2),
-            now_us: 0,
-            told: Vec::new(),
-            law: None,
-            norms: Vec::new(),
-        }
-    }
-
-    fn say(&mut self, line: &[u8]) {
-        if !line.is_empty() {
-            self.to_device.send(line, self.now_us);
-        }
-    }
-
-    /// One tick of device and host; the answer to what was asked.
-    pub(crate) fn step(&mut self) -> Option<Incoming> {
-        self.now_us += TICK_US;
-        let mut line = [0; FRAME_MAX];
-        while let Some(frame) = self.to_device.receive(self.now_us) {
-            for byte in frame {
-                let length = self
-                    .session
-                    .receive(byte, self.now_us, &self.device, &mut line);
-                if length > 0 {
-                    self.to_host.send(&line[..length], self.now_us);
-                }
-            }
-        }
-        self.device.borrow_mut().tick(self.now_us);
-        self.norms
-            .push(norm(&self.device.borrow().newest().force_n));
-        loop {
-            let length = self.session.poll(&self.device, &mut line);
-            if length == 0 {
-                break;
-            }
-            self.to_host.send(&line[..length], self.now_us);
-        }
-        let mut answer = None;
-        while let Some(frame) = self.to_host.receive(self.now_us) {
-            for byte in frame {
-                match self.host.receive(byte, self.now_us) {
-                    Some(Incoming::Told(report)) => {
-                        if let (Report::VectorSample(sample), Some(law)) = (&report, &mut self.law)
-                        {
-                            let request = law(sample);
-                            let length = self.host.tell(&request, &mut line);
-                            self.to_device.send(&line[..length], self.now_us);
-                        }
-                        self.told.push(report);
-                    }
-                    Some(Incoming::Alive { .. }) | None => {}
-                    other => answer = other,
-                }
-            }
-        }
-        let length = self.host.due(self.now_us, &mut line).expect("goes on");
-        self.say(&line[..length]);
-        answer
-    }
-
-    pub(crate) fn ask(&mut self, request: Request) -> Result<Report, Refusal> {
-        let mut line = [0; FRAME_MAX];
-        let length = self.host.ask(request, self.now_us, &mut line);
-        self.say(&line[..length]);
-        for _ in 0..2000 {
-            match self.step() {
-                Some(Incoming::Answer(report)) => return Ok(report),
-                Some(Incoming::Refused { refusal, .. }) => return Err(refusal),
-                other => assert!(other.is_none(), "{other:?}"),
-            }
-        }
-        panic!("no answer");
-    }
-
-    pub(crate) fn set(
-        &mut self,
-        configuration: Configuration,
-        workspace: Option<WorkspaceBox>,
-        scope: Scope,
-    ) -> Result<(), Refusal> {
-        self.ask(Request::Configure(configuration))?;
-        let block = haptic_link::CoefficientBlock::of(&[0.0], 0);
-        self.ask(Request::Coefficients(block))?;
-        let mut digest = DigestBuilder::new(&configuration).coefficients(&[0.0]);
-        if let Some(workspace) = workspace {
-            digest = digest.workspace(&workspace);
-            self.ask(Request::Workspace(workspace))?;
-        }
-        let digest = digest.finish();
-        self.ask(Request::Commit { digest, scope }).map(drop)
+        let mut bench = Self::with(device, faults, 1);
+        bench.hello();
+        bench
     }
 
     /// Connected, and configured until something else is set.
     pub(crate) fn set_to_last() -> Self {
-        let mut bench = Self::new(LineFaults::default());
-        bench.ask(Request::Hello { nonce: 1 }).expect("answers");
-        let lasting = bench.set(configuration(), None, Scope::Lasting);
+        let mut bench = Self::connected(LineFaults::default());
+        let lasting = bench.set_within(configuration(), None, Scope::Lasting);
         lasting.expect("good");
         bench
     }
 
     /// Connected, configured, armed and started, with a hand that pushes along x.
-    pub(crate) fn running(faults: LineFaults, law: Law) -> Self {
-        let mut bench = Self::new(faults);
-        bench.ask(Request::Hello { nonce: 1 }).expect("answers");
-        bench
-            .set(configuration(), None, Scope::Lasting)
-            .expect("good");
-        bench.host.set_keep_alive(Some(5_000));
-        bench.ask(Request::Arm { faults: 0 }).expect("arms");
-        bench.law = Some(law);
-        bench.ask(Request::Start(START)).expect("starts");
+    pub(crate) fn running(faults: LineFaults, law: VectorLaw) -> Self {
+        let mut bench = Self::connected(faults);
+        let lasting = bench.set_within(configuration(), None, Scope::Lasting);
+        lasting.expect("good");
+        bench.starts(law);
         bench
     }
 
-    pub(crate) fn run(&mut self, ticks: u32) {
-        for _ in 0..ticks {
-            self.step();
+    /// Arms and starts, with this law.
+    pub(crate) fn starts(&mut self, law: VectorLaw) {
+        self.host.set_keep_alive(Some(5_000));
+        self.done(Request::Arm { faults: 0 });
+        self.vector_law = Some(law);
+        self.done(Request::Start(START));
+    }
+
+    /// Sets a configuration without a law, and a box.
+    pub(crate) fn set_within(
+        &mut self,
+        configuration: Configuration,
+        workspace: Option<WorkspaceBox>,
+        scope: Scope,
+    ) -> Result<(), Refusal> {
+        self.answered(Request::Configure(configuration))?;
+        let block = CoefficientBlock::of(&[0.0], 0);
+        self.answered(Request::Coefficients(block))?;
+        let mut digest = DigestBuilder::new(&configuration).coefficients(&[0.0]);
+        if let Some(workspace) = workspace {
+            digest = digest.workspace(&workspace);
+            self.answered(Request::Workspace(workspace))?;
         }
-    }
-
-    pub(crate) fn state(&self) -> State {
-        self.device.borrow().status().state
-    }
-
-    pub(crate) fn fault(&self) -> Option<Fault> {
-        Fault::from_code(self.device.borrow().status().fault)
+        let digest = digest.finish();
+        let committed: Result<Report, Refusal> = self.answered(Request::Commit { digest, scope });
+        committed.map(drop)
     }
 }
-
-pub(crate) const START: Start = Start {
-    run: 1,
-    ticks: 0,
-    every: 1,
-    batch: 1,
-};
 
 pub(crate) fn configuration() -> Configuration {
     Configuration {

@@ -4,7 +4,7 @@ use haptic_link::{
     Capabilities, Configuration, FaultReport, Limits, Refusal, Sample, Simulation, Start, State,
 };
 use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
-use haptic_remote::serial::{Heard, SerialLink, Served, ServedHardware};
+use haptic_remote::serial::{BoardTrouble, Heard, SerialLink, Served, ServedHardware};
 use haptic_remote::{Hardware, SimulatedPlant, TickSide};
 use nalgebra::SVector;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -78,8 +78,8 @@ impl Hardware for Slow {
 }
 
 impl ServedHardware for Slow {
-    fn trouble(&self) -> Option<String> {
-        Some("it is broken: mend it".to_owned())
+    fn trouble(&self) -> Option<BoardTrouble> {
+        Some(BoardTrouble::of_board("it is broken: mend it".to_owned()))
     }
 }
 
@@ -170,7 +170,9 @@ fn a_board_that_fails_is_let_go_at_once_and_says_why() {
     let (fault, report) = fault(&mut link);
     assert_eq!(fault, Fault::BoardFailed);
     assert!(done.let_go.load(Ordering::Relaxed) >= 1);
-    assert_eq!(link.trouble().as_deref(), Some("it is broken: mend it"));
+    let trouble = link.trouble().map(|trouble| trouble.words);
+    assert_eq!(trouble.as_deref(), Some("it is broken: mend it"));
+    assert!(!link.has_lost_board());
     assert_eq!(link.status().state, State::Fault);
     // The tick of the fault is told too: no force, and the place of before.
     let rest = samples(&mut link, 50);

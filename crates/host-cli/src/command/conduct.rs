@@ -5,7 +5,6 @@ use crate::files::save_picture;
 use crate::output::{Output, note, warn};
 use crate::parameter::with_options;
 use haptic_experiment::curves::Published;
-use haptic_experiment::ended::LetGo;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::report::RunReport;
 use haptic_experiment::{Summary, Supervisor};
@@ -67,25 +66,32 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
     let RunReport {
         ended_early,
         let_go,
+        device_lost,
         duration_s,
         dropped_samples,
         log,
         ..
     } = run;
+    let dropped = *dropped_samples;
     if let (Some(reason), Some(let_go)) = (ended_early, let_go) {
         let error = anyhow::anyhow!(
-            "{reason}: the run ended at {} s, {}; the log is {log}",
+            "{reason}: the run ended at {} s, {}; the log is {log}{}",
             plain(*duration_s),
-            let_go.words()
+            let_go.words(),
+            match dropped {
+                0 => String::new(),
+                lost => format!(", and lacks {lost} samples"),
+            }
         );
-        return Err(match let_go {
-            LetGo::ByItself => Failure::Device(error),
-            LetGo::Ramped | LetGo::InOneSample | LetGo::Told => Failure::Run(error),
+        return Err(if *device_lost {
+            Failure::Device(error)
+        } else {
+            Failure::Run(error)
         });
     }
-    if *dropped_samples > 0 {
+    if dropped > 0 {
         return Err(Failure::DataLost(anyhow::anyhow!(
-            "{dropped_samples} samples are missing from the log {log}"
+            "{dropped} samples are missing from the log {log}"
         )));
     }
     Ok(())

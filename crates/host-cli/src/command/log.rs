@@ -2,7 +2,7 @@
 
 mod words;
 
-use self::words::{print_extent, print_info, print_missing, reasons, recovered};
+use self::words::{advice, print_extent, print_info, print_missing, reasons, recovered};
 use crate::log_plot::LogFigure;
 use crate::output::Output;
 use crate::picture_file::{self, PictureFileError};
@@ -248,9 +248,10 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
         Ok(())
     } else {
         Err(Failure::DataLost(anyhow::anyhow!(
-            "`{}` is not whole: {}; `host-cli log recover` saves what is there",
+            "`{}` is not whole: {}; {}",
             log.display(),
-            reasons.join("; ")
+            reasons.join("; "),
+            advice(&summary)
         )))
     }
 }

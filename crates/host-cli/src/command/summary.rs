@@ -65,16 +65,20 @@ pub fn print_length(out: &mut dyn Write, run: &RunReport) -> io::Result<()> {
     )
 }
 
-/// Prints the largest and the last force.
+/// Prints the largest force, and the last before it fell to zero.
 ///
 /// # Errors
 /// Those of `out`.
 pub fn print_force(out: &mut dyn Write, run: &RunReport) -> io::Result<()> {
     writeln!(
         out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        // −0 is 0.
+        "  force             peak {:.4e} N, {} {:.4e} N",
         run.peak_force_n,
+        match run.ended_early {
+            None => "at the end",
+            Some(_) => "before it fell",
+        },
+        // −0 is 0.
         0.0 + run.final_force_n
     )
 }

@@ -1,6 +1,7 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal.
 
 mod flash;
+mod gone;
 mod lines;
 mod moteus;
 mod ports;

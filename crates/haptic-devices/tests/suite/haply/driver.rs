@@ -118,6 +118,50 @@ fn letting_go_leaves_the_board_without_torque_and_configured() {
 }
 
 #[test]
+fn every_command_finds_the_handle_at_its_home_or_goes_on_with_that_of_before() {
+    for version in Version::ALL {
+        let model = version.model();
+        let into = [0.5 * model.pantograph.base_m(), 0.09];
+        let led = |wire: &Wire| {
+            wire.with(|world| {
+                world.now_us += 1_500_000;
+                let now_us = world.now_us;
+                world.board.advance(now_us);
+                world.board.body().place_m()
+            })
+        };
+        let board = Board::new(model, Body::at_home(&model, Hand::At(into)));
+        let home_m = board.body().place_m();
+        let wire = Wire::new(World::new(board));
+        let seen = |home| {
+            let device = Haply2Diy::greet(wire.clone(), &name(version, home)).expect("answers");
+            device.planar().posture().hand_m
+        };
+        let step_m = 2.0 * f64::from(model.resolution_m());
+        for _ in 0..3 {
+            assert!((seen(Home::Now) - home_m).norm() < step_m);
+            let place_m = led(&wire);
+            assert!((place_m - home_m).norm() > 0.03, "it was led: {place_m}");
+            // The encoders count on.
+            let before_m = seen(Home::Before);
+            assert!((before_m - place_m).norm() < step_m, "{before_m} {place_m}");
+        }
+    }
+}
+
+#[test]
+fn what_the_home_of_before_cannot_be_names_the_remedy() {
+    // The home of the wrong version, and led into the middle since.
+    let hand = Hand::At([0.03, 0.12]);
+    let (board, now_us) = configured(Version::V2, Version::V3, hand, 1.5);
+    let mut world = World::new(board);
+    world.now_us = now_us;
+    let refused = Haply2Diy::greet(Wire::new(world), &name(Version::V3, Home::Before));
+    let said = refused.expect_err("angles of another device").to_string();
+    assert!(said.contains("leave home=before out"), "{said}");
+}
+
+#[test]
 fn a_2diy_of_the_other_version_is_said_to_be_one() {
     // At its home each version answers as it was told. On its way into the middle the angles of the one that counts twice as far
     // are out of reach, wherever it goes. The other way round they are those of another posture, and cannot be told.
@@ -148,7 +192,7 @@ fn a_device_that_is_none_is_refused() {
     // A board that nobody has configured answers with one byte.
     let wire = Wire::new(World::new(fresh()));
     let before = Haply2Diy::greet(wire, &name(Version::V3, Home::Before));
-    let mute = matches!(before, Err(HaplyOpenError::Mute { bytes: 1 }));
+    let mute = matches!(before, Err(HaplyOpenError::NoHome { bytes: 1 }));
     assert!(mute, "{before:?}");
     let mut world = World::new(fresh());
     world.dead = true;

@@ -234,7 +234,8 @@ impl Rig {
     }
 
     pub(crate) fn trouble(&self) -> String {
-        self.device.hardware().trouble().unwrap_or_default()
+        let trouble = self.device.hardware().trouble();
+        trouble.map_or_else(String::new, |trouble| trouble.words)
     }
 
     /// The torque that the servo makes now, N·m.

@@ -147,7 +147,7 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
         flight_samples: can.flight_samples,
         state: status.state.to_string(),
         fault: fault_in_words(status),
-        fault_reason: link.trouble().filter(|_| status.fault > 0),
+        fault_reason: (link.trouble().filter(|_| status.fault > 0)).map(|trouble| trouble.words),
         faults: status.faults,
         latency_ms: link.latency_ms(),
         round_trip_us: RoundTrip {

@@ -9,7 +9,9 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
-use haptic_experiment::selftest::{Attendant, EmergencyStop, Notice, SelfTest, SelfTestReport};
+use haptic_experiment::selftest::{
+    Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport,
+};
 use haptic_quantity::{Force, Time};
 use std::io::{self, IsTerminal as _, Write};
 
@@ -22,7 +24,8 @@ times a second; three times that is asked for to see it limited. Settings of the
 some 4 s. A real device moves by a few millimetres: let it move freely. Somebody presses its emergency stop when told \
 to (--emergency-stop none for a device that has none).
 
-Exit code 0 only if every promise was kept that the device makes, 1 if one was not, 3 if the link was lost.";
+Exit code 0 only if every promise was kept that the device makes, 1 if one was not, 3 if the link was lost or this \
+machine was too busy to judge one.";
 
 /// Arguments of `device selftest`.
 #[derive(Debug, Args)]
@@ -48,7 +51,7 @@ impl Arguments {
     /// Runs the command.
     ///
     /// # Errors
-    /// Exit code 1 if a promise was not kept, 3 if there is no device or the link was lost.
+    /// Exit code 1 if a promise was not kept, 3 if there is no device, the link was lost or this machine was too busy to judge.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let mut test = SelfTest::DEFAULT;
         if let Some(force) = self.force_limit {
@@ -111,6 +114,7 @@ fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
         let ok = match check.ok {
             Some(true) => "ok",
             Some(false) => "NO",
+            None if check.host_late => "??",
             None => "–",
         };
         let name = check.check.to_string();
@@ -125,7 +129,7 @@ fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
 }
 
 /// # Errors
-/// A link that was lost, else a promise that was not kept.
+/// A link that was lost, else a promise that was not kept, else one that this machine was too busy to judge.
 fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     if let Some(error) = &report.link_lost {
         return Err(Failure::Device(anyhow::anyhow!(
@@ -133,19 +137,29 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
             report.device
         )));
     }
-    let broken: Vec<String> = report
-        .checks
-        .iter()
-        .filter(|check| check.ok == Some(false))
-        .map(|check| check.check.to_string())
-        .collect();
-    if broken.is_empty() {
+    let named = |which: &dyn Fn(&Check) -> bool| -> Vec<String> {
+        let checks = report.checks.iter().filter(|check| which(check));
+        checks.map(|check| check.check.to_string()).collect()
+    };
+    let (broken, late) = (
+        named(&|check| check.ok == Some(false)),
+        named(&|check| check.host_late),
+    );
+    let of = report.checks.len();
+    if !broken.is_empty() {
+        return Err(Failure::Run(anyhow::anyhow!(
+            "{} of {of} promises were not kept: {}; do not use this device before that is mended",
+            broken.len(),
+            broken.join(", ")
+        )));
+    }
+    if late.is_empty() {
         return Ok(());
     }
-    Err(Failure::Run(anyhow::anyhow!(
-        "{} of {} promises were not kept: {}; do not use this device before that is mended",
-        broken.len(),
-        report.checks.len(),
-        broken.join(", ")
+    Err(Failure::Device(anyhow::anyhow!(
+        "{} of {of} promises could not be judged, as this machine was too busy: {}; close other programs (`host-cli rt-check` says what \
+         helps), then test again",
+        late.len(),
+        late.join(", ")
     )))
 }

@@ -1,6 +1,6 @@
 //! A log in words: what is missing, and what is in it.
 
-use haptic_log::record::{EndKind, LogSummary};
+use haptic_log::record::{EndKind, LogSummary, RECOVERED};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -37,6 +37,21 @@ pub(super) fn reasons(summary: &LogSummary) -> Vec<String> {
         }
     }
     reasons
+}
+
+/// What helps a log that is not whole: nothing, where its file is undamaged.
+pub(super) fn advice(summary: &LogSummary) -> &'static str {
+    let is_recovered = summary
+        .metadata
+        .iter()
+        .any(|record| record.name == RECOVERED);
+    match (summary.complete, is_recovered) {
+        (false, _) => "`host-cli log recover` saves what is there",
+        (true, true) => "it has all that `host-cli log recover` found, and what is missing is lost",
+        (true, false) => {
+            "its file is undamaged: what is missing never reached it, and `host-cli log recover` finds no more"
+        }
+    }
 }
 
 /// Damage and missing ticks, a line each.

@@ -155,7 +155,7 @@ fn an_emulated_servo_that_dies_ends_the_run() {
     device.kill();
     let output = run.wait_with_output().expect("ends");
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert_eq!(output.status.code(), Some(3), "{errors}");
     assert!(errors.contains("the adapter is gone"), "{errors}");
 }
 

@@ -62,6 +62,7 @@ fn check_counts_what_is_missing_before_the_first_sample_and_after_the_last() {
     }
     let text = place.run("log check made.mcap").failed(4);
     assert!(text.error().contains("1000 ticks missing"), "{text}");
+    assert!(text.error().contains("its file is undamaged"), "{text}");
 }
 
 #[test]
