@@ -275,10 +275,10 @@ fn a_box_that_the_arms_do_not_reach_and_a_line_for_both_axes_are_refused() {
     emulated
         .place
         .run(&format!("run edge.toml {line}"))
-        .refused(3, &["axis and zero choose a line", "leave them away"]);
+        .refused(2, &["axis and zero choose a line", "leave them away"]);
     emulated.place.write("space.toml", "[touch]\naxes = 3\n");
     emulated
         .place
         .run(&format!("run space.toml {BOTH}"))
-        .refused(3, &["it has 2 axes, and 3 are asked for"]);
+        .refused(2, &["it has 2 axes, and 3 are asked for"]);
 }

@@ -105,7 +105,7 @@ fn a_touch_that_must_be_passive_and_is_not_ends_with_1_and_a_fault_too() {
         .refused(2, &["--loop host"]);
     place
         .run("run serial.toml --device moteus:/dev/ttyUSB9 --loop host")
-        .refused(3, &["it has 1 axis, and 2 are asked for"]);
+        .refused(2, &["it has 1 axis, and 2 are asked for"]);
     place.write("typo.toml", "[touch]\nradius = 0.02\n");
     place
         .run("run typo.toml")
