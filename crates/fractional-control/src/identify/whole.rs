@@ -43,7 +43,7 @@ const ROUNDS: usize = 4;
 /// Several λ are tried, from the length of the record to its samples, and the poles of the samples themselves; the guess is what leaves least when it is
 /// run. So poles that swing long, grow, or are as fast as the samples are found.
 ///
-/// - *Cost*: some ten passes over the record. *Source*: of the rounds, K. Steiglitz and L. E. McBride, *A technique for the identification of
+/// - *Cost*: some ten passes over the record. *Source*: of the rounds, K. Steiglitz and L. E. `McBride`, *A technique for the identification of
 ///   linear systems*, IEEE Trans. Automatic Control 10(4), 1965; of filters in continuous time, P. C. Young, *Recursive estimation and
 ///   time-series analysis*, 2011.
 ///
