@@ -81,13 +81,8 @@ impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Order(order) => {
-                write!(
-                    f,
-                    "order {order} is not in [{}, {}]",
-                    ORDERS[0],
-                    ORDERS[1],
-                    order = Shown(order)
-                )
+                let (order, [least, most]) = (Shown(order), ORDERS);
+                write!(f, "order {order} is not in [{least}, {most}]")
             }
             Self::SampleTime(sample_time) => write!(
                 f,
@@ -113,17 +108,13 @@ impl fmt::Display for ParameterError {
             ),
             Self::Tolerance(tolerance) => write!(
                 f,
-                "tolerance {tolerance} is not in [{:e}, {:e}]",
-                TOLERANCE_MIN,
-                TOLERANCE_MAX,
-                tolerance = Shown(tolerance)
+                "tolerance {} is not in [{TOLERANCE_MIN:e}, {TOLERANCE_MAX:e}]",
+                Shown(tolerance)
             ),
             Self::Horizon(horizon) => write!(
                 f,
-                "horizon of {horizon} samples is not in [{:e}, {:e}]",
-                HORIZON_MIN,
-                HORIZON_MAX,
-                horizon = Shown(horizon)
+                "horizon of {} samples is not in [{HORIZON_MIN:e}, {HORIZON_MAX:e}]",
+                Shown(horizon)
             ),
 
             Self::Mode { rate, weight } => write!(
@@ -131,11 +122,7 @@ impl fmt::Display for ParameterError {
                 "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"
             ),
             Self::Weight { lag, weight } => {
-                write!(
-                    f,
-                    "weight {weight} of lag {lag} is not finite",
-                    weight = Shown(weight)
-                )
+                write!(f, "weight {weight} of lag {lag} is not finite")
             }
             Self::Density { rate, density } => write!(
                 f,
