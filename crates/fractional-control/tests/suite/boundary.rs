@@ -144,13 +144,13 @@ impl Candidate {
     }
 }
 
-/// `CAMPAIGN_CASES`: loops to try, 300 by default.
+/// `CAMPAIGN_CASES`: loops to try, 100 by default.
 #[test]
 fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
     let cases = std::env::var("CAMPAIGN_CASES")
         .ok()
         .and_then(|text| text.parse().ok());
-    let cases: usize = cases.unwrap_or(300);
+    let cases: usize = cases.unwrap_or(100);
     let mut draw = Draw(14);
     let (mut judged, mut index) = (0, 0);
     while judged < cases {

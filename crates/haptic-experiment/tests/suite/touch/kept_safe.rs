@@ -3,6 +3,7 @@
 use super::{run, touch};
 use haptic_experiment::ended::LetGo;
 use haptic_experiment::touch::TouchVerdict;
+use haptic_log::record::VectorTick;
 
 #[test]
 fn the_force_stays_within_the_limit_of_its_norm() {

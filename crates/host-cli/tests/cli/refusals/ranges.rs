@@ -40,16 +40,16 @@ fn an_order_that_no_wall_has_is_refused_as_such() {
 
 #[test]
 fn a_number_in_a_refusal_has_six_digits() {
+    // The last: all digits where fewer would look like the bound.
     all_refused(
         2,
-        &[
-            ("weights --order 2.123456789", &["order 2.12346 is not"]),
-            ("relax --strain 123456.789e3", &["strain 1.23457e8 is not"]),
-            ("rt-check --duration 1e300", &["duration 1e300 s is not"]),
-            ("rt-check --rate 1e300", &["rate 1e300 Hz is not"]),
-            // All digits where fewer would look like the bound.
-            ("relax --strain 1.0000001", &["strain 1.0000001 is not"]),
-        ],
+        "
+        weights --order 2.123456789 => order 2.12346 is not
+        relax --strain 123456.789e3 => strain 1.23457e8 is not
+        rt-check --duration 1e300 => duration 1e300 s is not
+        rt-check --rate 1e300 => rate 1e300 Hz is not
+        relax --strain 1.0000001 => strain 1.0000001 is not
+        ",
     );
 }
 
@@ -57,21 +57,15 @@ fn a_number_in_a_refusal_has_six_digits() {
 fn a_count_or_a_list_that_is_none_is_refused_with_its_range() {
     all_refused(
         2,
-        &[
-            (
-                "zwidth --points 1e9",
-                &["points 1e9", "whole number from 2 to 1000", "--points"],
-            ),
-            ("zwidth --points=", &["points \"\"", "from 2 to 1000"]),
-            ("weights --order 0.5 --count 1.5", &["count 1.5", "--count"]),
-            ("relax --seed -1", &["seed -1", "--seed"]),
-            ("materials export jelly --prony 101", &["from 1 to 100"]),
-            (
-                "design --orders=",
-                &["''", "--orders", "[0, 2]", "as in 0,0.5,1"],
-            ),
-            ("zwidth --orders 0,x", &["'x'", "--orders", "[0, 2]"]),
-        ],
+        "
+        zwidth --points 1e9 => points 1e9 | whole number from 2 to 1000 | --points
+        zwidth --points= => points \"\" | from 2 to 1000
+        weights --order 0.5 --count 1.5 => count 1.5 | --count
+        relax --seed -1 => seed -1 | --seed
+        materials export jelly --prony 101 => from 1 to 100
+        design --orders= => '' | --orders | [0, 2] | as in 0,0.5,1
+        zwidth --orders 0,x => 'x' | --orders | [0, 2]
+        ",
     );
 }
 
