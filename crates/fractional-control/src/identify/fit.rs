@@ -1,6 +1,6 @@
 //! Model less record, as a problem of least squares.
 
-use super::{Free, FreeNumber, Record};
+use super::record::{Free, FreeNumber, Record};
 use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, respond};
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;

@@ -1,28 +1,17 @@
 //! A fractional transfer function from a record of input and output.
 
 mod fit;
+mod record;
 mod whole;
 
 use self::fit::{Fit, settled};
+use self::record::{Free, free_numbers};
 use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
-use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+pub use record::{FreeNumber, Record};
 use std::vec::Vec;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
-
-/// A record: input and output at the same instants, T apart, from rest.
-#[derive(Clone, Copy, Debug)]
-pub struct Record<'a> {
-    /// T.
-    pub sample_time: Seconds,
-    /// u, one a sample.
-    pub input: &'a [f64],
-    /// y, one a sample.
-    pub output: &'a [f64],
-    /// True if u is a command that was held from its sample to the next, as in a step; false for a smooth signal that was sampled.
-    pub held: bool,
-}
 
 /// A function that was found, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,20 +29,6 @@ pub struct Identified {
     pub standard_errors: Vec<(FreeNumber, f64)>,
 }
 
-/// A number of the function that was free.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum FreeNumber {
-    /// Coefficient of the n-th term of the numerator, highest order first; the error is relative.
-    NumeratorCoefficient(usize),
-    /// Its order.
-    NumeratorOrder(usize),
-    /// Coefficient of the n-th term of the denominator; the error is relative.
-    DenominatorCoefficient(usize),
-    /// Its order.
-    DenominatorOrder(usize),
-}
-
 /// Fits the coefficients and orders of a function to a record by least squares, from a first guess.
 ///
 /// The guess sets the terms and the signs of their coefficients. Of the denominator the last coefficient stays, or function and gain would
@@ -63,8 +38,7 @@ pub enum FreeNumber {
 /// - *Cost*: some hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
 ///
 /// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
+/// /// use fractional_control::{FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
 ///
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
@@ -89,8 +63,7 @@ pub fn identify(
 /// trouble. [`whole_guess`] finds a first guess.
 ///
 /// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{Record, identify_coefficients};
+/// /// use fractional_control::{Record, identify_coefficients};
 ///
 /// // 1/(s − 1), begun from a plant that decays.
 /// let y: Vec<f64> = (0..200).map(|n| (0.01 * f64::from(n)).exp_m1()).collect();
@@ -106,15 +79,6 @@ pub fn identify_coefficients(
     record: &Record<'_>,
 ) -> Result<Identified, ControlError> {
     searched(guess, record, Free::Coefficients)
-}
-
-/// The numbers of a function that a fit may change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Free {
-    /// Coefficients, of which signs stay, and orders that are not 0.
-    All,
-    /// Coefficients and their signs.
-    Coefficients,
 }
 
 fn searched(
@@ -184,26 +148,4 @@ fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
         .fold(0.0, |most: f64, y| most.max(y.abs()));
     positive("largest output of the record", largest, "")?;
     Ok(())
-}
-
-/// All but the last coefficient of the denominator, and orders of 0.
-fn free_numbers(guess: &FractionalTransferFunction, freedom: Free) -> Vec<FreeNumber> {
-    let mut free = Vec::new();
-    let is_free = |order: f64| order > 0.0 && freedom == Free::All;
-    for (n, term) in guess.numerator().terms().iter().enumerate() {
-        free.push(FreeNumber::NumeratorCoefficient(n));
-        if is_free(term.order) {
-            free.push(FreeNumber::NumeratorOrder(n));
-        }
-    }
-    let terms = guess.denominator().terms();
-    for (n, term) in terms.iter().enumerate() {
-        if n + 1 < terms.len() {
-            free.push(FreeNumber::DenominatorCoefficient(n));
-        }
-        if is_free(term.order) {
-            free.push(FreeNumber::DenominatorOrder(n));
-        }
-    }
-    free
 }

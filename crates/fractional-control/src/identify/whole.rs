@@ -1,6 +1,6 @@
 //! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
 
-use super::Record;
+use super::record::Record;
 use crate::poles::roots;
 use crate::{FractionalTransferFunction, StateSpace, Term};
 use nalgebra::{DMatrix, DVector, RowDVector};
