@@ -38,7 +38,8 @@ pub struct Identified {
 /// - *Cost*: some hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
 ///
 /// ```
-/// /// use fractional_control::{FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
+/// use fracdiff::Seconds;
+/// use fractional_control::{FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
 ///
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
@@ -63,12 +64,13 @@ pub fn identify(
 /// trouble. [`whole_guess`] finds a first guess.
 ///
 /// ```
-/// /// use fractional_control::{Record, identify_coefficients};
+/// use fracdiff::Seconds;
+/// use fractional_control::{Record, identify_coefficients};
 ///
-/// // 1/(s − 1), begun from a plant that decays.
+/// // 1/(s − 1), begun from a plant that grows half as fast. From one that decays it would end at a slow decay: the pole would have to pass through infinity.
 /// let y: Vec<f64> = (0..200).map(|n| (0.01 * f64::from(n)).exp_m1()).collect();
 /// let record = Record { sample_time: Seconds(0.01), input: &[1.0; 200], output: &y, held: true };
-/// let found = identify_coefficients(&"1/(s+0.1)".parse()?, &record)?;
+/// let found = identify_coefficients(&"1/(s-0.5)".parse()?, &record)?;
 /// assert_eq!(found.function.unstable_poles(), Some(1));
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
