@@ -59,6 +59,16 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "haptic-selftest",
+        &[
+            "fracdiff",
+            "haptic-experiment",
+            "haptic-link",
+            "haptic-loop",
+            "haptic-remote",
+        ],
+    ),
+    (
         "haptic-page",
         &[
             "fracdiff",

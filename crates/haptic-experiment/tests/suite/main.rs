@@ -1,4 +1,4 @@
-//! Tests of the public face of `haptic-experiment`, in one binary; `selftest` waits for devices by the clock and has its own.
+//! Tests of the public face of `haptic-experiment`, in one binary.
 
 mod drive;
 mod measured_device;

@@ -9,10 +9,8 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
-use haptic_experiment::selftest::{
-    Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport,
-};
 use haptic_quantity::{Force, Time};
+use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _, Write};
 
 const LONG_ABOUT: &str = "\

@@ -1,16 +1,5 @@
-//! Flight test of a device: its promises, tried one after another with a small force.
-//!
-//! ```text
-//! connect ─▶ arm ─▶ force limit, stop ─▶ finite check ─▶ watchdog, flight recorder ─▶ reconnect ─▶ emergency stop
-//! ```
-//! - *Safe by construction*: the loop is the host's without any environment, the force is limited on the device to
-//!   [`SelfTest::force_limit_n`] before it is armed, no more than three times that is ever asked for, so that a device
-//!   without limits makes no more either, and its sign changes every 40 ticks.
-//! - *Judged in device time*, by the samples of the device, whose forces tell which message of the host came when. So a
-//!   machine or line that is slow for a while changes no verdict.
-//! - *Left behind*: nothing. Settings are those of a run, and a device goes back to what was set to last.
-//!
-//! It needs nothing but a [`SerialLink`](haptic_remote::serial::SerialLink), so it tries whatever is behind one.
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
 
 mod arm;
 mod attendant;
@@ -32,9 +21,9 @@ pub use attendant::{Attendant, Notice};
 pub use promise::{Check, Promise};
 pub use settings::{EmergencyStop, SelfTest};
 
-use crate::device::firmware_version;
-use crate::failure::Failure;
 use bench::{Bench, Broken};
+use haptic_experiment::device::firmware_version;
+use haptic_experiment::failure::Failure;
 use in_time::in_time;
 use serde::Serialize;
 

@@ -85,7 +85,7 @@ impl Bench<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::selftest::Promise;
+    use crate::Promise;
 
     #[test]
     fn a_force_that_was_too_large_has_no_excuse() {

@@ -1,9 +1,9 @@
 //! The self-test of the emulated device on a line that loses, damages and repeats frames.
 
 use crate::tested_at;
-use haptic_experiment::SelfTest;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::{Emulation, Terminal, emulate};
+use haptic_selftest::SelfTest;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Lines; the promise is of 30, which `CAMPAIGN_CASES=30` tries in three minutes.

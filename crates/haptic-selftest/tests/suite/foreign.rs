@@ -6,9 +6,10 @@ use haptic_devices::haply::{Board, Body, Hand, Haply2Diy, HaplyName, Version};
 use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_devices::{AtLine, NearLine};
-use haptic_experiment::selftest::{EmergencyStop, Promise};
-use haptic_experiment::{Failure, SelfTest, SelfTestReport};
+use haptic_experiment::Failure;
 use haptic_remote::serial::{DeviceTime, SerialLink, Served, ServedHardware};
+use haptic_selftest::{EmergencyStop, Promise};
+use haptic_selftest::{SelfTest, SelfTestReport};
 use std::sync::{Arc, Mutex};
 
 /// An emulated device that outlives its connections, and the time that it lives in.

@@ -1,8 +1,8 @@
 //! Settings of a self-test.
 
-use crate::failure::Failure;
-use crate::named::Named;
 use fracdiff::parameter::Shown;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::named::Named;
 use std::time::Duration;
 
 /// A flight test.
