@@ -40,7 +40,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
         limits.force_n, limits.force_rate_n_per_s
     );
     let zero = format!("zero within {} s, never growing", limits.stop_time_s);
-    let followed = match bench.conduct(&trial, Followed::was_silent)? {
+    let followed = match bench.conduct(&trial, Followed::was_late)? {
         Ok(followed) => followed,
         Err(refused) => {
             let seen = refused.to_string();

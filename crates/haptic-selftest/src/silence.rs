@@ -51,7 +51,7 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         "a force that is no number is a fault, zero within {} s",
         limits.stop_time_s
     );
-    let followed = bench.conduct(&trial, Followed::was_silent)?;
+    let followed = bench.conduct(&trial, Followed::was_late)?;
     Ok(faulted(
         Promise::FiniteCheck,
         promised,
@@ -81,7 +81,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
         limits.stop_time_s
     );
     // Silent too soon is silent: whichever force was the last, the time counts from it.
-    let followed = bench.conduct(&trial, |_| false)?;
+    let followed = bench.conduct(&trial, Followed::was_stale)?;
     let mut check = faulted(
         Promise::Watchdog,
         promised,
@@ -197,6 +197,20 @@ mod tests {
                 time_us: 1,
             }),
             ..Followed::default()
+        }
+    }
+
+    #[test]
+    fn what_this_machine_was_late_for_is_told_from_what_the_device_did() {
+        for (fault, silent, stale) in [
+            (Fault::HostSilent, true, false),
+            (Fault::StaleForce, false, true),
+            (Fault::NonFiniteForce, false, false),
+        ] {
+            let mut run = followed(50, 250);
+            run.fault.as_mut().expect("one").status.fault = fault.code();
+            assert_eq!((run.was_silent(), run.was_stale()), (silent, stale));
+            assert_eq!(run.was_late(), silent || stale, "{fault:?}");
         }
     }
 

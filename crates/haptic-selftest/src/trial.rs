@@ -66,7 +66,7 @@ impl Bench<'_> {
     }
 
     /// A run from limits to rest: arm, start, follow, stop, disarm. Again where the device let go because this machine was
-    /// silent against its will: `spoiled` tells.
+    /// silent or late against its will: `spoiled` tells.
     pub(super) fn conduct<S, U>(
         &mut self,
         trial: &Trial<S, U>,
@@ -231,7 +231,20 @@ impl Followed {
 
     /// True if the device let go because nothing came from here.
     pub(super) fn was_silent(&self) -> bool {
-        let code = Fault::HostSilent.code();
-        self.fault.is_some_and(|report| report.status.fault == code)
+        self.ended_by(Fault::HostSilent)
+    }
+
+    /// True if the device let go because nothing came from here, or too late.
+    pub(super) fn was_late(&self) -> bool {
+        self.was_silent() || self.was_stale()
+    }
+
+    /// True if the device let go because a force answered a sample too many ticks ago. No trial sends one on purpose.
+    pub(super) fn was_stale(&self) -> bool {
+        self.ended_by(Fault::StaleForce)
+    }
+
+    fn ended_by(&self, fault: Fault) -> bool {
+        (self.fault).is_some_and(|report| report.status.fault == fault.code())
     }
 }
