@@ -145,6 +145,8 @@ const FITTED: usize = 6;
 #[must_use]
 pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
     let mut whole: Vec<(f64, FractionalTransferFunction)> = Vec::new();
+    // A swing whose orders may be others too.
+    let mut swing = None;
     for (poles, zeros) in (1..=4).flat_map(|poles| (0..poles).map(move |zeros| (poles, zeros))) {
         for integrators in 0..=poles.min(2) {
             let shape = WholeShape {
@@ -153,6 +155,9 @@ pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
                 integrators,
             };
             if let Some(guess) = whole_guess(&record.as_record(held), shape) {
+                if (poles, zeros, integrators) == (2, 0, 0) {
+                    swing = Some(guess.function);
+                }
                 let numbers = (poles + zeros + 1 - integrators) as f64;
                 whole.push((bic(record, guess.rms_residual, numbers), guess.function));
             }
@@ -162,13 +167,6 @@ pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
     whole.truncate(FITTED);
     let whole = whole.into_iter().map(|(_, function)| function);
     let mut guesses: Vec<Guess> = whole.map(Guess::Coefficients).collect();
-    // A swing whose orders may be others too.
-    let swing = WholeShape {
-        poles: 2,
-        zeros: 0,
-        integrators: 0,
-    };
-    let swing = whole_guess(&record.as_record(held), swing).map(|guess| guess.function);
     guesses.extend(swing.into_iter().chain(powers(record)).map(Guess::Orders));
     guesses
 }
