@@ -4,8 +4,7 @@ use super::board::Emulator;
 use super::image::{Image, built};
 use haptic_experiment::Failure;
 use haptic_remote::serial::{ConnectOptions, SerialLink};
-use haptic_selftest::Attendant;
-use haptic_selftest::SelfTest;
+use haptic_selftest::{Attendant, SelfTest};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 

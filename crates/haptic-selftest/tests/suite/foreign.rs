@@ -8,8 +8,7 @@ use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_devices::{AtLine, NearLine};
 use haptic_experiment::Failure;
 use haptic_remote::serial::{DeviceTime, SerialLink, Served, ServedHardware};
-use haptic_selftest::{EmergencyStop, Promise};
-use haptic_selftest::{SelfTest, SelfTestReport};
+use haptic_selftest::{EmergencyStop, Promise, SelfTest, SelfTestReport};
 use std::sync::{Arc, Mutex};
 
 /// An emulated device that outlives its connections, and the time that it lives in.

@@ -9,8 +9,7 @@ mod late;
 use board::{Board, Flaw};
 use haptic_experiment::Failure;
 use haptic_remote::serial::{ConnectOptions, SerialLink};
-use haptic_selftest::{Attendant, EmergencyStop, Notice, Promise};
-use haptic_selftest::{SelfTest, SelfTestReport};
+use haptic_selftest::{Attendant, EmergencyStop, Notice, Promise, SelfTest, SelfTestReport};
 use std::sync::atomic::AtomicBool;
 
 /// What a host sees of a device.
