@@ -83,8 +83,7 @@ impl Case {
 
 #[test]
 fn no_coupled_device_is_on_the_wrong_side_of_its_boundary() {
-    let cases =
-        std::env::var("CAMPAIGN_CASES").map_or(100, |count| count.parse().expect("a number"));
+    let cases = testkit::cases(100);
     let mut random = Random(13_002);
     let (mut tried, mut number, mut wrong) = (0, 0, Vec::new());
     while tried < cases {

@@ -12,6 +12,7 @@
 pub mod book;
 #[cfg(feature = "browser")]
 pub mod browser;
+mod campaign;
 mod compare;
 pub mod device;
 pub mod golden;
@@ -19,5 +20,6 @@ pub mod operator;
 mod random;
 pub mod tissue;
 
+pub use campaign::cases;
 pub use compare::{assert_close, assert_relative};
 pub use random::Random;

@@ -205,7 +205,7 @@ fn deflections(drawn: &Drawn) -> [f64; 2] {
 /// The analysis of the loop and a run of it agree, off the edge. More of them: `CAMPAIGN_CASES=200`.
 #[test]
 fn random_models_are_stable_as_the_analysis_says() {
-    let cases = std::env::var("CAMPAIGN_CASES").map_or(40, |n| n.parse().expect("a number"));
+    let cases = testkit::cases(40);
     let mut random = Random(20_261_120);
     let (mut stable, mut unstable) = (0, 0);
     for case in 0..cases {

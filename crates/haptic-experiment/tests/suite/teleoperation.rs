@@ -133,8 +133,7 @@ fn random(random: &mut Random, tissues: &[RemotePlace]) -> TeleoperationExperime
 
 /// `CAMPAIGN_CASES`: how many, 100 by default; a thousand each night.
 fn cases() -> u64 {
-    let given = std::env::var("CAMPAIGN_CASES").ok();
-    given.map_or(100, |cases| cases.parse().expect("a number of cases"))
+    testkit::cases(100)
 }
 
 #[test]

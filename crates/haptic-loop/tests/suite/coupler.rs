@@ -214,9 +214,7 @@ fn energy<F: Real>(coupler: &impl Environment<F, 1>, positions: &[f64]) -> (f64,
 #[test]
 fn coupler_and_object_never_give_more_than_was_put_in() {
     let mut random = Random(14);
-    let cases = std::env::var("CAMPAIGN_CASES").ok();
-    let cases: usize = cases.and_then(|cases| cases.parse().ok()).unwrap_or(150);
-    for case in 0..cases {
+    for case in 0..testkit::cases(150_usize) {
         let mu = random.one_of(&[0.0, 0.1, 0.5, 0.9, 1.0]);
         let gains = [random.or_nothing(20.0), random.log_between(1.0, 1e4)];
         let behind = object([

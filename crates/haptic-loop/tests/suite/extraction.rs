@@ -22,19 +22,12 @@ use testkit::Random;
 /// Rounding, J.
 const ROUNDING: f64 = -1e-9;
 
-fn cases() -> usize {
-    std::env::var("CAMPAIGN_CASES")
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .unwrap_or(400)
-}
-
 #[test]
 fn no_motion_draws_energy_from_a_bounded_loop() {
     let mut random = Random(13);
     let (mut worst, mut rounded) = (0.0_f64, 0.0_f64);
     let (mut unguarded, mut felt) = (0, 0);
-    let count = cases();
+    let count = testkit::cases(400);
     for index in 0..count {
         let case = Case::random(&mut random);
         let motions = Case::motions(&mut random);

@@ -25,7 +25,7 @@ struct Seen {
 }
 
 fn cases() -> u32 {
-    std::env::var("CAMPAIGN_CASES").map_or(CASES, |count| count.parse().expect("a number"))
+    testkit::cases(CASES)
 }
 
 /// Boards that a hand strokes, in many places of the stroke.

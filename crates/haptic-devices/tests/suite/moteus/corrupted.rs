@@ -83,7 +83,7 @@ fn longest_at_a_wrong_place(rig: &mut Rig, harmed: u32) -> u32 {
 #[test]
 fn damage_ends_in_a_fault_soon_or_does_no_harm() {
     // 10⁵ each night.
-    let cases = cases(10_000);
+    let cases = testkit::cases(10_000);
     let mut random = Random(17);
     let mut rig = Rig::new(300.0);
     let (mut faults, mut harmless, mut mistaken) = (0, 0, 0);
@@ -159,13 +159,9 @@ fn damaged_commands(mut rig: Rig, cases: u32) -> (u32, u32) {
     (damaged, beyond)
 }
 
-fn cases(usual: u32) -> u32 {
-    std::env::var("CAMPAIGN_CASES").map_or(usual, |cases| cases.parse().expect("a number of cases"))
-}
-
 #[test]
 fn without_checksums_a_damaged_command_hardly_ever_makes_a_force_beyond_the_limit() {
-    let (damaged, beyond) = damaged_commands(Rig::without_checksum(300.0), cases(3000));
+    let (damaged, beyond) = damaged_commands(Rig::without_checksum(300.0), testkit::cases(3000));
     // Several bytes in a row that are lost, added or others may make a block of one-byte torques, of 0.5 N·m a step, in the place of
     // those that are limited. No single byte does: see below. 0.07 % seen.
     assert!(500 * beyond <= damaged, "{beyond} of {damaged}");
@@ -175,7 +171,7 @@ fn without_checksums_a_damaged_command_hardly_ever_makes_a_force_beyond_the_limi
 fn an_adapter_that_shows_that_it_knows_checksums_is_spoken_to_with_them() {
     let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
     let wire = Wire::to(EmulatedAdapter::new(servo), false);
-    let (_, beyond) = damaged_commands(Rig::on(wire, 300.0), cases(3000));
+    let (_, beyond) = damaged_commands(Rig::on(wire, 300.0), testkit::cases(3000));
     assert_eq!(beyond, 0);
 }
 

@@ -111,7 +111,7 @@ impl Case {
 
 #[test]
 fn random_devices_are_found_as_they_are_and_intervals_hold() {
-    let cases: u64 = std::env::var("CAMPAIGN_CASES").map_or(10, |n| n.parse().expect("a number"));
+    let cases: u64 = testkit::cases(10);
     let all: Vec<Case> = (0..cases).into_par_iter().map(measure).collect();
     for n in 0..5 {
         let what = all[0].is_right()[n].0;

@@ -240,7 +240,7 @@ fn schedule<F: Real, const D: usize>(seed: u64) -> u64 {
 
 #[test]
 fn no_schedule_brings_a_force_out_of_its_envelope() {
-    let cases = std::env::var("CAMPAIGN_CASES").map_or(4000, |n| n.parse().expect("a number"));
+    let cases = testkit::cases(4000);
     let mut faults = 0;
     for seed in 0..cases {
         faults += match seed % 6 {

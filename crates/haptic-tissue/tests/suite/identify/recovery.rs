@@ -43,10 +43,7 @@ fn record(candidate: ModelKind, parameters: &[f64], seed: u64) -> Record {
 /// 200 records a model by `CAMPAIGN_CASES=200`, and then each parameter by itself; 40 without, all parameters of a model together.
 #[test]
 fn the_truth_is_inside_nine_to_ninety_nine_of_a_hundred_intervals() {
-    let cases = std::env::var("CAMPAIGN_CASES")
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .unwrap_or(40_u64);
+    let cases = testkit::cases(40_u64);
     for (candidate, truth) in truths() {
         let mut inside = vec![0_u64; truth.len()];
         for seed in 0..cases {
