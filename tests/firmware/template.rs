@@ -24,7 +24,7 @@ fn copy(from: &Path, to: &Path) {
 
 /// The copy's image.
 fn built(folder: &Path) -> PathBuf {
-    let target = firmware().with_file_name("target/firmware/template");
+    let target = firmware().with_file_name("target/firmware");
     let status = Command::new(env!("CARGO"))
         .args(["build", "--release", "--locked"])
         .current_dir(folder)
