@@ -8,7 +8,7 @@ use host_cli::top::follow::Run;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use std::fs::File;
-use std::io::{BufWriter, Write as _};
+use std::io::{BufWriter, Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
@@ -277,7 +277,10 @@ fn a_key_ends_the_view_and_gives_the_terminal_back() {
     for key in ["q", "\x03"] {
         // A pseudo-terminal around the binary.
         let binary = assert_cmd::cargo::cargo_bin!("host-cli");
-        let line = format!("stty cols 120 rows 40; {} top --attach .", binary.display());
+        let line = format!(
+            "stty cols 120 rows 40; timeout --foreground 60 {} top --attach .",
+            binary.display()
+        );
         let spawned = Command::new("script")
             .args(["--quiet", "--return", "--command", &line, "/dev/null"])
             .current_dir(folder.path())
@@ -292,13 +295,25 @@ fn a_key_ends_the_view_and_gives_the_terminal_back() {
             println!("skipped: there is no script(1) to make a terminal");
             return;
         };
-        std::thread::sleep(Duration::from_secs(2));
         let mut keys = view.stdin.take().expect("piped");
-        keys.write_all(key.as_bytes()).expect("takes it");
-        let ended = view.wait_with_output().expect("ends");
-        let screen = String::from_utf8_lossy(&ended.stdout).into_owned();
-        assert_eq!(ended.status.code(), Some(0), "{screen}");
-        assert!(screen.contains("running"), "{screen}");
+        let mut shown = view.stdout.take().expect("piped");
+        let mut screen = String::new();
+        let mut part = [0; 4096];
+        // Only a view that is there takes a key.
+        let mut pressed = false;
+        loop {
+            let taken = shown.read(&mut part).expect("the screen");
+            if taken == 0 {
+                break;
+            }
+            screen += &String::from_utf8_lossy(&part[..taken]);
+            if !pressed && screen.contains("running") {
+                keys.write_all(key.as_bytes()).expect("takes it");
+                pressed = true;
+            }
+        }
+        let code = view.wait().expect("ends").code();
+        assert_eq!((code, pressed), (Some(0), true), "{screen}");
         // The other screen was entered and left.
         assert!(
             screen.contains("\x1b[?1049h") && screen.contains("\x1b[?1049l"),
