@@ -333,7 +333,7 @@ impl TeleoperationArguments {
 /// A parameter that the analysis refuses, with the option that sets it.
 fn refused(error: AnalysisError) -> Failure {
     let advice = match &error {
-        AnalysisError::Range { what, .. } => match *what {
+        AnalysisError::Range(range) => match range.what {
             "mass" => "change --mass or --slave-mass",
             "damping" => "change --damping or --slave-damping",
             "sample time" => "change --sample-time",
