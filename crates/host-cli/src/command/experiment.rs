@@ -184,7 +184,8 @@ impl RenderingArguments {
         )?;
         conduct(samples, output, print_summary, of_theory, |supervisor| {
             experiment(&request, supervisor.watched(&live))
-        })
+        })?;
+        Ok(())
     }
 }
 
