@@ -3,7 +3,6 @@
 use crate::hardware::Hardware;
 use crate::limits::{Fields, chain_limits};
 use fracdiff::PortableOperator;
-use fracdiff::parameter::RangeError;
 use fracdiff::portable::{Form, ListError};
 use haptic_link::{
     Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
@@ -190,7 +189,7 @@ pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,
 ) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
     let Some(list) = operator.list() else {
-        return Err(RangeError::new(
+        return Err(haptic_loop::RangeError::new(
             "convergence order of the scheme",
             2.0,
             "1, as of all that a device runs: take full in place of full-bdf2",
@@ -209,7 +208,7 @@ pub fn operator_shape(
         integer: list.integer,
         count: u16::try_from(count).map_err(|_| {
             let allowed = "at most 65535: take a full memory";
-            RangeError::new(
+            haptic_loop::RangeError::new(
                 "number of coefficients for a device",
                 count as f64,
                 allowed,
