@@ -1,7 +1,5 @@
 //! Taps of one block length: a convolution by FFT whose work is dealt out over the ticks of a block.
 
-#[cfg(feature = "serde")]
-use super::saved::Saved;
 use crate::Real;
 use crate::fft::{Bins, LANES, accumulate, factors, forward, forward_8, inverse, inverse_8, unit};
 use alloc::{vec, vec::Vec};
@@ -80,10 +78,14 @@ impl Schedule {
 
 /// The history of one signal in a level.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(try_from = "Saved<F>", into = "Saved<F>", bound = "F: Real")
+    derive(serde::Serialize, serde::Deserialize),
+    serde(
+        try_from = "super::saved::Saved<F>",
+        into = "super::saved::Saved<F>",
+        bound = "F: Real"
+    )
 )]
 pub(super) struct LevelHistory<F> {
     /// The block before the one that is coming in; overwritten as samples come.
