@@ -8,18 +8,12 @@ import { wallFile } from "./design-file";
 import { el, say } from "./dom";
 import { number, plain, quantity } from "./format";
 import { numberOf } from "./fragment";
-import { Knob } from "./knob";
+import { Knob, type KnobOptions } from "./knob";
 import { RegionMap } from "./map";
 import { save } from "./save";
 
-interface Setting {
+interface Setting extends Pick<KnobOptions, "label" | "unit" | "kind" | "least" | "most" | "log"> {
   key: keyof Values;
-  label: string;
-  unit: string;
-  kind: string;
-  least: number;
-  most: number;
-  log?: boolean;
   help: string;
 }
 

@@ -3,7 +3,7 @@
 use crate::AnalysisError;
 use crate::environment::finite;
 use fracdiff::Order;
-use fracdiff::parameter::not_negative;
+use fracdiff::parameter::{not_negative, range};
 
 /// Corollary 1, nondimensional: δ > α/2 + β·2^(μ−1); with units b > KT/2 + B(T/2)^(1−μ).
 ///
@@ -31,13 +31,7 @@ pub fn corollary_delta(order: Order, alpha: f64, beta: f64) -> Result<f64, Analy
 /// Theorem 1 has a bound for derivatives only.
 pub(crate) fn check_order(order: Order) -> Result<(), AnalysisError> {
     let value = order.get();
-    if value < 0.0 {
-        return Err(AnalysisError::Range {
-            what: "order",
-            value,
-            allowed: "in [0, 2], where the passivity theorem has a bound",
-            unit: "",
-        });
-    }
+    let allowed = "in [0, 2], where the passivity theorem has a bound";
+    range("order", value, value >= 0.0, allowed, "")?;
     Ok(())
 }

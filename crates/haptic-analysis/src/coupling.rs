@@ -3,7 +3,7 @@
 use crate::environment::finite;
 use crate::least_damping::{LeastDamping, SampledHold, Shares, TustinHold, exact, hold};
 use crate::{AnalysisError, ForcePath};
-use fracdiff::parameter::{not_negative, positive};
+use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -118,14 +118,13 @@ impl<'a> Coupler<'a> {
         dissipation: f64,
     ) -> Result<Self, AnalysisError> {
         let mu = order.get();
-        if mu < 0.0 {
-            return Err(AnalysisError::Range {
-                what: "order",
-                value: mu,
-                allowed: "in [0, 2], the orders of the coupler",
-                unit: "",
-            });
-        }
+        range(
+            "order",
+            mu,
+            mu >= 0.0,
+            "in [0, 2], the orders of the coupler",
+            "",
+        )?;
         let t = positive("sample time", sample_time_s, "s")?;
         let stiffness = not_negative("coupler stiffness", stiffness, "N·s/m")?;
         let dissipation = not_negative("coupler dissipation", dissipation, "N·s^(1−μ)/m")?;
@@ -371,13 +370,12 @@ impl fmt::Debug for Coupler<'_> {
 }
 
 fn check_theta(value: f64, below: bool, allowed: &'static str) -> Result<(), AnalysisError> {
-    if value > 0.0 && below {
-        return Ok(());
-    }
-    Err(AnalysisError::Range {
-        what: "digital frequency",
+    range(
+        "digital frequency",
         value,
+        value > 0.0 && below,
         allowed,
-        unit: "rad/sample",
-    })
+        "rad/sample",
+    )?;
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! The virtual environment alone, as it feels at one frequency.
 
 use crate::{AnalysisError, Loop};
-use fracdiff::parameter::{not_negative, positive};
+use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -110,17 +110,7 @@ impl Environment {
 
     /// θ = ωT, for 0 < ω ≤ π/T; a rounding error above π is π.
     pub(crate) fn theta(&self, omega_rad_s: f64) -> Result<f64, AnalysisError> {
-        let theta = omega_rad_s * self.sample_time_s;
-        if theta > 0.0 && theta <= PI * (1.0 + 1e-12) {
-            Ok(theta.min(PI))
-        } else {
-            Err(AnalysisError::Range {
-                what: "angular frequency",
-                value: omega_rad_s,
-                allowed: "above 0 and at most π/T",
-                unit: "rad/s",
-            })
-        }
+        Ok(turned(omega_rad_s, self.sample_time_s)?.min(PI))
     }
 
     /// Itself, if its parameters are in range.
@@ -160,20 +150,21 @@ impl Effective {
     }
 }
 
+/// θ = ωT, for 0 < ω ≤ π/T and a rounding error above.
+pub(crate) fn turned(omega_rad_s: f64, sample_time_s: f64) -> Result<f64, AnalysisError> {
+    let theta = omega_rad_s * sample_time_s;
+    let kept = theta > 0.0 && theta <= PI * (1.0 + 1e-12);
+    let allowed = "above 0 and at most π/T";
+    range("angular frequency", omega_rad_s, kept, allowed, "rad/s")?;
+    Ok(theta)
+}
+
 /// Refuses a result that overflowed, or that an operator without a response spoiled.
 pub(crate) fn finite(
     what: &'static str,
     value: f64,
     unit: &'static str,
 ) -> Result<f64, AnalysisError> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(AnalysisError::Range {
-            what,
-            value,
-            allowed: "finite for these parameters and this operator",
-            unit,
-        })
-    }
+    let allowed = "finite for these parameters and this operator";
+    Ok(range(what, value, true, allowed, unit)?)
 }

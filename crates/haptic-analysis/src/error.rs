@@ -8,16 +8,7 @@ use std::fmt;
 #[non_exhaustive]
 pub enum AnalysisError {
     /// A parameter outside its range: name, rejected value, allowed range, unit (empty for 1).
-    Range {
-        /// Its name.
-        what: &'static str,
-        /// The rejected value.
-        value: f64,
-        /// The allowed range in words, as in `at least 0`.
-        allowed: &'static str,
-        /// The unit; empty for a pure number.
-        unit: &'static str,
-    },
+    Range(RangeError),
     /// Something that could not be computed to the accuracy promised.
     Unresolved {
         /// The subject.
@@ -48,24 +39,14 @@ impl From<fracdiff::ParameterError> for AnalysisError {
 
 impl From<RangeError> for AnalysisError {
     fn from(error: RangeError) -> Self {
-        Self::Range {
-            what: error.what,
-            value: error.value,
-            allowed: error.allowed,
-            unit: error.unit,
-        }
+        Self::Range(error)
     }
 }
 
 impl fmt::Display for AnalysisError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Range {
-                what,
-                value,
-                allowed,
-                unit,
-            } => RangeError::new(what, value, allowed, unit).fmt(f),
+            Self::Range(ref error) => error.fmt(f),
             Self::Unresolved { what, why } => write!(f, "{what} cannot be computed: {why}"),
             Self::NotStable { what } => write!(f, "the loop is not stable: it has no {what}"),
             Self::Operator(ref error) => error.fmt(f),

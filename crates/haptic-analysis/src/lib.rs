@@ -1,5 +1,4 @@
 #![doc = include_str!("../README.md")]
-#![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod arrangement;
@@ -48,6 +47,7 @@ pub use coupling::{Coupler, HybridMatrix, Llewellyn};
 pub use dynamics::Dynamics;
 pub use environment::{Effective, Environment};
 pub use error::AnalysisError;
+pub use fracdiff::parameter::RangeError;
 pub use jury::{Jury, companion_eigenvalues, jury};
 pub use largest::Largest;
 pub use least_damping::LeastDamping;

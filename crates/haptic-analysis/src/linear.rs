@@ -5,6 +5,7 @@ use crate::ForcePath;
 use crate::jury::{Block, blocks};
 use crate::operator::multiply;
 use crate::transition::{Motion, numerator};
+use fracdiff::parameter::range;
 use nalgebra::{Complex, DMatrix, DVector, RowDVector, Schur};
 
 /// Most states.
@@ -57,14 +58,14 @@ pub(crate) fn scaled(
     }
     balance(&mut matrix, &mut input, &mut output);
     let fastest = matrix.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    if fastest.is_nan() || fastest > FASTEST.max(rate) {
-        return Err(AnalysisError::Range {
-            what: "fastest motion of the plant",
-            value: fastest,
-            allowed: "at most 1e6",
-            unit: "per sample",
-        });
-    }
+    let kept = fastest <= FASTEST.max(rate);
+    range(
+        "fastest motion of the plant",
+        fastest,
+        kept,
+        "at most 1e6",
+        "per sample",
+    )?;
     Ok((matrix, input, output))
 }
 
@@ -72,39 +73,23 @@ pub(crate) fn scaled(
 fn check_lists(a: &[f64], b: &[f64], c: &[f64], lag: usize) -> Result<(), AnalysisError> {
     let n = b.len();
     let most = STATES_MAX - lag;
-    if n == 0 || n > most {
-        return Err(AnalysisError::Range {
-            what: "states of a plant",
-            value: n as f64,
-            allowed: if lag == 0 {
-                "from 1 to 8"
-            } else {
-                "from 1 to 7 with a current lag"
-            },
-            unit: "",
-        });
-    }
+    let allowed = if lag == 0 {
+        "from 1 to 8"
+    } else {
+        "from 1 to 7 with a current lag"
+    };
+    let kept = (1..=most).contains(&n);
+    range("states of a plant", n as f64, kept, allowed, "")?;
     for (what, length, wanted) in [
         ("entries of A", a.len(), n * n),
         ("entries of C", c.len(), n),
     ] {
-        if length != wanted {
-            return Err(AnalysisError::Range {
-                what,
-                value: length as f64,
-                allowed: "as many as the entries of B ask for",
-                unit: "",
-            });
-        }
+        let allowed = "as many as the entries of B ask for";
+        range(what, length as f64, length == wanted, allowed, "")?;
     }
     for (what, list) in [("entry of A", a), ("entry of B", b), ("entry of C", c)] {
-        if let Some(&value) = list.iter().find(|x| !x.is_finite()) {
-            return Err(AnalysisError::Range {
-                what,
-                value,
-                allowed: "finite",
-                unit: "",
-            });
+        for &value in list {
+            range(what, value, true, "finite", "")?;
         }
     }
     Ok(())

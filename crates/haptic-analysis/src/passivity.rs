@@ -8,7 +8,7 @@ use crate::path::Profile;
 use crate::required::{RequiredDamping, RequiredDelta};
 use crate::theorem::At;
 use crate::{AnalysisError, ForcePath};
-use fracdiff::parameter::{not_negative, positive};
+use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{FrequencyResponse, Order, Seconds};
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -102,14 +102,8 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     /// # Errors
     /// d above [`DELAY_MAX`](Self::DELAY_MAX).
     pub fn with_delay(self, samples: usize) -> Result<Self, AnalysisError> {
-        if samples > Self::DELAY_MAX {
-            return Err(AnalysisError::Range {
-                what: "delay",
-                value: samples as f64,
-                allowed: "at most 10000",
-                unit: "samples",
-            });
-        }
+        let short = samples <= Self::DELAY_MAX;
+        range("delay", samples as f64, short, "at most 10000", "samples")?;
         let path = ForcePath::whole(samples)?;
         self.through(path)
     }
@@ -154,14 +148,9 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     pub fn delta_at(&self, alpha: f64, beta: f64, theta: f64) -> Result<f64, AnalysisError> {
         let alpha = not_negative("alpha", alpha, "")?;
         let beta = not_negative("beta", beta, "")?;
-        if !(theta > 0.0 && theta <= PI) {
-            return Err(AnalysisError::Range {
-                what: "digital frequency",
-                value: theta,
-                allowed: "above 0 and at most π",
-                unit: "rad/sample",
-            });
-        }
+        let kept = theta > 0.0 && theta <= PI;
+        let allowed = "above 0 and at most π";
+        range("digital frequency", theta, kept, allowed, "rad/sample")?;
         finite("least delta", self.combine(alpha, beta, theta), "")
     }
 

@@ -1,6 +1,7 @@
 //! From a command to the force on the device: delay and current lag.
 
 use crate::AnalysisError;
+use fracdiff::parameter::range;
 use num_complex::Complex;
 
 /// The way of a command to the device: held for one sample, delayed by (d + h) samples, and followed
@@ -57,23 +58,18 @@ impl ForcePath {
     /// # Errors
     /// Either outside its range.
     pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {
-        let in_range = |value: f64, most: f64| value >= 0.0 && value <= most;
-        if !in_range(delay_samples, Self::DELAY_MAX as f64) {
-            return Err(AnalysisError::Range {
-                what: "delay",
-                value: delay_samples,
-                allowed: "from 0 to 10000",
-                unit: "samples",
-            });
-        }
-        if !in_range(lag_samples, Self::LAG_MAX) {
-            return Err(AnalysisError::Range {
-                what: "current lag",
-                value: lag_samples,
-                allowed: "from 0 to 1e6",
-                unit: "samples",
-            });
-        }
+        let check = |what, value: f64, most, allowed| {
+            range(
+                what,
+                value,
+                value >= 0.0 && value <= most,
+                allowed,
+                "samples",
+            )
+        };
+        let delay_most = Self::DELAY_MAX as f64;
+        check("delay", delay_samples, delay_most, "from 0 to 10000")?;
+        check("current lag", lag_samples, Self::LAG_MAX, "from 0 to 1e6")?;
         let nearest = libm::rint(delay_samples);
         let delay = if (delay_samples - nearest).abs() < 1e-9 {
             nearest

@@ -5,7 +5,7 @@ use crate::mass_damper::{Poles, matrices, step_response};
 use crate::operator::multiply;
 use crate::transition::numerator;
 use crate::{AnalysisError, ForcePath};
-use fracdiff::parameter::{not_negative, positive};
+use fracdiff::parameter::{not_negative, positive, range};
 
 /// A plant behind a zero-order hold, sampled exactly: G(w) = w^(d+1)·N(w)/A(w), w = z^(−1).
 ///
@@ -292,13 +292,5 @@ fn not_above(
     allowed: &'static str,
 ) -> Result<f64, AnalysisError> {
     let value = not_negative(what, value, "")?;
-    if value <= most {
-        return Ok(value);
-    }
-    Err(AnalysisError::Range {
-        what,
-        value,
-        allowed,
-        unit: "",
-    })
+    Ok(range(what, value, value <= most, allowed, "")?)
 }

@@ -28,6 +28,7 @@ use crate::outline::Outline;
 use crate::straight::{Straight, near};
 use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
+use fracdiff::parameter::range;
 
 /// The α, β ≥ 0 for which a loop is stable.
 ///
@@ -100,23 +101,17 @@ impl StabilityRegion {
     ) -> Result<Self, AnalysisError> {
         let plant = plant.later(delay)?;
         let samples = plant.path().delay_samples();
-        if samples > Self::DELAY_MAX as f64 {
-            return Err(AnalysisError::Range {
-                what: "delay of a region",
-                value: samples,
-                allowed: "from 0 to 64",
-                unit: "samples",
-            });
-        }
+        let short = samples <= Self::DELAY_MAX as f64;
+        range(
+            "delay of a region",
+            samples,
+            short,
+            "from 0 to 64",
+            "samples",
+        )?;
         let order = operator.order().get();
-        if order > 0.0 && order < Self::ORDER_MIN {
-            return Err(AnalysisError::Range {
-                what: "order of a region",
-                value: order,
-                allowed: "0, or from 1e-6 to 2",
-                unit: "",
-            });
-        }
+        let kept = order <= 0.0 || order >= Self::ORDER_MIN;
+        range("order of a region", order, kept, "0, or from 1e-6 to 2", "")?;
         let characteristic = Characteristic {
             plant,
             operator,

@@ -4,6 +4,7 @@ use crate::functions::{Cascade, Curve, Modes, Polynomial, Power};
 use crate::operator::multiply;
 use crate::{AnalysisError, LoopOperator};
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
+use fracdiff::parameter::range;
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{
     Band, Order, Scheme, Seconds, bdf2_short_filter, grunwald_weights, muir_coefficients,
@@ -21,14 +22,8 @@ impl LoopOperator {
         sample_time: Seconds,
         horizon: f64,
     ) -> Result<Self, AnalysisError> {
-        if order.get() < 0.0 {
-            return Err(AnalysisError::Range {
-                what: "order",
-                value: order.get(),
-                allowed: "from 0 to 2: in a loop an integral has a pole at rest",
-                unit: "",
-            });
-        }
+        let allowed = "from 0 to 2: in a loop an integral has a pole at rest";
+        range("order", order.get(), order.get() >= 0.0, allowed, "")?;
         match scheme {
             Scheme::Exact => Ok(Self::exact(order)),
             Scheme::Grunwald { length } => {

@@ -5,6 +5,7 @@ use crate::circle::Count;
 use crate::jury::{Jury, companion_eigenvalues, jury};
 use crate::operator::multiply;
 use crate::{AnalysisError, ForcePath, LoopOperator, Nondimensional, SampledPlant};
+use fracdiff::parameter::range;
 use num_complex::Complex;
 
 /// A loop closed over a virtual environment, without units.
@@ -108,14 +109,8 @@ impl<'a> SampledLoop<'a> {
         operator: &'a LoopOperator,
     ) -> Result<Self, AnalysisError> {
         for (what, value) in [("alpha", alpha), ("beta", beta)] {
-            if !(0.0..=Nondimensional::WALL_MAX).contains(&value) {
-                return Err(AnalysisError::Range {
-                    what,
-                    value,
-                    allowed: "from 0 to 1e12",
-                    unit: "",
-                });
-            }
+            let kept = (0.0..=Nondimensional::WALL_MAX).contains(&value);
+            range(what, value, kept, "from 0 to 1e12", "")?;
         }
         Ok(Self {
             characteristic: Characteristic {

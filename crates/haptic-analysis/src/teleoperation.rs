@@ -8,12 +8,11 @@ pub use line::{HandCoupler, HandLine, HandMass};
 pub use search::{BestCoupler, CouplerSearch, Transparency};
 pub use stability::{AbsoluteStability, LargestDelay};
 
-use crate::environment::finite;
+use crate::environment::{finite, turned};
 use crate::{AnalysisError, HybridMatrix};
 use fracdiff::parameter::{not_negative, positive};
 use line::Ports;
 use num_complex::Complex;
-use std::f64::consts::PI;
 
 /// Master, slave and the line between them.
 ///
@@ -81,7 +80,7 @@ impl Teleoperation {
     /// A parameter or ω outside its range, or a result that is too large for a number.
     pub fn hybrid_matrix(&self, omega_rad_s: f64) -> Result<HybridMatrix, AnalysisError> {
         self.checked()?;
-        let ports = self.ports(self.theta(omega_rad_s)?);
+        let ports = self.ports(turned(omega_rad_s, self.sample_time_s)?);
         let matrix = HybridMatrix {
             p11: ports.h11,
             p12: ports.h12,
@@ -104,7 +103,7 @@ impl Teleoperation {
         environment: Complex<f64>,
     ) -> Result<Complex<f64>, AnalysisError> {
         self.checked()?;
-        let felt = (self.ports(self.theta(omega_rad_s)?)).transmitted(environment);
+        let felt = (self.ports(turned(omega_rad_s, self.sample_time_s)?)).transmitted(environment);
         finite("transmitted impedance", felt.re + felt.im, "N·s/m")?;
         Ok(felt)
     }
@@ -118,19 +117,6 @@ impl Teleoperation {
         positive("sample time", self.sample_time_s, "s")?;
         not_negative("delay of the line", self.delay_s, "s")?;
         self.line.check()
-    }
-
-    fn theta(&self, omega_rad_s: f64) -> Result<f64, AnalysisError> {
-        let theta = omega_rad_s * self.sample_time_s;
-        if theta > 0.0 && theta <= PI * (1.0 + 1e-12) {
-            return Ok(theta);
-        }
-        Err(AnalysisError::Range {
-            what: "angular frequency",
-            value: omega_rad_s,
-            allowed: "above 0 and at most π/T",
-            unit: "rad/s",
-        })
     }
 
     /// Of checked parameters, at 0 < θ ≤ π.

@@ -25,7 +25,7 @@ pub(crate) use content::Use;
 pub use content::{ControllerFile, ControllerOrigin};
 
 pub use crate::file::FileError;
-use haptic_tissue::read_text;
+use crate::file::text_of;
 use std::path::Path;
 
 impl ControllerFile {
@@ -34,9 +34,7 @@ impl ControllerFile {
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text = read_text(path)
-            .map_err(|error| FileError::unreadable(path, "the controller file", &error))?;
-        Self::parse(path, &text)
+        Self::parse(path, &text_of(path, "controller")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages.

@@ -1,11 +1,14 @@
 //! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, or one of another maker, as `haply:PATH`.
 
+mod failed;
+
+pub use failed::{at_link, at_port, refused_at_port};
+
 use crate::failure::Failure;
 use crate::named::Named;
 use haptic_devices::{ForeignName, OpenError};
 use haptic_link::{Hello, LoopMode};
-use haptic_remote::LinkError;
-use haptic_remote::serial::{ConnectOptions, SerialError, SerialLink, ports};
+use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -276,39 +279,6 @@ pub fn firmware_version(hello: &Hello) -> String {
     format!("{major}.{minor}.{patch}")
 }
 
-/// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.
-#[must_use]
-pub fn at_port(path: &str, error: &SerialError) -> Failure {
-    let text = error.to_string();
-    let error_at = if text.contains(path) {
-        anyhow::anyhow!("{text}")
-    } else {
-        anyhow::anyhow!("{path}: {text}")
-    };
-    match error {
-        SerialError::Link(LinkError::Faulted(_)) => Failure::Run(error_at),
-        _ => Failure::Device(error_at),
-    }
-}
-
-/// What a device refused is bad input; else as [`at_port`].
-#[must_use]
-pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
-    match error.is_refusal() {
-        true => Failure::bad_input(error),
-        false => at_port(path, &error),
-    }
-}
-
-/// As [`at_port`], of a device that was connected: where nothing comes from its board any more, it is not usable, whatever latched.
-#[must_use]
-pub fn at_link(link: &SerialLink, error: &SerialError) -> Failure {
-    match at_port(link.path(), error) {
-        Failure::Run(error) if link.has_lost_board() => Failure::Device(error),
-        failure => failure,
-    }
-}
-
 /// Place where the loop is closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Loop {
@@ -346,24 +316,6 @@ impl From<Loop> for LoopMode {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
-        let report = haptic_link::FaultReport {
-            status: haptic_link::Status {
-                state: haptic_link::State::Fault,
-                fault: 12,
-                faults: 1,
-            },
-            tick: 7,
-            time_us: 7000,
-        };
-        let failure = |error: LinkError| at_port("/dev/x", &error.into());
-        let faulted = failure(LinkError::Faulted(report));
-        assert_eq!(faulted.exit_code(), 1);
-        assert!(faulted.to_string().starts_with("/dev/x: "), "{faulted}");
-        assert_eq!(failure(LinkError::Gone).exit_code(), 3);
-    }
 
     #[test]
     fn a_name_says_port_and_speed() {

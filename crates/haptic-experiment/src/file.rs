@@ -41,7 +41,7 @@ use crate::{
 };
 use document::Document;
 pub use error::FileError;
-use haptic_tissue::read_text;
+pub(crate) use error::text_of;
 pub use question::Question;
 use std::path::Path;
 
@@ -87,9 +87,7 @@ impl ExperimentFile {
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text = read_text(path)
-            .map_err(|error| FileError::unreadable(path, "the experiment file", &error))?;
-        Self::parse(path, &text)
+        Self::parse(path, &text_of(path, "experiment")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages and for the paths in it.

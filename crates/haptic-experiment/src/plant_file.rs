@@ -15,10 +15,10 @@ mod read;
 mod response;
 
 pub use crate::file::FileError;
+use crate::file::text_of;
 use crate::parameters as p;
 pub use device::DeviceModel;
 use fractional_control::{ControlError, Plant};
-use haptic_tissue::read_text;
 pub use model::{DeviceValues, Interval, PlantFile, PlantModel};
 pub use response::read_response;
 use std::path::Path;
@@ -40,9 +40,7 @@ impl PlantFile {
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text = read_text(path)
-            .map_err(|error| FileError::unreadable(path, "the plant file", &error))?;
-        Self::parse(path, &text)
+        Self::parse(path, &text_of(path, "plant")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages and for the table of a measured response.

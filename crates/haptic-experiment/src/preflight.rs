@@ -85,7 +85,7 @@ impl PreflightSubject for Preflight<'_> {
 /// A number that the analysis does not take, with the keys that make it.
 pub(crate) fn refused(error: &AnalysisError) -> Failure {
     let what = match error {
-        AnalysisError::Range { what, .. } => *what,
+        AnalysisError::Range(range) => range.what,
         _ => "",
     };
     let advice = match what {

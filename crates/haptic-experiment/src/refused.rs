@@ -13,10 +13,10 @@ pub fn parameter(error: ParameterError) -> Failure {
 
 /// Advice on the error; `None` for an error that says so itself.
 fn advice(error: &ParameterError) -> Option<&'static str> {
-    let ParameterError::Range { what, .. } = error else {
+    let ParameterError::Range(range) = error else {
         return None;
     };
-    Some(match *what {
+    Some(match range.what {
         "force limit" => "change `force_limit_n`",
         "force rate limit" => "change `force_rate_limit_n_per_s`",
         "sample time" => "change `sample_time_s`",

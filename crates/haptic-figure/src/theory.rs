@@ -22,8 +22,6 @@ const HALF_BINS: usize = 200;
 const WHOLE_BINS: usize = 600;
 /// The error panel reaches this far below the largest error.
 const ERROR_SPAN: f64 = 1e10;
-const TOP_ROW_HEIGHT: f64 = 340.0;
-const ERROR_ROW_HEIGHT: f64 = 270.0;
 
 /// Under what conditions a curve was taken; makes the subtitle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,6 +161,9 @@ impl HeldPanels<'_> {
         })
     }
 }
+
+const TOP_ROW_HEIGHT: f64 = 340.0;
+const ERROR_ROW_HEIGHT: f64 = 270.0;
 
 impl TheoryFigure<'_> {
     /// Draws the picture.

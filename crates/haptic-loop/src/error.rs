@@ -2,24 +2,14 @@
 
 use core::fmt;
 use fracdiff::Real;
-use fracdiff::parameter::Shown;
-use fracdiff::parameter::{self, RangeError};
+use fracdiff::parameter::{self, RangeError, Shown};
 
 /// A parameter outside its documented range: name, rejected value, allowed range, unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ParameterError {
     /// A quantity.
-    Range {
-        /// Its name.
-        what: &'static str,
-        /// The rejected value, in `unit`.
-        value: f64,
-        /// The allowed range in words, without the unit.
-        allowed: &'static str,
-        /// The unit; empty for a pure number.
-        unit: &'static str,
-    },
+    Range(RangeError),
     /// More braking than the device bears, see [`Limits::braking_max`](crate::Limits::braking_max).
     Braking {
         /// The rejected damping, N·s/m.
@@ -41,24 +31,14 @@ impl From<fracdiff::ParameterError> for ParameterError {
 
 impl From<RangeError> for ParameterError {
     fn from(error: RangeError) -> Self {
-        Self::Range {
-            what: error.what,
-            value: error.value,
-            allowed: error.allowed,
-            unit: error.unit,
-        }
+        Self::Range(error)
     }
 }
 
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Range {
-                what,
-                value,
-                allowed,
-                unit,
-            } => RangeError::new(what, value, allowed, unit).fmt(f),
+            Self::Range(ref error) => error.fmt(f),
             Self::Braking {
                 value_n_s_per_m,
                 most_n_s_per_m,

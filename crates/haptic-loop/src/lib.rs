@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
-#![forbid(unsafe_code)]
 #[cfg(feature = "std")]
 extern crate std;
 
@@ -29,6 +28,7 @@ pub use device::{Device, Reading};
 pub use engaged::Engaged;
 pub use environment::{Environment, SpringDamper};
 pub use error::ParameterError;
+pub use fracdiff::parameter::RangeError;
 pub use guard::{
     EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
 };

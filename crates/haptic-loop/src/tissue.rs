@@ -1,6 +1,6 @@
 //! Soft tissue after the fractional Kelvin–Voigt (KVFD) model, and a specimen of it.
 
-use crate::error::{ParameterError, not_negative, positive};
+use crate::error::{ParameterError, not_negative, positive, range};
 use crate::units::{Metres, Newtons, Pascals, SquareMetres};
 use crate::{Environment, SpringDamper};
 use fracdiff::{Differintegrator, Order, Real};
@@ -49,14 +49,8 @@ impl Tissue {
                 "Pa·s^α",
             )?;
         }
-        if !(0.0..=1.0).contains(&order.get()) {
-            return Err(ParameterError::Range {
-                what: "order of a tissue",
-                value: order.get(),
-                allowed: "in [0, 1]",
-                unit: "",
-            });
-        }
+        let (alpha, solid) = (order.get(), (0.0..=1.0).contains(&order.get()));
+        range("order of a tissue", alpha, solid, "in [0, 1]", "")?;
         Ok(Self {
             elastic_modulus,
             viscosity_pa_s_alpha,

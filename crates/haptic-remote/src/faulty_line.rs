@@ -1,6 +1,7 @@
 //! A line that loses, damages, repeats, delays and holds back what is sent over it: by chance, but the
 //! same for the same seed.
 
+use fracdiff::parameter::RangeError;
 use haptic_loop::ParameterError;
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
@@ -76,12 +77,7 @@ impl LineFaults {
         ];
         for (what, value) in chances {
             if !(0.0..=1.0).contains(&value) {
-                return Err(ParameterError::Range {
-                    what,
-                    value,
-                    allowed: "in [0, 1]",
-                    unit: "",
-                });
+                return Err(RangeError::new(what, value, "in [0, 1]", "").into());
             }
         }
         for (what, value) in [
@@ -89,12 +85,7 @@ impl LineFaults {
             ("length of a stall", self.stall_s),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
-                return Err(ParameterError::Range {
-                    what,
-                    value,
-                    allowed: "at least 0",
-                    unit: "s",
-                });
+                return Err(RangeError::new(what, value, "at least 0", "s").into());
             }
         }
         Ok(())

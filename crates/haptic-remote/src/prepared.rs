@@ -189,12 +189,13 @@ pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,
 ) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
     let Some(list) = operator.list() else {
-        return Err(haptic_loop::ParameterError::Range {
-            what: "convergence order of the scheme",
-            value: 2.0,
-            allowed: "1, as of all that a device runs: take full in place of full-bdf2",
-            unit: "",
-        });
+        return Err(haptic_loop::RangeError::new(
+            "convergence order of the scheme",
+            2.0,
+            "1, as of all that a device runs: take full in place of full-bdf2",
+            "",
+        )
+        .into());
     };
     let count = list.values.len();
     let shape = haptic_link::OperatorShape {
@@ -205,11 +206,14 @@ pub fn operator_shape(
             Form::Sections => OperatorForm::Sections,
         },
         integer: list.integer,
-        count: u16::try_from(count).map_err(|_| haptic_loop::ParameterError::Range {
-            what: "number of coefficients for a device",
-            value: count as f64,
-            allowed: "at most 65535: take a full memory",
-            unit: "",
+        count: u16::try_from(count).map_err(|_| {
+            let allowed = "at most 65535: take a full memory";
+            haptic_loop::RangeError::new(
+                "number of coefficients for a device",
+                count as f64,
+                allowed,
+                "",
+            )
         })?,
     };
     Ok((shape, list.values))

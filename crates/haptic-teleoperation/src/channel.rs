@@ -1,6 +1,7 @@
 //! A bad line in virtual time: what goes in comes out late, out of order, twice or not at all.
 
 use fracdiff::Seconds;
+use fracdiff::parameter::RangeError;
 use haptic_link::HandSample;
 use haptic_loop::ParameterError;
 use rand_distr::{Distribution as _, StandardUniform};
@@ -45,12 +46,7 @@ impl ChannelModel {
             if (0.0..=most).contains(&value) {
                 return Ok(());
             }
-            Err(ParameterError::Range {
-                what,
-                value,
-                allowed,
-                unit,
-            })
+            Err(RangeError::new(what, value, allowed, unit))
         };
         let delays = "in [0, 10]: a line takes time, it does not give it";
         check(

@@ -2,6 +2,7 @@
 
 use super::Kind;
 use super::figure::{Axis, Curve, Figure, Panel, logarithmic};
+use fracdiff::parameter::RangeError;
 use haptic_analysis::AnalysisError;
 use haptic_experiment::{Failure, ModelledTissue, Relaxation, Rendering};
 use haptic_figure::{Look, Scale};
@@ -67,12 +68,7 @@ pub fn relaxation_error(kind: Kind, factor: f64) -> Result<f64, AnalysisError> {
 
 /// Constants that were refused would be a defect.
 fn constants(_: Failure) -> AnalysisError {
-    AnalysisError::Range {
-        what: "parameter of the relaxation",
-        value: f64::NAN,
-        allowed: "valid",
-        unit: "",
-    }
+    RangeError::new("parameter of the relaxation", f64::NAN, "valid", "").into()
 }
 
 pub(super) fn relaxation() -> Result<Figure, Failure> {

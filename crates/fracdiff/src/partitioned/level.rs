@@ -78,9 +78,9 @@ impl Schedule {
 
 /// The history of one signal in a level.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
     serde(
         try_from = "super::saved::Saved<F>",
         into = "super::saved::Saved<F>",

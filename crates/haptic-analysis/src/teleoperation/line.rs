@@ -2,7 +2,7 @@
 
 use crate::AnalysisError;
 use fracdiff::Order;
-use fracdiff::parameter::{not_negative, positive};
+use fracdiff::parameter::{not_negative, positive, range};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -200,15 +200,9 @@ impl HandCoupler {
         not_negative("coupler dissipation", b, "N·s^μ/m")?;
         positive("coupler stiffness and dissipation together", k + b, "")?;
         let mu = self.order.get();
-        if (0.0..=1.0).contains(&mu) {
-            return Ok(());
-        }
-        Err(AnalysisError::Range {
-            what: "order of the coupler",
-            value: mu,
-            allowed: "in [0, 1]",
-            unit: "",
-        })
+        let creeps = (0.0..=1.0).contains(&mu);
+        range("order of the coupler", mu, creeps, "in [0, 1]", "")?;
+        Ok(())
     }
 
     /// `k_c` + `b_c·T^(−μ)(1` − w)^μ, N/m.

@@ -2,6 +2,7 @@
 
 use super::Teleoperation;
 use crate::AnalysisError;
+use crate::environment::turned;
 use crate::extremum::Grid;
 
 /// Llewellyn's conditions over all frequencies.
@@ -45,7 +46,9 @@ impl Teleoperation {
     /// A parameter or ω outside its range.
     pub fn llewellyn(&self, omega_rad_s: f64) -> Result<(f64, f64), AnalysisError> {
         self.checked()?;
-        Ok(self.ports(self.theta(omega_rad_s)?).llewellyn())
+        Ok(self
+            .ports(turned(omega_rad_s, self.sample_time_s)?)
+            .llewellyn())
     }
 
     /// Llewellyn's conditions at every frequency up to π/T, by a grid that resolves the delay and golden sections in it.

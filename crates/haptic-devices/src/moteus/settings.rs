@@ -1,7 +1,7 @@
 //! Settings of a servo as an axis, each with its range.
 
 use core::ops::RangeInclusive;
-use haptic_loop::ParameterError;
+use haptic_loop::{ParameterError, RangeError};
 
 /// A servo that turns a capstan or a lever, as one axis in metres and newtons.
 ///
@@ -118,12 +118,7 @@ pub(super) type Ranged = (
 pub(super) fn all_within<const N: usize>(values: [Ranged; N]) -> Result<(), ParameterError> {
     for (what, value, range, allowed, unit) in values {
         if !range.contains(&value) {
-            return Err(ParameterError::Range {
-                what,
-                value,
-                allowed,
-                unit,
-            });
+            return Err(RangeError::new(what, value, allowed, unit).into());
         }
     }
     Ok(())

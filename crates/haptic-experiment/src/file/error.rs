@@ -1,5 +1,6 @@
 //! A file that is wrong, and the line where it is.
 
+use haptic_tissue::read_text;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -12,18 +13,19 @@ pub struct FileError {
     reason: String,
 }
 
-impl FileError {
-    /// A file that could not be read at all; `what` is the kind of file, as in `the experiment file`.
-    pub(crate) fn unreadable(path: &Path, what: &str, error: &std::io::Error) -> Self {
-        Self {
-            path: path.to_owned(),
-            line: None,
-            reason: format!(
-                "cannot read {what} `{}`: {error}; give the path of a TOML file",
-                path.display()
-            ),
-        }
-    }
+/// The text of a file; `kind` is that of the file, as in `experiment`.
+///
+/// # Errors
+/// If it could not be read at all.
+pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
+    read_text(path).map_err(|error| FileError {
+        path: path.to_owned(),
+        line: None,
+        reason: format!(
+            "cannot read the {kind} file `{}`: {error}; give the path of a TOML file",
+            path.display()
+        ),
+    })
 }
 
 impl fmt::Display for FileError {

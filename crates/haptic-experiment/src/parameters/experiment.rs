@@ -18,8 +18,7 @@ parameters! {
     /// End of a creep test, s.
     CREEP_DURATION = number("duration_s", 200.0, "200s", DURATIONS, "How long");
     /// Name of a tissue.
-    TISSUE = text("tissue", "prostate-cancerous",
-        "Tissue: a name from `host-cli materials list`, or the path of a TOML file");
+    TISSUE = text("tissue", "prostate-cancerous", "Tissue: a name from `host-cli materials list`, or the path of a TOML file");
     /// Folder of tissues.
     LIBRARY = text("library", "", "Folder with more tissue files");
     /// Area of the specimen, m².
@@ -33,27 +32,22 @@ parameters! {
     /// Sample time of a rendered tissue, s.
     SAMPLE_TIME = number("sample_time_s", 1e-3, "1ms", SAMPLE_TIMES, "Sample time of the loop");
     /// Contact of the rig.
-    CONTACT = text("contact", "compliant",
-        "Contact between indenter and tissue: stiff springs between masses, or imposed exactly");
+    CONTACT = text("contact", "compliant", "Contact between indenter and tissue: stiff springs between masses, or imposed exactly");
     /// Encoder of a simulated device, m.
     ENCODER_RESOLUTION = number("encoder_resolution_m", 0.0, "0", SENSOR_STEPS,
         "Resolution of the position encoder per count; 0 for an ideal one");
     /// Noise of a simulated sensor, m.
-    SENSOR_NOISE = number("sensor_noise_m", 0.0, "0", SENSOR_STEPS,
-        "Standard deviation of the sensor noise; 0 for none");
+    SENSOR_NOISE = number("sensor_noise_m", 0.0, "0", SENSOR_STEPS, "Standard deviation of the sensor noise; 0 for none");
     /// Seed of the noise.
     SEED = count("seed", 1, "1", "Seed of the noise: the same seed gives the same run, bit for bit");
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force the loop may command");
     /// Controller of the indenter.
-    CONTROLLER = text("controller", "",
-        "Controller file of the drive: the indenter is a mass that it holds on its way");
+    CONTROLLER = text("controller", "", "Controller file of the drive: the indenter is a mass that it holds on its way");
     /// Force limit of the drive, N.
-    DRIVE_FORCE_LIMIT = number("drive_force_limit_n", 10.0, "10N", FORCE_LIMITS,
-        "Largest force of the drive on the indenter");
+    DRIVE_FORCE_LIMIT = number("drive_force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force of the drive on the indenter");
     /// Rate limit of a rendered tissue, N/s.
-    FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES,
-        "Largest rate at which the force may change");
+    FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES, "Largest rate at which the force may change");
 }
 
 /// Of `[relax]`, beside [`RENDERING`].

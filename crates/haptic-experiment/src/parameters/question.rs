@@ -29,8 +29,7 @@ parameters! {
     GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
         "Factor by which a stable wall could grow before it is unstable");
     /// Orders of a design.
-    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS,
-        "Orders to try, 0 to 2");
+    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2");
     /// Limit on the noise of the force, N.
     FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
         "Largest noise of the force that encoder steps and sensor noise may make, rms [default: any]");

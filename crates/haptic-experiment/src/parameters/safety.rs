@@ -11,14 +11,11 @@ parameters! {
     /// Passivity guard.
     GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
     /// Low end of the workspace, m.
-    WORKSPACE_LOW = optional("workspace_low_m", PLACES,
-        "Lowest position; below it a fault ends the run");
+    WORKSPACE_LOW = optional("workspace_low_m", PLACES, "Lowest position; below it a fault ends the run");
     /// High end of the workspace, m.
-    WORKSPACE_HIGH = optional("workspace_high_m", PLACES,
-        "Highest position; above it a fault ends the run");
+    WORKSPACE_HIGH = optional("workspace_high_m", PLACES, "Highest position; above it a fault ends the run");
     /// Speed limit, m/s.
-    SPEED_LIMIT = optional("speed_limit_m_per_s", SPEEDS,
-        "How fast the device may move; beyond it a fault ends the run");
+    SPEED_LIMIT = optional("speed_limit_m_per_s", SPEEDS, "How fast the device may move; beyond it a fault ends the run");
     /// Rise time, s.
     RISE_TIME = optional("rise_time_s", SAFETY_TIMES, "Let the force rise in this time from the start on");
     /// Braking, N·s/m.
@@ -42,8 +39,7 @@ parameters! {
         "A position that moves in a sample by this more than the speed limit allows is a fault; 0 for never \
          [default: 1mm on a serial device, else never]");
     /// Mass of a real device, kg.
-    DEVICE_MASS = optional("device_mass_kg", MASSES,
-        "Mass of a real device, for the guard observer, braking and the pre-flight");
+    DEVICE_MASS = optional("device_mass_kg", MASSES, "Mass of a real device, for the guard observer, braking and the pre-flight");
     /// Damping of a real device, N·s/m.
     DEVICE_DAMPING = optional("device_damping_n_s_per_m", DAMPINGS_ABOVE_0,
         "Damping of a real device, for the guard energy-bounding and the pre-flight");

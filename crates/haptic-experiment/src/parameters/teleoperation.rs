@@ -29,16 +29,13 @@ parameters! {
     PLAYOUT = optional("playout_s", LINE_TIMES,
         "Time over which waves, or energy, that came in a bunch are played out [default: a sample and what jitter spreads]");
     /// Delay of the line, s.
-    LINE_DELAY = number("line_delay_s", 0.02, "20ms", LINE_TIMES,
-        "Delay of the line in either direction; a message takes a sample more");
+    LINE_DELAY = number("line_delay_s", 0.02, "20ms", LINE_TIMES, "Delay of the line in either direction; a message takes a sample more");
     /// Jitter of the line.
-    LINE_JITTER = number("line_jitter", 0.0, "0", SHARES,
-        "Share of that delay by which a message comes earlier or later");
+    LINE_JITTER = number("line_jitter", 0.0, "0", SHARES, "Share of that delay by which a message comes earlier or later");
     /// Loss of the line.
     LINE_LOSS = number("line_loss", 0.0, "0", SHARES, "Chance that a message is lost");
     /// Duplication of the line.
-    LINE_DUPLICATION = number("line_duplication", 0.0, "0", SHARES,
-        "Chance that a message comes twice");
+    LINE_DUPLICATION = number("line_duplication", 0.0, "0", SHARES, "Chance that a message comes twice");
     /// Seed of the line.
     LINE_SEED = count("seed", 1, "1", "Seed of the line: the same seed gives the same run, bit for bit");
     /// Silence of the other side, s.
@@ -47,8 +44,7 @@ parameters! {
     /// Mass of the slave, kg.
     SLAVE_MASS = optional("slave_mass_kg", MASSES, "Mass of the slave [default: that of the master]");
     /// Damping of the slave, N·s/m.
-    SLAVE_DAMPING = optional("slave_damping_n_s_per_m", DAMPINGS,
-        "Damping of the slave [default: that of the master]");
+    SLAVE_DAMPING = optional("slave_damping_n_s_per_m", DAMPINGS, "Damping of the slave [default: that of the master]");
     /// Spring of the hand, N/m.
     HAND_SPRING = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness with which the hand holds the master");
     /// Damper of the hand, N·s/m.

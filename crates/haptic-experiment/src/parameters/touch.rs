@@ -41,8 +41,7 @@ parameters! {
     /// Damping of device and hand, N·s/m.
     TOUCH_DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Damping of device and hand on each axis");
     /// The hand.
-    TOUCH_HAND = text("hand", "spring",
-        "spring: a spring from the device to a point that goes the path; force: a force that goes it");
+    TOUCH_HAND = text("hand", "spring", "spring: a spring from the device to a point that goes the path; force: a force that goes it");
     /// Stiffness of the hand, N/m.
     TOUCH_HAND_STIFFNESS = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness of that spring");
     /// Path of the hand.
@@ -52,8 +51,7 @@ parameters! {
     /// Centre of the circle of the hand, m.
     TOUCH_CIRCLE_CENTRE = list("circle_centre_m", PLACES, "Of the circle: its centre [default: that of the ball, else zeros]");
     /// Radius of the circle of the hand, m.
-    TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", RADII,
-        "Of the circle, in the plane of the first two axes: its radius");
+    TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", RADII, "Of the circle, in the plane of the first two axes: its radius");
     /// Radius at the start of the circle, m.
     TOUCH_CIRCLE_START = optional("circle_start_radius_m", RADII,
         "Of the circle: radius at time 0, from which it is reached in 1 s [default: that of the ball]");

@@ -13,16 +13,14 @@ parameters! {
     /// Damping of a simulated device, N·s/m.
     DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of the device");
     /// Stiffness of the hand, N/m.
-    HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES,
-        "Stiffness of the hand that holds it; 0 without a hand");
+    HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds it; 0 without a hand");
     /// Device file of a wall or coupler.
     DEVICE_MODEL = text("device_model", "",
         "Device file, as device measure writes it: mass, damping, hand, delay, lag, friction, encoder and noise where no key says them");
     /// Sample time of a wall, s.
     WALL_SAMPLE_TIME = number("sample_time_s", 2e-3, "2ms", SAMPLE_TIMES, "Sample time");
     /// Delay of a simulated device, s.
-    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES,
-        "Delay from a measurement to the force that answers it, beside the hold");
+    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to the force that answers it, beside the hold");
     /// Friction of a simulated device, N.
     FRICTION = number("friction_n", 0.0, "0", FORCES, "Coulomb friction");
     /// Current lag of a simulated device, s.
@@ -34,8 +32,7 @@ parameters! {
     /// Dissipation of a wall, N·s^μ/m.
     DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS, "Dissipation B of the wall, N·s^μ/m");
     /// True if a wall only pushes.
-    ONE_SIDED = flag("one_sided",
-        "A wall that pushes but never pulls; without this it is linear, as the theory assumes");
+    ONE_SIDED = flag("one_sided", "A wall that pushes but never pulls; without this it is linear, as the theory assumes");
     /// Rule of a trial.
     CRITERION = text("criterion", "settling", "By which rule a wall is stable");
     /// Impact of a trial, m/s.

@@ -1,8 +1,8 @@
 //! A device whose values are in a file: measured, or written down by somebody who knows them.
 
 use super::model::{DeviceValues, Interval, PlantFile, PlantModel};
-use crate::file::FileError;
 use crate::file::document::Document;
+use crate::file::{FileError, text_of};
 use crate::imperfections::Imperfections;
 use crate::measured_device::{Estimate, Measured};
 use crate::parameters as p;
@@ -10,7 +10,6 @@ use crate::parameters::Parameter;
 use crate::safety::GuardedDevice;
 use crate::sensed::Sensors;
 use haptic_analysis::Dynamics;
-use haptic_tissue::read_text;
 use std::path::Path;
 
 /// The device of a plant file with `[device]`, to be simulated, analysed or guarded.
@@ -62,9 +61,7 @@ impl DeviceModel {
     /// # Errors
     /// If it cannot be read, is wrong, or has another plant than a device: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text = read_text(path)
-            .map_err(|error| FileError::unreadable(path, "the device file", &error))?;
-        Self::parse(path, &text)
+        Self::parse(path, &text_of(path, "device")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages.

@@ -3,21 +3,6 @@
 use crate::named::Named;
 use serde::Serialize;
 
-/// Share of the deflection by which a position at rest may vary.
-const POSITION_SHARE: f64 = 0.01;
-
-/// Encoder steps by which it may vary.
-const STEPS: f64 = 2.0;
-
-/// A wall at rest lets the force swing by this share of the push from end to end: a force that is half the push too
-/// large or too small has let go of the device, however rarely.
-const FORCE_RANGE_SHARE: f64 = 1.0;
-/// Share of the push by which a force at rest may vary.
-const FORCE_SHARE: f64 = 0.05;
-
-/// Share of the push beyond which one encoder step through the operator is no excuse.
-const FORCE_STEP_SHARE: f64 = 0.25;
-
 /// Share of the samples in which the force may be at its limit.
 pub(super) const LIMITED_SHARE: f64 = 0.01;
 
@@ -100,6 +85,21 @@ pub(crate) struct Tolerance {
     /// Share of the samples at the force limit.
     pub(super) limited: Option<f64>,
 }
+
+/// Share of the deflection by which a position at rest may vary.
+const POSITION_SHARE: f64 = 0.01;
+
+/// Encoder steps by which it may vary.
+const STEPS: f64 = 2.0;
+
+/// A wall at rest lets the force swing by this share of the push from end to end: a force that is half the push too
+/// large or too small has let go of the device, however rarely.
+const FORCE_RANGE_SHARE: f64 = 1.0;
+/// Share of the push by which a force at rest may vary.
+const FORCE_SHARE: f64 = 0.05;
+
+/// Share of the push beyond which one encoder step through the operator is no excuse.
+const FORCE_STEP_SHARE: f64 = 0.25;
 
 impl Tolerance {
     pub(crate) fn new(criterion: Criterion, scales: Scales) -> Self {

@@ -4,6 +4,7 @@ use crate::error::Checks;
 use crate::units::Seconds;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use fracdiff::Real;
+use fracdiff::parameter::RangeError;
 use nalgebra::SVector;
 
 /// Longest delay of a plant's force or measurement, in samples.
@@ -91,12 +92,13 @@ impl<V: Device<F, D>, F: Real, const D: usize> MeasurementDelay<V, F, D> {
     /// Unless `samples` ≤ [`MAX_DELAY_SAMPLES`].
     pub fn new(device: V, samples: usize) -> Result<Self, ParameterError> {
         if samples > MAX_DELAY_SAMPLES {
-            return Err(ParameterError::Range {
-                what: "measurement delay",
-                value: samples as f64,
-                allowed: "at most 64",
-                unit: "samples",
-            });
+            return Err(RangeError::new(
+                "measurement delay",
+                samples as f64,
+                "at most 64",
+                "samples",
+            )
+            .into());
         }
         Ok(Self {
             device,

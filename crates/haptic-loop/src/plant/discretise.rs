@@ -19,6 +19,7 @@
 //! exponential of a matrix, twenty-five years later", SIAM Review 45(1), 2003, method 3.
 
 use crate::ParameterError;
+use fracdiff::parameter::RangeError;
 use nalgebra::{SMatrix, SVector};
 
 /// Largest entry of the scaled generator: how fast a motion may be, compared with the step.
@@ -38,12 +39,13 @@ pub(super) fn transition<const N: usize>(
     });
     for &entry in &scaled {
         if !entry.is_finite() || entry.abs() > MOST_PER_STEP {
-            return Err(ParameterError::Range {
-                what: "change of the fastest motion in one step",
-                value: entry.abs(),
-                allowed: "at most 1e6",
-                unit: "rad",
-            });
+            return Err(RangeError::new(
+                "change of the fastest motion in one step",
+                entry.abs(),
+                "at most 1e6",
+                "rad",
+            )
+            .into());
         }
     }
     let exponential = exponential(&scaled);

@@ -6,6 +6,7 @@ use crate::units::Newtons;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use fracdiff::Real;
+use fracdiff::parameter::RangeError;
 
 /// The one that holds the indenter of a [`HeldRig`]: from set point and measurement to a force, once a sample.
 pub trait Holder {
@@ -74,12 +75,13 @@ impl<H: Holder> HeldRig<H> {
     /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
     pub fn new(config: RigConfig, holder: H) -> Result<Self, ParameterError> {
         if config.contact == RigContact::Rigid {
-            return Err(ParameterError::Range {
-                what: "contact stiffness",
-                value: f64::INFINITY,
-                allowed: "finite where the indenter is a mass that is held: take a compliant contact",
-                unit: "N/m",
-            });
+            return Err(RangeError::new(
+                "contact stiffness",
+                f64::INFINITY,
+                "finite where the indenter is a mass that is held: take a compliant contact",
+                "N/m",
+            )
+            .into());
         }
         // A push that is no number is refused before it is set aside.
         IndentationRig::new(config)?;

@@ -3,6 +3,7 @@
 use crate::ParameterError;
 use crate::error::{positive, range};
 use crate::units::Kilograms;
+use fracdiff::parameter::RangeError;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 /// The mass matrix of a device in one posture.
@@ -50,12 +51,12 @@ impl<const D: usize> MassMatrix<D> {
             "at most 1e-9 of its largest entry",
             "kg",
         )?;
-        let root = Cholesky::new(mass_kg).ok_or(ParameterError::Range {
-            what: "largest entry of the mass matrix",
-            value: largest,
-            allowed: "that of a positive definite one",
-            unit: "kg",
-        })?;
+        let root = Cholesky::new(mass_kg).ok_or(RangeError::new(
+            "largest entry of the mass matrix",
+            largest,
+            "that of a positive definite one",
+            "kg",
+        ))?;
         Ok(Self { root })
     }
 

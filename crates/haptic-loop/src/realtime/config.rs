@@ -2,6 +2,7 @@
 
 use super::thread::ThreadConfig;
 use crate::ParameterError;
+use fracdiff::parameter::RangeError;
 use std::time::Duration;
 
 /// Shortest and longest period, s.
@@ -52,11 +53,6 @@ impl PeriodicConfig {
         if PERIODS_S.contains(&period_s) {
             return Ok(self);
         }
-        Err(ParameterError::Range {
-            what: "period",
-            value: period_s,
-            allowed: "in [1e-5, 1000]",
-            unit: "s",
-        })
+        Err(RangeError::new("period", period_s, "in [1e-5, 1000]", "s").into())
     }
 }

@@ -1,6 +1,7 @@
 //! The times that a periodic loop measured of itself.
 
 use crate::ParameterError;
+use fracdiff::parameter::RangeError;
 use hdrhistogram::Histogram;
 use std::time::Duration;
 
@@ -78,11 +79,9 @@ impl Timing {
     pub(super) fn new() -> Result<Self, ParameterError> {
         // These bounds are good, so there is always a histogram.
         let histogram = || {
-            Histogram::new_with_bounds(1, LONGEST_NS, 3).map_err(|_| ParameterError::Range {
-                what: "longest time of a histogram",
-                value: LONGEST_NS as f64,
-                allowed: "possible",
-                unit: "ns",
+            Histogram::new_with_bounds(1, LONGEST_NS, 3).map_err(|_| {
+                let longest_ns = LONGEST_NS as f64;
+                RangeError::new("longest time of a histogram", longest_ns, "possible", "ns")
             })
         };
         Ok(Self {

@@ -12,7 +12,7 @@ use haptic_loop::plant::{EncoderQuantiser, MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
     Controller, Device, EnergyBounding, Guard, Limits, PassivityObserver, Reading, SafeForce,
-    SafetyChain, SpringDamper,
+    SafetyChain, SafetyState, SpringDamper,
 };
 use nalgebra::vector;
 use std::convert::Infallible;
@@ -319,6 +319,20 @@ fn guards_work_within_the_whole_chain() {
             assert!(end.deviation < STABLE, "{case:?} {end:?}");
         }
     }
+}
+
+/// A chain with nothing but this guard, a force limit, N, and a rate limit, N/s; and its state before the first tick.
+fn guarded<F: Real, const D: usize>(
+    guard: Option<Guard>,
+    force_n: f64,
+    rate_n_per_s: f64,
+) -> (SafetyChain<F>, SafetyState<F, D>) {
+    let limits = Limits {
+        guard,
+        ..Limits::bare(Newtons(force_n), NewtonsPerSecond(rate_n_per_s))
+    };
+    let chain = SafetyChain::from_limits(&limits, T).expect("valid");
+    (chain, SafetyState::default())
 }
 
 /// A chain with nothing but this guard.

@@ -1,15 +1,13 @@
 //! What is felt: a tissue, changes of it, stop, a recording.
 
-use crate::{A3, FORCE, SHORT, assert_documented, prostate, server, two_with_force};
+use crate::{A3, FORCE, SHORT, assert_documented, opened, prostate, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::json;
 use testkit::browser::Page;
 
 #[test]
 fn a_tissue_is_felt_relaxes_and_remembers() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, server, mut page) = opened();
     let hello = page.ask("hello", json!({"version": 1}));
     assert_eq!(
         (&hello["controls"], &hello["feel"]),
@@ -68,9 +66,7 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
 
 #[test]
 fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, _server, mut page) = opened();
     let hello = page.ask("hello", json!({"version": 1}));
     let reach = &hello["ranges"]["hand_m"];
     page.ask("feel.start", prostate());
@@ -89,9 +85,7 @@ fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
 
 #[test]
 fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, _server, mut page) = opened();
     page.ask("feel.start", json!({"environment": {"wall": {"order": 0.3, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 20}}}));
     page.ask("feel.hand", json!({"position_m": 4e-3, "held": true}));
     page.status(|status| status["force_n"].as_f64() < Some(-0.3));
@@ -189,9 +183,7 @@ fn stop_is_always_possible_and_the_force_is_zero() {
 
 #[test]
 fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (runs, _server, mut page) = opened();
     assert_eq!(page.ask("runs.list", json!({}))["runs"], json!([]));
     page.ask("feel.start", prostate());
     let name = page.ask("feel.record", json!({"on": true}))["name"].clone();

@@ -15,6 +15,7 @@ use haptic_tissue::Library;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
+use tempfile::TempDir;
 use testkit::browser::Page;
 
 const FORCE: usize = 2;
@@ -23,6 +24,14 @@ const A3: usize = 4;
 
 fn server(runs: &Path, on_close: OnClose) -> PageServer {
     PageServer::start(options(runs, on_close, 0)).expect("starts")
+}
+
+/// A server over a folder of its own, and a page of it.
+fn opened() -> (TempDir, PageServer, Page) {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let page = Page::open(server.address());
+    (runs, server, page)
 }
 
 fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {

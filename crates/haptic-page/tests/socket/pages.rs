@@ -1,6 +1,6 @@
 //! Several pages, pages that go, pages that talk garbage.
 
-use crate::{prostate, server, two_with_force};
+use crate::{opened, prostate, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::json;
 use testkit::browser::Page;
@@ -74,9 +74,7 @@ fn a_page_that_goes_stops_what_it_controlled_or_not_as_asked() {
 
 #[test]
 fn garbage_is_answered_and_closes_the_socket_the_third_time() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, server, mut page) = opened();
     for garbage in ["", "{\"id\": 1"] {
         page.send(garbage);
         let answer = page.answer(&json!(null));

@@ -1,6 +1,6 @@
 //! Questions from forms: a Z-width, a design.
 
-use crate::{assert_documented, server};
+use crate::{assert_documented, opened};
 use haptic_page::OnClose;
 use serde_json::{Value, json};
 use testkit::browser::Page;
@@ -19,9 +19,7 @@ fn asked(page: &mut Page, kind: &str, parameters: Value) -> Value {
 
 #[test]
 fn the_stiffest_walls_of_a_device_are_found_and_kept() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (runs, _server, mut page) = opened();
     let refused = page.refused(
         "runs.start",
         json!({"kind": "zwidth", "parameters": {"points": 1}}),
@@ -79,9 +77,7 @@ fn the_stiffest_walls_of_a_device_are_found_and_kept() {
 
 #[test]
 fn a_design_proposes_an_experiment_that_runs() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (runs, _server, mut page) = opened();
     for (number, given, kind) in [
         (1, json!({"orders": [1], "scheme": "muir:3"}), "wall"),
         (
@@ -115,9 +111,7 @@ fn a_design_proposes_an_experiment_that_runs() {
 
 #[test]
 fn a_question_is_stopped_and_keeps_what_it_found() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, _server, mut page) = opened();
     page.ask(
         "runs.start",
         json!({"kind": "zwidth", "parameters": {"orders": [1], "points": 1000, "scheme": "muir:3", "realistic": true}}),

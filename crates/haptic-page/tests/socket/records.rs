@@ -1,15 +1,11 @@
 //! Records that somebody measured.
 
-use crate::{assert_documented, server};
-use haptic_page::OnClose;
+use crate::{assert_documented, opened};
 use serde_json::json;
-use testkit::browser::Page;
 
 #[test]
 fn a_record_is_identified_and_one_that_is_none_is_refused() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, _server, mut page) = opened();
     // G(t) = 1000·t^(−0.2)/Γ(0.8): a spring-pot.
     let mut text = "time_s,relaxation_modulus_pa\n".to_owned();
     for n in 0..60 {

@@ -1,15 +1,13 @@
 //! Experiments from forms.
 
-use crate::{assert_documented, server};
+use crate::{assert_documented, opened};
 use haptic_page::OnClose;
 use serde_json::{Value, json};
 use testkit::browser::Page;
 
 #[test]
 fn an_experiment_is_started_from_a_form_watched_and_stopped() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, _server, mut page) = opened();
     let forms = page.ask("runs.forms", json!({}));
     assert_eq!(forms["forms"].as_array().map(Vec::len), Some(8));
     let refused = page.refused(
@@ -60,9 +58,7 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
 
 #[test]
 fn two_hands_over_a_line_are_run_from_a_form_too() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (runs, _server, mut page) = opened();
     let refused = page.refused(
         "runs.start",
         json!({"kind": "teleoperation", "parameters": {"architecture": "telepathy"}}),
@@ -104,9 +100,7 @@ fn disc() -> Value {
 
 #[test]
 fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, _server, mut page) = opened();
     // A hand that begins inside would be a blow: nothing is started.
     let mut inside = disc();
     inside["circle_radius_m"] = json!(0.01);
@@ -145,9 +139,7 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
 
 #[test]
 fn a_touch_that_was_run_to_its_end_is_opened_axis_by_axis() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(server.address());
+    let (_runs, _server, mut page) = opened();
     // To its end, in virtual time.
     let form = json!({"kind": "touch", "parameters": disc()});
     page.ask("runs.start", form);

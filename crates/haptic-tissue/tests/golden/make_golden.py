@@ -113,12 +113,17 @@ def modulus(model, v, a, g, b, e):
     return m
 
 
-def two_orders():
-    rows = []
+def orders():
+    """Both orders as text and as numbers, and the two moduli that meet at TAU."""
     for a_text, b_text in ORDERS:
         a, b = mpf(float(a_text)), mpf(float(b_text))
         g = SECOND
-        v = mpf(float(g * TAU ** (a - b)))
+        yield a_text, b_text, a, b, mpf(float(g * TAU ** (a - b))), g
+
+
+def two_orders():
+    rows = []
+    for a_text, b_text, a, b, v, g in orders():
         tau = (v / g) ** (1 / (a - b))
         for x in TIMES:
             t = mpf(float(TAU * mpf(x)))
@@ -149,10 +154,7 @@ def two_orders():
 
 def three_terms():
     rows = []
-    for a_text, b_text in ORDERS:
-        a, b = mpf(float(a_text)), mpf(float(b_text))
-        g = SECOND
-        v = mpf(float(g * TAU ** (a - b)))
+    for a_text, b_text, a, b, v, g in orders():
         for share in ("0.05", "1", "30"):
             e = mpf(float(g * TAU**-b * mpf(share)))
             for x in TIMES:

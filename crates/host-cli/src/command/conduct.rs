@@ -14,7 +14,7 @@ use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports.
+/// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
 ///
 /// # Errors
 /// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
@@ -24,7 +24,7 @@ pub fn conduct<R: Summary, C>(
     print: impl FnOnce(&mut dyn Write, &R) -> io::Result<()>,
     draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
     experiment: impl FnOnce(Supervisor<'_>) -> Result<Published<R, C>, Failure>,
-) -> Result<(), Failure> {
+) -> Result<R, Failure> {
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(samples, output);
     let progress = |done| {
@@ -57,7 +57,8 @@ pub fn conduct<R: Summary, C>(
         note("warning", &*warning);
     }
     output.summary(&report, |out| print(out, &report))?;
-    ended_well(report.run())
+    ended_well(report.run())?;
+    Ok(report)
 }
 
 /// # Errors

@@ -92,13 +92,8 @@ pub struct Arguments {
     #[command(flatten)]
     device: PlantArguments,
     /// Delay from a measurement to the force that answers it, in whole samples instead of --delay
-    #[arg(
-        long,
-        value_name = "SAMPLES",
-        conflicts_with = "delay",
-        value_parser = whole::<u16>(0..=64),
-        help_heading = "Device"
-    )]
+    #[arg(long, value_name = "SAMPLES", value_parser = whole::<u16>(0..=64))]
+    #[arg(conflicts_with = "delay", help_heading = "Device")]
     delay_samples: Option<u16>,
     /// Largest noise of the force that encoder steps and sensor noise may make, rms [default: any]
     #[arg(long, value_parser = within::<Force>(range::FORCES_ABOVE_0), value_name = "FORCE", allow_hyphen_values = true)]

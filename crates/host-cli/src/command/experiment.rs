@@ -86,12 +86,8 @@ pub struct RenderingArguments {
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
     /// Size at which the log goes on in another file, as in 1GB [default: one file]
-    #[arg(
-        long,
-        value_name = "SIZE",
-        allow_hyphen_values = true,
-        help_heading = "Files"
-    )]
+    #[arg(long, value_name = "SIZE")]
+    #[arg(allow_hyphen_values = true, help_heading = "Files")]
     roll: Option<Bytes>,
 }
 
@@ -184,7 +180,8 @@ impl RenderingArguments {
         )?;
         conduct(samples, output, print_summary, of_theory, |supervisor| {
             experiment(&request, supervisor.watched(&live))
-        })
+        })?;
+        Ok(())
     }
 }
 

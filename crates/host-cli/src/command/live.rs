@@ -8,30 +8,17 @@ use std::net::SocketAddr;
 
 /// Live viewers of a run.
 #[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Live")]
 pub struct LiveArguments {
     /// Stream the samples over a WebSocket for Foxglove or PlotJuggler (Foxglove bridge), at
     /// 127.0.0.1:8765 if no address is given; port 0 takes a free one. Whoever reaches the address
     /// may watch, and only watch. Only in a build with the feature foxglove
-    #[arg(
-        long,
-        value_name = "IP:PORT",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = "127.0.0.1:8765",
-        value_parser = parse_address,
-        help_heading = "Live"
-    )]
+    #[arg(long, value_name = "IP:PORT", value_parser = parse_address)]
+    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<SocketAddr>,
     /// Stream the samples to a Teleplot server, over UDP, at 127.0.0.1:47269 if no address is given
-    #[arg(
-        long,
-        value_name = "IP:PORT",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = "127.0.0.1:47269",
-        value_parser = parse_address,
-        help_heading = "Live"
-    )]
+    #[arg(long, value_name = "IP:PORT", value_parser = parse_address)]
+    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:47269")]
     teleplot: Option<SocketAddr>,
 }
 

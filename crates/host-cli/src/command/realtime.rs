@@ -22,22 +22,12 @@ pub struct RealtimeArguments {
 pub struct ThreadArguments {
     /// Real-time priority of the loop (`SCHED_FIFO`, 1 to 99), its memory locked; `off` for a normal thread
     /// [default: 80 where permitted]
-    #[arg(
-        long,
-        value_name = "N|off",
-        allow_hyphen_values = true,
-        value_parser = parse_priority,
-        help_heading = "Real time"
-    )]
+    #[arg(long, value_name = "N|off", value_parser = parse_priority)]
+    #[arg(allow_hyphen_values = true, help_heading = "Real time")]
     priority: Option<Priority>,
     /// Run the loop on this core only, from 0
-    #[arg(
-        long,
-        value_name = "CORE",
-        allow_hyphen_values = true,
-        value_parser = whole::<usize>(0..=100_000),
-        help_heading = "Real time"
-    )]
+    #[arg(long, value_name = "CORE", value_parser = whole::<usize>(0..=100_000))]
+    #[arg(allow_hyphen_values = true, help_heading = "Real time")]
     pin: Option<usize>,
 }
 

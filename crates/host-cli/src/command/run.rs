@@ -13,21 +13,20 @@ use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
 use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
 use clap::Args;
-use haptic_experiment::curves::{CouplerCurves, Published, WallCurves};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
     COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY,
     TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED,
 };
-use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
-use haptic_experiment::touch::{TouchCurves, TouchVerdict};
+use haptic_experiment::teleoperation::TeleoperationVerdict;
+use haptic_experiment::touch::TouchVerdict;
 use haptic_experiment::{
-    CouplerExperiment, CouplerReport, ExperimentFile, Pace, Supervisor, TeleoperationExperiment,
-    TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict, WallExperiment, WallReport,
+    CouplerExperiment, CouplerReport, ExperimentFile, Pace, TeleoperationExperiment,
+    TeleoperationReport, TouchExperiment, TouchReport, WallExperiment, WallReport,
 };
 use haptic_quantity::Bytes;
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
@@ -155,29 +154,40 @@ impl Arguments {
             ExperimentFile::Relax(relaxation) => {
                 conduct(samples, output, print_summary, of_theory, |supervisor| {
                     relaxation.run(&request("relax"), supervisor.watched(&live))
-                })
+                })?;
+                Ok(())
             }
             ExperimentFile::Creep(creep) => {
                 conduct(samples, output, print_summary, of_theory, |supervisor| {
                     creep.run(&request("creep"), supervisor.watched(&live))
-                })
+                })?;
+                Ok(())
             }
-            ExperimentFile::Wall(wall) => run_wall(&wall, samples, output, |supervisor| {
-                wall.run(&request("wall"), supervisor.watched(&live))
-            }),
+            ExperimentFile::Wall(wall) => {
+                let report = conduct(samples, output, print_wall, of_wall, |supervisor| {
+                    wall.run(&request("wall"), supervisor.watched(&live))
+                })?;
+                wall_held(&wall, &report)
+            }
             ExperimentFile::Coupler(coupler) => {
-                run_coupler(&coupler, samples, output, |supervisor| {
+                let report = conduct(samples, output, print_coupler, of_coupler, |supervisor| {
                     coupler.run(&request("coupler"), supervisor.watched(&live))
-                })
+                })?;
+                coupler_held(&coupler, &report)
             }
             ExperimentFile::Teleoperation(far) => {
-                run_teleoperation(&far, samples, output, |supervisor| {
+                let (print, draw) = (print_teleoperation, of_teleoperation);
+                let report = conduct(samples, output, print, draw, |supervisor| {
                     far.run(&request("teleoperation"), supervisor.watched(&live))
-                })
+                })?;
+                line_was_passive(&far, &report)
             }
-            ExperimentFile::Touch(touch) => run_touch(&touch, samples, output, |supervisor| {
-                touch.run(&request("touch"), supervisor.watched(&live))
-            }),
+            ExperimentFile::Touch(touch) => {
+                let report = conduct(samples, output, print_touch, of_touch, |supervisor| {
+                    touch.run(&request("touch"), supervisor.watched(&live))
+                })?;
+                shape_was_passive(&touch, &report)
+            }
         }
     }
 }
@@ -211,106 +221,58 @@ impl Arguments {
     }
 }
 
-/// Runs a wall; refuses one that is not stable, if its file wants it to be.
-fn run_wall(
-    wall: &WallExperiment,
-    samples: u64,
-    output: Output,
-    run: impl FnOnce(Supervisor<'_>) -> Result<Published<WallReport, WallCurves>, Failure>,
-) -> Result<(), Failure> {
-    let mut verdict = None;
-    conduct(samples, output, print_wall, of_wall, |supervisor| {
-        let published = run(supervisor)?;
-        let trial = &published.report.trial;
-        verdict = Some((trial.stable_by_both(), trial.settling.verdict));
-        Ok(published)
-    })?;
-    required(wall.setup.must_be_stable, verdict, |trial| {
-        format!("the wall is not stable by both trial ({trial}) and analysis")
-    })
+/// Refuses a wall that is not stable, if its file wants it to be.
+fn wall_held(wall: &WallExperiment, report: &WallReport) -> Result<(), Failure> {
+    let trial = &report.trial;
+    if !wall.setup.must_be_stable || trial.stable_by_both() {
+        return Ok(());
+    }
+    let words = trial.settling.verdict.words();
+    Err(unstable(format_args!(
+        "the wall is not stable by both trial ({words}) and analysis"
+    )))
 }
 
-/// Runs a coupler; refuses one that is not stable and passed, if its file wants it to be.
-fn run_coupler(
-    coupler: &CouplerExperiment,
-    samples: u64,
-    output: Output,
-    run: impl FnOnce(Supervisor<'_>) -> Result<Published<CouplerReport, CouplerCurves>, Failure>,
-) -> Result<(), Failure> {
-    let mut verdict = None;
-    conduct(samples, output, print_coupler, of_coupler, |supervisor| {
-        let published = run(supervisor)?;
-        let report = &published.report;
-        verdict = Some((report.stable_by_all(), report.trial.settling.verdict));
-        Ok(published)
-    })?;
-    required(coupler.setup.must_be_stable, verdict, |trial| {
-        format!(
-            "the coupler is not stable by trial ({trial}) and analysis and passed by Llewellyn's criterion"
-        )
-    })
+/// Refuses a coupler that is not stable and passed, if its file wants it to be.
+fn coupler_held(coupler: &CouplerExperiment, report: &CouplerReport) -> Result<(), Failure> {
+    if !coupler.setup.must_be_stable || report.stable_by_all() {
+        return Ok(());
+    }
+    let words = report.trial.settling.verdict.words();
+    Err(unstable(format_args!(
+        "the coupler is not stable by trial ({words}) and analysis and passed by Llewellyn's criterion"
+    )))
 }
 
-/// Runs a teleoperation; refuses one that was not passive, if its file wants it to be.
-fn run_teleoperation(
+fn unstable(what: fmt::Arguments<'_>) -> Failure {
+    Failure::Run(anyhow::anyhow!(
+        "must_be_stable: {what}: design a weaker one, or take must_be_stable out of the file to run it all the same"
+    ))
+}
+
+/// Refuses a line that was not passive, if its file wants it to be.
+fn line_was_passive(
     far: &TeleoperationExperiment,
-    samples: u64,
-    output: Output,
-    run: impl FnOnce(
-        Supervisor<'_>,
-    ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure>,
+    report: &TeleoperationReport,
 ) -> Result<(), Failure> {
-    let mut verdict = TeleoperationVerdict::Unfinished;
-    let (print, draw) = (print_teleoperation, of_teleoperation);
-    conduct(samples, output, print, draw, |supervisor| {
-        let published = run(supervisor)?;
-        verdict = published.report.verdict;
-        Ok(published)
-    })?;
-    if far.must_be_passive && verdict != TeleoperationVerdict::Passive {
-        return Err(Failure::Run(anyhow::anyhow!(
-            "must_be_passive: {}: take a passive architecture, a softer coupler or a smaller motion, or take \
-             must_be_passive out of the file to run it all the same",
-            verdict.words()
-        )));
+    if !far.must_be_passive || report.verdict == TeleoperationVerdict::Passive {
+        return Ok(());
     }
-    Ok(())
+    Err(Failure::Run(anyhow::anyhow!(
+        "must_be_passive: {}: take a passive architecture, a softer coupler or a smaller motion, or take \
+         must_be_passive out of the file to run it all the same",
+        report.verdict.words()
+    )))
 }
 
-/// Runs a touch; refuses one that was not passive, if its file wants it to be.
-fn run_touch(
-    touch: &TouchExperiment,
-    samples: u64,
-    output: Output,
-    run: impl FnOnce(Supervisor<'_>) -> Result<Published<TouchReport, TouchCurves>, Failure>,
-) -> Result<(), Failure> {
-    let mut verdict = TouchVerdict::Unfinished;
-    conduct(samples, output, print_touch, of_touch, |supervisor| {
-        let published = run(supervisor)?;
-        verdict = published.report.verdict;
-        Ok(published)
-    })?;
-    if touch.must_be_passive && verdict != TouchVerdict::Passive {
-        return Err(Failure::Run(anyhow::anyhow!(
-            "must_be_passive: {}: take a softer shape, a shorter sample time or a guard, or take must_be_passive out of the \
-             file to run it all the same",
-            verdict.words()
-        )));
+/// Refuses a shape that was not passive, if its file wants it to be.
+fn shape_was_passive(touch: &TouchExperiment, report: &TouchReport) -> Result<(), Failure> {
+    if !touch.must_be_passive || report.verdict == TouchVerdict::Passive {
+        return Ok(());
     }
-    Ok(())
-}
-
-/// Refuses a trial that did not end well, if its file wants it to: stable by all that judge it, and the verdict of the trial itself.
-fn required(
-    must_be_stable: bool,
-    verdict: Option<(bool, TrialVerdict)>,
-    refusal: impl FnOnce(&str) -> String,
-) -> Result<(), Failure> {
-    match verdict {
-        Some((false, trial)) if must_be_stable => Err(Failure::Run(anyhow::anyhow!(
-            "must_be_stable: {}: design a weaker one, or take must_be_stable out of the file to run it all the same",
-            refusal(trial.words())
-        ))),
-        _ => Ok(()),
-    }
+    Err(Failure::Run(anyhow::anyhow!(
+        "must_be_passive: {}: take a softer shape, a shorter sample time or a guard, or take must_be_passive out of the \
+         file to run it all the same",
+        report.verdict.words()
+    )))
 }

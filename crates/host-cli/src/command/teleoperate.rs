@@ -53,12 +53,8 @@ pub struct Arguments {
     #[arg(long, value_parser = within::<Time>(range::WAITS), default_value = "60s", allow_hyphen_values = true)]
     patience: Time,
     /// Largest share of the ticks that this machine may skip
-    #[arg(
-        long, value_parser = within::<Strain>(range::SHARES),
-        value_name = "SHARE",
-        default_value = "10%",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_parser = within::<Strain>(range::SHARES), value_name = "SHARE")]
+    #[arg(default_value = "10%", allow_hyphen_values = true)]
     skipped_most: Strain,
 }
 

@@ -32,10 +32,14 @@ pub fn print_touch(out: &mut dyn Write, report: &TouchReport) -> io::Result<()> 
     }
     print_operator(out, &report.errors)?;
     let posture = &report.posture;
+    let (least, most) = (
+        posture.effective_mass_least_kg,
+        posture.effective_mass_most_kg,
+    );
+    let judged = posture.judged_mass_kg;
     writeln!(
         out,
-        "  along the normal  {:.4} to {:.4} kg; the pre-flight is of {:.4} kg",
-        posture.effective_mass_least_kg, posture.effective_mass_most_kg, posture.judged_mass_kg
+        "  along the normal  {least:.4} to {most:.4} kg; the pre-flight is of {judged:.4} kg"
     )?;
     print_end(out, run)
 }

@@ -1,4 +1,4 @@
-//! `analyze`, `zwidth` and `reproduce`: the contract's keys, known numbers, refusals.
+//! `analyze` and `zwidth`: the contract's keys, known numbers, refusals.
 
 mod zwidth;
 
@@ -319,85 +319,4 @@ fn questions_without_an_answer_are_refused_in_words() {
     ] {
         place.run(&format!("analyze {line}")).refused(2, &[words]);
     }
-}
-
-/// The data of a figure that was made again, with its quantities, and its picture.
-fn assert_figure(place: &Place, figure: &Value) {
-    let data = place.text(figure["data"].as_str().expect("a path"));
-    assert!(
-        data.lines().count() > 50 && !data.contains("NaN"),
-        "{figure}"
-    );
-    // Quantities with their units, not x and y.
-    let quantities = match figure["id"].as_str().expect("an id") {
-        "3.3" => "theta_rad,magnitude,stiffness_coefficient,damping_coefficient",
-        "3.4" | "6.2" => "omega_rad_s,effective_stiffness_n_per_m,effective_damping_n_s_per_m",
-        "4.5" => "theta_rad,sensitivity_db",
-        "7.2" => "time_s,force_n",
-        _ => "beta,alpha",
-    };
-    let header = format!("panel,curve,{quantities}");
-    assert_eq!(data.lines().next(), Some(header.as_str()), "{figure}");
-    assert!(
-        !place
-            .read(figure["picture"].as_str().expect("a path"))
-            .is_empty()
-    );
-}
-
-/// What the claims say, and that each was judged.
-fn assert_claims(claims: &[Value]) {
-    // Areas are compared in a plane that the statement names; Corollary 1 says *if*.
-    for (id, words) in [
-        ("C4a", "plane of α"),
-        ("C4b", "α–β plane"),
-        ("C7", "passive if"),
-    ] {
-        let claim = claims
-            .iter()
-            .find(|claim| claim["id"] == id)
-            .expect("judged");
-        let statement = claim["statement"].as_str().expect("words");
-        assert!(statement.contains(words), "{id}: {statement}");
-    }
-    for claim in claims {
-        assert!(
-            claim["verdict"].is_string() && claim["statement"].is_string(),
-            "{claim}"
-        );
-        assert!(claim["muir"]["numbers"].is_string() && claim["exact"]["holds"].is_boolean());
-    }
-}
-
-#[test]
-#[ignore = "computes 6000 walls: `.ci/run` does it, or `cargo test -p host-cli --test cli dissertation -- --ignored`"]
-fn the_dissertation_is_made_again_and_judged() {
-    let place = Place::new();
-    let result = place.run("reproduce --out again --json").succeeded().json();
-    let figures = result["figures"].as_array().expect("figures").clone();
-    let ids: Vec<&str> = figures.iter().filter_map(|f| f["id"].as_str()).collect();
-    assert_eq!(
-        ids,
-        [
-            "3.3", "3.4", "4.1", "4.3", "4.4", "4.5", "5.1", "6.2", "7.2"
-        ]
-    );
-    figures
-        .iter()
-        .for_each(|figure| assert_figure(&place, figure));
-    let claims = result["claims"].as_array().expect("claims").clone();
-    let ids: Vec<&str> = claims.iter().filter_map(|c| c["id"].as_str()).collect();
-    let wanted = "C1 C2 C3 C4a C4b C5 C6 C7 C8 C9 C10 C11 C12";
-    assert_eq!(ids.join(" "), wanted);
-    assert_claims(&claims);
-    let html = place.text("again/report.html");
-    assert!(
-        html.matches("<svg").count() == 9 && html.contains("C12"),
-        "self-contained"
-    );
-    assert!(place.text("again/report.md").contains("| C7 | 5.1 |"));
-    // Not a second time into the same folder, unless asked.
-    place
-        .run("reproduce --out again")
-        .refused(2, &["report.html", "--overwrite"]);
 }

@@ -21,27 +21,17 @@ macro_rules! chapters {
 chapters! {
     a_coupler_and_an_object: "coupler.md" ["coupler/design.toml", "tried/coupler.png"];
     a_fractional_pid: "a-fractional-pid.md" [
-        "oven.toml",
-        "oven.png",
-        "design/controller.toml",
-        "design/controller.png",
-        "run/response.png",
-        "loop/loop.png",
+        "oven.toml", "oven.png", "design/controller.toml", "design/controller.png", "run/response.png", "loop/loop.png",
     ];
     a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "falcon/design.toml"];
     devices: "devices.md" [];
     feeling_something_far_away: "feeling-something-far-away.md" [
-        "best/teleoperation.png",
-        "far/teleoperation.png",
-        "passive/teleoperation.csv",
+        "best/teleoperation.png", "far/teleoperation.png", "passive/teleoperation.csv",
     ];
     first_relaxation: "first-relaxation.md" [
-        "first/relax.png",
-        "first/relax.svg",
-        "first/relax.csv",
-        "first/relax.mcap",
+        "first/relax.png", "first/relax.svg", "first/relax.csv", "first/relax.mcap",
     ];
     install: "install.md" ["host-cli.bash", "man/host-cli.1"];
     log_files_in_other_programs: "log-files.md" ["ticks.csv"];
@@ -53,10 +43,7 @@ chapters! {
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
     walls_tried: "walls.md" ["zwidth/zwidth.csv"];
     your_own_tissue: "your-own-tissue.md" [
-        "fish.toml",
-        "fish.png",
-        "muscle/relax.png",
-        "muscle/relax.csv",
+        "fish.toml", "fish.png", "muscle/relax.png", "muscle/relax.csv",
     ];
 }
 

@@ -4,7 +4,7 @@ use super::registers::{Quantity, Registers, answer, parsable};
 use super::shaft::{Shaft, Turning};
 use crate::moteus::MoteusSettings;
 use core::f64::consts::TAU;
-use haptic_loop::ParameterError;
+use haptic_loop::{ParameterError, RangeError};
 use moteus_protocol::{
     CanFdFrame, Mode, Register, Subframe, SubframeType, calculate_arbitration_id,
     parse_arbitration_id, parse_frame, scaling,
@@ -53,12 +53,7 @@ impl EmulatedServo {
     /// A number, inertia, damping or motion outside its range.
     pub fn new(id: u8, shaft: Shaft) -> Result<Self, ParameterError> {
         if !MoteusSettings::ID.contains(&id.into()) {
-            return Err(ParameterError::Range {
-                what: "servo id",
-                value: id.into(),
-                allowed: "in [1, 126]",
-                unit: "",
-            });
+            return Err(RangeError::new("servo id", id.into(), "in [1, 126]", "").into());
         }
         let turning = Turning::new(shaft)?;
         Ok(Self {

@@ -1,20 +1,15 @@
 //! The books of the guards: what they hold, predict and go on with.
 
-use super::{DAMPING, MASS, T, bounding, observer};
+use super::{DAMPING, MASS, T, bounding, guarded, observer};
 use fracdiff::Seconds;
-use haptic_loop::units::{NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{EnergyBounding, Guard, Limiters, Limits, SafetyChain, SafetyState};
+use haptic_loop::units::NewtonSecondsPerMetre;
+use haptic_loop::{EnergyBounding, Guard, Limiters};
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
 
 #[test]
 fn single_precision_holds_a_force_for_minutes() {
-    let limits = Limits {
-        guard: bounding(0.0),
-        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e4))
-    };
-    let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
-    let mut state = SafetyState::<f32, 1>::default();
+    let (chain, mut state) = guarded::<f32, 1>(bounding(0.0), 10.0, 1e4);
     let mut held = 0.0;
     // 1 mm deep into a wall of 10 kN/m, then nothing moves for 400 s.
     for tick in 0..200_000_u32 {
@@ -33,12 +28,7 @@ fn single_precision_holds_a_force_for_minutes() {
 
 #[test]
 fn the_observer_predicts_that_a_motion_goes_on_and_damps_no_more_than_needed() {
-    let limits = Limits {
-        guard: observer(),
-        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
-    };
-    let chain = SafetyChain::<f64>::from_limits(&limits, T).expect("valid");
-    let mut state = SafetyState::<f64, 1>::default();
+    let (chain, mut state) = guarded::<f64, 1>(observer(), 10.0, 1e6);
     // 1 mm against 1 N and back, from where it would go on and draw 1 mJ more: no damping, none, all.
     for (x, energy, force) in [(0.0, 0.0, -1.0), (1e-3, 1e-3, -1.0), (0.0, 0.0, 0.0)] {
         let (sent, limiters) = chain.apply(&mut state, &vector![x], &vector![-1.0]);
@@ -52,12 +42,7 @@ fn the_observer_predicts_that_a_motion_goes_on_and_damps_no_more_than_needed() {
 #[test]
 fn the_books_go_on_while_a_force_falls_to_zero() {
     for (guard, damping) in [(observer(), 0.0), (bounding(0.0), 0.8 * DAMPING / T.0)] {
-        let limits = Limits {
-            guard,
-            ..Limits::bare(Newtons(10.0), NewtonsPerSecond(0.1 / T.0))
-        };
-        let chain = SafetyChain::<f64>::from_limits(&limits, T).expect("valid");
-        let mut state = SafetyState::<f64, 1>::default();
+        let (chain, mut state) = guarded::<f64, 1>(guard, 10.0, 0.1 / T.0);
         let mut x = 0.0;
         for _ in 0..20 {
             x += 1e-3;
@@ -93,12 +78,7 @@ proptest! {
             forget: Seconds(forget),
             ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
         };
-        let limits = Limits {
-            guard: Some(Guard::EnergyBounding(guard)),
-            ..Limits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / T.0))
-        };
-        let chain = SafetyChain::from_limits(&limits, T).expect("valid");
-        let mut state = SafetyState::<f64, 2>::default();
+        let (chain, mut state) = guarded::<f64, 2>(Some(Guard::EnergyBounding(guard)), 100.0, 200.0 / T.0);
         let (mut x, mut energy) = (SVector::<f64, 2>::zeros(), 0.0);
         let mut line = [SVector::<f64, 2>::zeros(); 5];
         for (step, wanted) in motions {
@@ -117,12 +97,7 @@ proptest! {
 
     #[test]
     fn the_observer_never_credits_more_than_was_given(motions in motions()) {
-        let limits = Limits {
-            guard: observer(),
-            ..Limits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / T.0))
-        };
-        let chain = SafetyChain::from_limits(&limits, T).expect("valid");
-        let mut state = SafetyState::<f64, 2>::default();
+        let (chain, mut state) = guarded::<f64, 2>(observer(), 100.0, 200.0 / T.0);
         let (mut x, mut given) = (SVector::<f64, 2>::zeros(), 0.0);
         let mut last = SVector::<f64, 2>::zeros();
         let most = MASS / (2.0 * T.0);

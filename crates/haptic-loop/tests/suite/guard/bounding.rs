@@ -1,7 +1,7 @@
 //! Energy bounding by its books: delay, lag, noise, and what it cannot promise.
 
-use super::{DAMPING, T, bare, bounding, late, observer};
-use haptic_loop::units::{Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use super::{DAMPING, T, bare, bounding, guarded, late, observer};
+use haptic_loop::units::{Metres, NewtonSecondsPerMetre};
 use haptic_loop::{EnergyBounding, Fault, Guard, Limiters, Limits, SafetyChain, SafetyState};
 use nalgebra::vector;
 use testkit::Random;
@@ -35,12 +35,7 @@ fn an_energy_that_is_no_number_gives_no_force() {
         assert!(state.observed_energy_j() <= 0.0, "{jump}");
     }
     // The observer takes it for no credit too: all the damping there is.
-    let limits = Limits {
-        guard: observer(),
-        ..Limits::bare(Newtons(100.0), NewtonsPerSecond(1e9))
-    };
-    let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
-    let mut state = SafetyState::<f32, 1>::default();
+    let (chain, mut state) = guarded::<f32, 1>(observer(), 100.0, 1e9);
     for x in [0.0, -1e37, -2e37] {
         chain.apply(&mut state, &vector![x], &vector![100.0]);
     }
@@ -87,12 +82,7 @@ fn after_the_device_has_let_go_no_force_is_on_its_way_and_no_credit_is_left() {
 #[test]
 fn a_rate_limit_does_not_keep_up_a_force_that_the_guard_takes_away() {
     // 1 N/s: without the guard 10 N would take 10 s to fall.
-    let limits = Limits {
-        guard: bounding(0.0),
-        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1.0))
-    };
-    let chain = SafetyChain::<f64>::from_limits(&limits, T).expect("valid");
-    let mut state = SafetyState::<f64, 1>::default();
+    let (chain, mut state) = guarded::<f64, 1>(bounding(0.0), 10.0, 1.0);
     let (mut x, mut last) = (0.0, 0.0);
     for _ in 0..1000 {
         x += 1e-4;

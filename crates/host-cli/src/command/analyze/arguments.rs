@@ -238,10 +238,10 @@ pub(super) fn refused(error: AnalysisError) -> Failure {
 
 /// The same for a parameter of the loop, with the options that set it.
 fn refused_parameter(error: AnalysisError, with_units: bool) -> Failure {
-    let AnalysisError::Range { what, .. } = &error else {
+    let AnalysisError::Range(range) = &error else {
         return refused(error);
     };
-    let advice = match (*what, with_units) {
+    let advice = match (range.what, with_units) {
         ("mass", _) => "change --mass",
         ("sample time", _) => "change --sample-time",
         ("damping", _) => "change --damping",

@@ -80,20 +80,12 @@ pub struct TeleoperationArguments {
     #[arg(long, value_parser = within::<Length>(p::THICKNESS.range()), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
     thickness: Length,
     /// Lowest frequency at which the tissue is to feel right
-    #[arg(
-        long, value_parser = within::<Frequency>(range::FREQUENCIES_HZ),
-        default_value = "0.5Hz",
-        allow_hyphen_values = true,
-        help_heading = "Tissue"
-    )]
+    #[arg(long, allow_hyphen_values = true, value_parser = within::<Frequency>(range::FREQUENCIES_HZ))]
+    #[arg(default_value = "0.5Hz", help_heading = "Tissue")]
     low: Frequency,
     /// Highest frequency at which the tissue is to feel right
-    #[arg(
-        long, value_parser = within::<Frequency>(range::FREQUENCIES_HZ),
-        default_value = "5Hz",
-        allow_hyphen_values = true,
-        help_heading = "Tissue"
-    )]
+    #[arg(long, allow_hyphen_values = true, value_parser = within::<Frequency>(range::FREQUENCIES_HZ))]
+    #[arg(default_value = "5Hz", help_heading = "Tissue")]
     high: Frequency,
     /// Number of frequencies
     #[arg(long, default_value_t = 20, value_parser = whole::<u32>(2..=10_000), help_heading = "Tissue")]
@@ -333,7 +325,7 @@ impl TeleoperationArguments {
 /// A parameter that the analysis refuses, with the option that sets it.
 fn refused(error: AnalysisError) -> Failure {
     let advice = match &error {
-        AnalysisError::Range { what, .. } => match *what {
+        AnalysisError::Range(range) => match range.what {
             "mass" => "change --mass or --slave-mass",
             "damping" => "change --damping or --slave-damping",
             "sample time" => "change --sample-time",

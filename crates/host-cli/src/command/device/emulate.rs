@@ -130,17 +130,28 @@ impl LineArguments {
     /// # Errors
     /// A chance or time outside its range.
     pub fn faults(&self) -> Result<(LineFaults, u64), Failure> {
+        let &Self {
+            drop,
+            corrupt,
+            duplicate,
+            reorder,
+            delay,
+            stall,
+            stall_time,
+            seed,
+        } = self;
+        let (delay_s, stall_s) = (delay.0, stall_time.0);
         let faults = LineFaults {
-            drop: self.drop,
-            corrupt: self.corrupt,
-            duplicate: self.duplicate,
-            reorder: self.reorder,
-            delay_s: self.delay.0,
-            stall: self.stall,
-            stall_s: self.stall_time.0,
+            drop,
+            corrupt,
+            duplicate,
+            reorder,
+            delay_s,
+            stall,
+            stall_s,
         };
         faults.check().map_err(Failure::input)?;
-        Ok((faults, self.seed))
+        Ok((faults, seed))
     }
 }
 

@@ -20,12 +20,8 @@ pub struct PortArguments {
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
     device: DeviceName,
     /// Go on trying for so long while the device is not there
-    #[arg(
-        long, value_parser = within::<Time>(range::WAITS),
-        value_name = "TIME",
-        default_value = "0s",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME")]
+    #[arg(default_value = "0s", allow_hyphen_values = true)]
     wait: Time,
 }
 

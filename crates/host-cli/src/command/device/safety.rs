@@ -59,37 +59,21 @@ pub struct SafetyArguments {
     #[arg(long, value_parser = within::<Mass>(parameters::DEVICE_MASS.range().or_0()), value_name = "MASS", allow_hyphen_values = true)]
     device_mass: Option<Mass>,
     /// Damping of a real device, for --guard energy-bounding
-    #[arg(
-        long, value_parser = within::<Damping>(parameters::DEVICE_DAMPING.range()),
-        value_name = "DAMPING",
-        requires = "guard",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_parser = within::<Damping>(parameters::DEVICE_DAMPING.range()), value_name = "DAMPING")]
+    #[arg(requires = "guard", allow_hyphen_values = true)]
     device_damping: Option<Damping>,
     /// Delay of a real device from a measurement to the effect of its force, or the interval in which it lies, as in
     /// 0.2ms:1ms, for --guard energy-bounding
-    #[arg(
-        long,
-        value_name = "TIME|LEAST:MOST",
-        requires = "guard",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_name = "TIME|LEAST:MOST")]
+    #[arg(requires = "guard", allow_hyphen_values = true)]
     device_delay: Option<Delay>,
     /// Time constant with which the force of a real device follows, for --guard energy-bounding
-    #[arg(
-        long, value_parser = within::<Time>(parameters::DEVICE_LAG.range()),
-        value_name = "TIME",
-        requires = "guard",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_parser = within::<Time>(parameters::DEVICE_LAG.range()), value_name = "TIME")]
+    #[arg(requires = "guard", allow_hyphen_values = true)]
     device_lag: Option<Time>,
     /// Standard deviation of the noise of a real device's position, for --guard energy-bounding [default: 0]
-    #[arg(
-        long, value_parser = within::<Length>(parameters::DEVICE_NOISE.range()),
-        value_name = "LENGTH",
-        requires = "guard",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_parser = within::<Length>(parameters::DEVICE_NOISE.range()), value_name = "LENGTH")]
+    #[arg(requires = "guard", allow_hyphen_values = true)]
     device_noise: Option<Length>,
 }
 

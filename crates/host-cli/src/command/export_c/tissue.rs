@@ -17,12 +17,8 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(super) struct TissueArguments {
     /// A tissue, by its name or the path of its file, in place of an order: any model of the library
-    #[arg(
-        long,
-        value_name = "NAME",
-        conflicts_with = "order",
-        help_heading = "Tissue"
-    )]
+    #[arg(long, value_name = "NAME")]
+    #[arg(conflicts_with = "order", help_heading = "Tissue")]
     tissue: Option<String>,
     #[arg(long, help = p::LIBRARY.help, value_name = "DIR", requires = "tissue", help_heading = "Tissue")]
     library: Option<PathBuf>,

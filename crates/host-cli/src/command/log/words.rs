@@ -64,10 +64,10 @@ pub(super) fn print_missing(out: &mut dyn Write, summary: &LogSummary) -> io::Re
         writeln!(out, "start: {missing} ticks missing before {missing}")?;
     }
     for gap in &summary.gaps {
+        let (missing, after, before) = (gap.missing, gap.after_tick, gap.before_tick);
         writeln!(
             out,
-            "gap: {} ticks missing between {} and {}",
-            gap.missing, gap.after_tick, gap.before_tick
+            "gap: {missing} ticks missing between {after} and {before}"
         )?;
     }
     if summary.missing_at_end > 0 {
@@ -145,11 +145,8 @@ pub(super) fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) 
         }
     }
     for event in &summary.events {
-        writeln!(
-            out,
-            "  event at {} s: {}: {}",
-            event.time_s, event.kind, event.text
-        )?;
+        let (kind, text) = (&event.kind, &event.text);
+        writeln!(out, "  event at {} s: {kind}: {text}", event.time_s)?;
     }
     for damage in &summary.damage {
         writeln!(out, "  damage: {damage}")?;

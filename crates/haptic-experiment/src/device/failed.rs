@@ -1,0 +1,61 @@
+//! A device that failed, as the failure of a run: with its port, and by whom it is to be mended.
+
+use crate::failure::Failure;
+use haptic_remote::LinkError;
+use haptic_remote::serial::{SerialError, SerialLink};
+
+/// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.
+#[must_use]
+pub fn at_port(path: &str, error: &SerialError) -> Failure {
+    let text = error.to_string();
+    let error_at = if text.contains(path) {
+        anyhow::anyhow!("{text}")
+    } else {
+        anyhow::anyhow!("{path}: {text}")
+    };
+    match error {
+        SerialError::Link(LinkError::Faulted(_)) => Failure::Run(error_at),
+        _ => Failure::Device(error_at),
+    }
+}
+
+/// What a device refused is bad input; else as [`at_port`].
+#[must_use]
+pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
+    match error.is_refusal() {
+        true => Failure::bad_input(error),
+        false => at_port(path, &error),
+    }
+}
+
+/// As [`at_port`], of a device that was connected: where nothing comes from its board any more, it is not usable, whatever latched.
+#[must_use]
+pub fn at_link(link: &SerialLink, error: &SerialError) -> Failure {
+    match at_port(link.path(), error) {
+        Failure::Run(error) if link.has_lost_board() => Failure::Device(error),
+        failure => failure,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
+        let report = haptic_link::FaultReport {
+            status: haptic_link::Status {
+                state: haptic_link::State::Fault,
+                fault: 12,
+                faults: 1,
+            },
+            tick: 7,
+            time_us: 7000,
+        };
+        let failure = |error: LinkError| at_port("/dev/x", &error.into());
+        let faulted = failure(LinkError::Faulted(report));
+        assert_eq!(faulted.exit_code(), 1);
+        assert!(faulted.to_string().starts_with("/dev/x: "), "{faulted}");
+        assert_eq!(failure(LinkError::Gone).exit_code(), 3);
+    }
+}
