@@ -1,5 +1,6 @@
 //! The parts of the commands of `host-cli`. The binary parses, runs and maps errors to exit
 //! codes; this library exists so that tests reach the parts.
+#![forbid(unsafe_code)]
 
 pub mod choice;
 pub mod cli;

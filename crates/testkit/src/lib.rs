@@ -6,6 +6,7 @@
 //! let mut random = Random(1);
 //! assert_close("a mean", 0.5 * (random.between(0.0, 1.0) + 1.0), 0.75, 0.25);
 //! ```
+#![forbid(unsafe_code)]
 
 #[cfg(feature = "book")]
 pub mod book;
