@@ -20,8 +20,10 @@ const FLAT: f64 = 1e-3;
 /// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
 const NARROWED: usize = 60;
 
-/// Times a delay margin is made better: each makes its error some ten times as small.
-const REFINED: usize = 4;
+/// Times a delay margin is made better at most, by secants.
+const REFINED: usize = 8;
+/// What is left of a delay margin, as a share of it, that is nothing.
+const SETTLED: f64 = 1e-9;
 
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,7 +125,7 @@ impl SampledLoop {
     /// much more dead time.
     ///
     /// ```text
-    /// d ← d + φ(d)/ω_c(d),   φ the phase margin of the loop that is d late, at the crossover ω_c next to that before
+    /// φ(d)/ω_c(d) = 0,   φ the phase margin of the loop that is d late, at the crossover ω_c next to that before
     /// ```
     /// # Errors
     /// Those of `later`.
@@ -132,6 +134,7 @@ impl SampledLoop {
         later: impl Fn(f64) -> Result<Self, E>,
     ) -> Result<Crossing, E> {
         let mut found = first;
+        let mut before: Option<(f64, f64)> = None;
         for _ in 0..REFINED {
             let closed = later(found.value)?;
             let margins = closed.phase_margins(&closed.grid());
@@ -140,10 +143,18 @@ impl SampledLoop {
             let Some(nearest) = nearest else {
                 break;
             };
+            let left = nearest.value / nearest.omega_rad_s;
+            // The slope of what is left: −1 but for the hold.
+            let slope = before.map_or(-1.0, |(delay, more)| (more - left) / (delay - found.value));
+            let slope = if slope < -0.5 { slope } else { -1.0 };
+            before = Some((found.value, left));
             found = Crossing {
-                value: (found.value + nearest.value / nearest.omega_rad_s).max(0.0),
+                value: (found.value - left / slope).max(0.0),
                 ..*nearest
             };
+            if left.abs() <= SETTLED * found.value {
+                break;
+            }
         }
         Ok(found)
     }
