@@ -46,7 +46,7 @@ fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
     Err(Failure::bad_input(format_args!(
         "duration {} s is not from {} to {} s, of which {SAMPLES_ALONE} samples are shown: lengthen --duration",
         Shown(duration_s),
-        Shown(shortest.max(low)),
+        digits(shortest.max(low)),
         Shown(high)
     )))
 }
