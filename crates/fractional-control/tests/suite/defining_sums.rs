@@ -65,7 +65,7 @@ fn weights(order: f64, samples: usize) -> Vec<f64> {
     all
 }
 
-/// Σ w_k·x\[n − k\] from k = 1 on.
+/// The sum of the weights times x\[n − k\] from k = 1 on.
 fn past(weights: &[f64], x: &[f64]) -> f64 {
     let pairs = weights[1..].iter().zip(x.iter().rev());
     pairs.map(|(w, x)| w * x).sum()
