@@ -20,6 +20,11 @@ const FLAT: f64 = 1e-3;
 /// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
 const NARROWED: usize = 60;
 
+/// Times a delay margin is made better at most, by secants.
+const REFINED: usize = 8;
+/// What is left of a delay margin, as a share of it, that is nothing.
+const SETTLED: f64 = 1e-9;
+
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
@@ -73,15 +78,7 @@ impl SampledLoop {
     pub fn margins(&self) -> Margins {
         let grid = self.grid();
         let gains = self.gains(&grid);
-        let rate = self.rate();
-        let crossovers = self.where_zero(&grid, |l| libm::log(l.norm()), |_| true);
-        let margins: Vec<Crossing> = crossovers
-            .iter()
-            .map(|&(theta, l)| Crossing {
-                omega_rad_s: theta * rate,
-                value: (-l).arg(),
-            })
-            .collect();
+        let margins = self.phase_margins(&grid);
         let size = |a: &&Crossing, b: &&Crossing| a.value.abs().total_cmp(&b.value.abs());
         let turn = 2.0 * PI;
         let delays = margins.iter().map(|margin| Crossing {
@@ -110,6 +107,56 @@ impl SampledLoop {
             sensitivity: self.peak(&grid, |l| (l + 1.0).inv().norm()),
             complementary: self.peak(&grid, |l| (l / (l + 1.0)).norm()),
         }
+    }
+
+    /// The phase margin of each crossover, rad, −π to π.
+    fn phase_margins(&self, grid: &[Point]) -> Vec<Crossing> {
+        let crossovers = self.where_zero(grid, |l| libm::log(l.norm()), |_| true);
+        let rate = self.rate();
+        let margin = |&(theta, l): &Point| Crossing {
+            omega_rad_s: theta * rate,
+            value: (-l).arg(),
+        };
+        crossovers.iter().map(margin).collect()
+    }
+
+    /// The delay margin of a plant behind a hold, s, from that of [`margins`](Self::margins), which turns the phase of L as far as a dead time of
+    /// whole samples does: a part of a sample turns it otherwise, for the hold then switches inside a sample. `later` is the loop whose plant has so
+    /// much more dead time.
+    ///
+    /// ```text
+    /// φ(d)/ω_c(d) = 0,   φ the phase margin of the loop that is d late, at the crossover ω_c next to that before
+    /// ```
+    /// # Errors
+    /// Those of `later`.
+    pub fn delay_margin<E>(
+        first: Crossing,
+        later: impl Fn(f64) -> Result<Self, E>,
+    ) -> Result<Crossing, E> {
+        let mut found = first;
+        let mut before: Option<(f64, f64)> = None;
+        for _ in 0..REFINED {
+            let closed = later(found.value)?;
+            let margins = closed.phase_margins(&closed.grid());
+            let away = |margin: &Crossing| libm::log(margin.omega_rad_s / found.omega_rad_s).abs();
+            let nearest = margins.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+            let Some(nearest) = nearest else {
+                break;
+            };
+            let left = nearest.value / nearest.omega_rad_s;
+            // The slope of what is left: −1 but for the hold.
+            let slope = before.map_or(-1.0, |(delay, more)| (more - left) / (delay - found.value));
+            let slope = if slope < -0.5 { slope } else { -1.0 };
+            before = Some((found.value, left));
+            found = Crossing {
+                value: (found.value - left / slope).max(0.0),
+                ..*nearest
+            };
+            if left.abs() <= SETTLED * found.value {
+                break;
+            }
+        }
+        Ok(found)
     }
 
     /// The gains, over the present one, at which L meets −1: the least first.

@@ -2,7 +2,7 @@
 
 use crate::{ControlError, FractionalTransferFunction};
 use fracdiff::parameter::{RangeError, not_negative, range};
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
 use num_complex::Complex;
 use std::vec;
 use std::vec::Vec;
@@ -117,30 +117,31 @@ impl StateSpace {
         Self::new(a, b, c)
     }
 
-    /// Shows each state from rest, for an input that is held from its sample to the next, or runs in a straight line.
+    /// Shows each state from rest, for an input that is held from its sample to the next, or runs in a straight line, and acts by
+    /// `fraction` of a sample later: exactly, for the switch inside a sample parts the integral.
     pub(crate) fn run(
         &self,
         sample_time: f64,
-        input: &[f64],
+        (input, fraction): (&[f64], f64),
         held: bool,
-        seen: impl FnMut(usize, &DVector<f64>),
+        seen: &mut dyn FnMut(usize, &[f64]),
     ) -> Result<(), ControlError> {
         if held {
-            let sampled = self.sampled(sample_time, 0.0)?;
-            sampled.run(sampled.at_rest(), input.iter().copied(), seen);
+            let sampled = self.sampled(sample_time, fraction)?;
+            sampled.run(sampled.at_rest(), &mut input.iter().copied(), seen);
             return Ok(());
         }
-        let sampled = self.fed_by_slope()?.sampled(sample_time, 0.0)?;
+        let sampled = self.fed_by_slope()?.sampled(sample_time, fraction)?;
         let mut begin = sampled.at_rest();
         if let (Some(last), Some(first)) = (begin.iter_mut().last(), input.first()) {
             *last = *first;
         }
         let next = input.iter().skip(1).chain(input.last());
-        let slopes = input
+        let mut slopes = input
             .iter()
             .zip(next)
             .map(|(now, next)| (next - now) / sample_time);
-        sampled.run(begin, slopes, seen);
+        sampled.run(begin, &mut slopes, seen);
         Ok(())
     }
 
@@ -148,12 +149,12 @@ impl StateSpace {
     pub(crate) fn respond(
         &self,
         sample_time: f64,
-        input: &[f64],
+        (input, fraction): (&[f64], f64),
         held: bool,
     ) -> Result<Vec<f64>, ControlError> {
         let mut outputs = Vec::with_capacity(input.len());
-        self.run(sample_time, input, held, |_, x| {
-            outputs.push(self.c.iter().zip(x.iter()).map(|(c, x)| c * x).sum());
+        self.run(sample_time, (input, fraction), held, &mut |_, x| {
+            outputs.push(self.c.iter().zip(x).map(|(c, x)| c * x).sum());
         })?;
         Ok(outputs)
     }
@@ -215,7 +216,7 @@ impl StateSpace {
             .as_ref()
             .map_or(f64::INFINITY, |inverse| inverse.norm());
         if norm.is_nan() || norm >= 1e13 {
-            let allowed = "short enough for the fastest pole: leave that pole out, or sample 30 times in its time constant";
+            let allowed = "at most 30 time constants of the fastest pole: leave that pole or lag out, or sample faster";
             return Err(RangeError::new("sample time", sample_time, allowed, "s").into());
         }
         Ok(SampledStates {
@@ -254,20 +255,46 @@ impl SampledStates {
         *x += change;
     }
 
-    /// Shows each state from this one on, an input a sample, without a delay.
+    /// Shows each state from this one on, an input a sample, 0 before the first.
     fn run(
         &self,
         begin: DVector<f64>,
-        inputs: impl Iterator<Item = f64>,
-        mut seen: impl FnMut(usize, &DVector<f64>),
+        inputs: &mut dyn Iterator<Item = f64>,
+        seen: &mut dyn FnMut(usize, &[f64]),
     ) {
-        let (mut x, mut next) = (begin.clone(), begin);
+        // Few states of a known number run several times as fast.
+        match begin.len() {
+            1 => self.run_sized::<1>(&begin, inputs, seen),
+            2 => self.run_sized::<2>(&begin, inputs, seen),
+            3 => self.run_sized::<3>(&begin, inputs, seen),
+            4 => self.run_sized::<4>(&begin, inputs, seen),
+            5 => self.run_sized::<5>(&begin, inputs, seen),
+            _ => {
+                let (mut x, mut before) = (begin, 0.0);
+                for (sample, input) in inputs.enumerate() {
+                    seen(sample, x.as_slice());
+                    self.advance(&mut x, input, before);
+                    before = input;
+                }
+            }
+        }
+    }
+
+    fn run_sized<const N: usize>(
+        &self,
+        begin: &DVector<f64>,
+        inputs: &mut dyn Iterator<Item = f64>,
+        seen: &mut dyn FnMut(usize, &[f64]),
+    ) {
+        let moved: SMatrix<f64, N, N> = self.moved.fixed_view::<N, N>(0, 0).into_owned();
+        let newest: SVector<f64, N> = self.newest.fixed_rows::<N>(0).into_owned();
+        let last: SVector<f64, N> = self.last.fixed_rows::<N>(0).into_owned();
+        let mut x: SVector<f64, N> = begin.fixed_rows::<N>(0).into_owned();
+        let mut before = 0.0;
         for (sample, input) in inputs.enumerate() {
-            seen(sample, &x);
-            next.copy_from(&x);
-            next.gemv(1.0, &self.moved, &x, 1.0);
-            next.axpy(input, &self.newest, 1.0);
-            core::mem::swap(&mut x, &mut next);
+            seen(sample, x.as_slice());
+            x += moved * x + newest * input + last * before;
+            before = input;
         }
     }
 

@@ -16,6 +16,8 @@ pub(super) struct Fit<'a> {
     record: &'a Record<'a>,
     /// What a rule is fed with.
     seen: Vec<f64>,
+    /// Model less record, of these parameters.
+    left: DVector<f64>,
 }
 
 /// An order; of a coefficient the logarithm of its size, or what it is times the size of its guess.
@@ -33,8 +35,10 @@ fn value(function: &FractionalTransferFunction, freedom: Free, number: FreeNumbe
     }
 }
 
-/// Step of a central difference, of orders and logarithms alike.
-const STEP: f64 = 1e-5;
+/// Step of a difference to one side, of a coefficient: the modes of a memory do not depend on it, so that only rounding limits it.
+const STEP: f64 = 1e-6;
+/// Step of a central difference, of an order: the modes of a memory change with it, and with them its error.
+const STEP_OF_ORDER: f64 = 1e-4;
 /// Orders nearer than this to a whole number are that number: no record tells them apart, and a plant of whole orders is sampled exactly.
 const WHOLE: f64 = 1e-4;
 
@@ -55,6 +59,20 @@ pub(super) fn settled(
     )
 }
 
+/// The input as a rule of second order takes it: a held one as a hat between neighbouring samples sees it, h of a sample late,
+/// (1−h)²/2·u\[n\] + (1/2 + h − h²)·u\[n−1\] + h²/2·u\[n−2\]; a smooth one in straight lines.
+fn seen_by_a_rule(record: &Record<'_>) -> Vec<f64> {
+    let (input, h) = (record.input, record.fraction());
+    let weights = if record.held {
+        [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h]
+    } else {
+        [1.0 - h, h, 0.0]
+    };
+    let at = |n: usize, lag: usize| n.checked_sub(lag).map_or(0.0, |place| input[place]);
+    let seen = |n| (0..3).map(|lag| weights[lag] * at(n, lag)).sum();
+    (0..input.len()).map(seen).collect()
+}
+
 /// A residual where there is no model, in units of the largest output.
 const NONE: f64 = 1e3;
 
@@ -65,24 +83,19 @@ impl<'a> Fit<'a> {
         memory: Memory,
         record: &'a Record<'a>,
     ) -> Self {
-        let input = record.input;
-        let mut seen = input.to_vec();
-        if record.held {
-            // What a hold does between two samples.
-            for n in (0..input.len()).rev() {
-                seen[n] = 0.5 * (input[n] + n.checked_sub(1).map_or(0.0, |last| input[last]));
-            }
-        }
         let begin = free.iter().map(|number| value(&guess, freedom, *number));
-        Self {
+        let mut fit = Self {
             parameters: DVector::from_iterator(free.len(), begin),
             guess,
             freedom,
             free,
             memory,
             record,
-            seen,
-        }
+            seen: seen_by_a_rule(record),
+            left: DVector::zeros(0),
+        };
+        fit.left = fit.left_by(&fit.parameters);
+        fit
     }
 
     /// The output of a function for the input of the record: exactly where its orders are whole and stay so, else by the rule.
@@ -99,7 +112,7 @@ impl<'a> Fit<'a> {
         let exact = (self.freedom == Free::Coefficients)
             .then(|| {
                 StateSpace::of_function(function)?
-                    .respond(sample_time.0, input, held)
+                    .respond(sample_time.0, (input, self.record.fraction()), held)
                     .ok()
             })
             .flatten();
@@ -135,7 +148,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Model less record.
-    fn left(&self, parameters: &DVector<f64>) -> DVector<f64> {
+    fn left_by(&self, parameters: &DVector<f64>) -> DVector<f64> {
         let largest = self
             .record
             .output
@@ -160,13 +173,20 @@ impl<'a> Fit<'a> {
 
     fn slopes(&self) -> DMatrix<f64> {
         let mut slopes = DMatrix::zeros(self.record.output.len(), self.free.len());
-        for column in 0..self.free.len() {
+        for (column, number) in self.free.iter().enumerate() {
             let moved = |step: f64| {
                 let mut parameters = self.parameters.clone();
                 parameters[column] += step;
-                self.left(&parameters)
+                self.left_by(&parameters)
             };
-            let slope = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            let slope = match number {
+                FreeNumber::NumeratorCoefficient(_) | FreeNumber::DenominatorCoefficient(_) => {
+                    (moved(STEP) - &self.left) / STEP
+                }
+                FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => {
+                    (moved(STEP_OF_ORDER) - moved(-STEP_OF_ORDER)) / (2.0 * STEP_OF_ORDER)
+                }
+            };
             slopes.set_column(column, &slope);
         }
         slopes
@@ -202,6 +222,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_> {
 
     fn set_params(&mut self, parameters: &DVector<f64>) {
         self.parameters.copy_from(parameters);
+        self.left = self.left_by(parameters);
     }
 
     fn params(&self) -> DVector<f64> {
@@ -209,7 +230,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.left(&self.parameters))
+        Some(self.left.clone())
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {

@@ -35,7 +35,7 @@ pub struct Identified {
 /// not be told apart; orders that are 0 stay 0. Output error: the model is run over the whole record, with its full
 /// history.
 ///
-/// - *Cost*: some hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
+/// - *Cost*: some ten to a hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
 ///
 /// ```
 /// use fracdiff::Seconds;
@@ -44,7 +44,7 @@ pub struct Identified {
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
 /// let y = step_response(&truth, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
-/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true };
+/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true, late: Seconds(0.0) };
 /// let found = identify(&"1/(s+1)".parse()?, &record)?;
 /// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
 /// # Ok::<(), fractional_control::ControlError>(())
@@ -69,7 +69,7 @@ pub fn identify(
 ///
 /// // 1/(s − 1), begun from a plant that grows half as fast. From one that decays it would end at a slow decay: the pole would have to pass through infinity.
 /// let y: Vec<f64> = (0..200).map(|n| (0.01 * f64::from(n)).exp_m1()).collect();
-/// let record = Record { sample_time: Seconds(0.01), input: &[1.0; 200], output: &y, held: true };
+/// let record = Record { sample_time: Seconds(0.01), input: &[1.0; 200], output: &y, held: true, late: Seconds(0.0) };
 /// let found = identify_coefficients(&"1/(s-0.5)".parse()?, &record)?;
 /// assert_eq!(found.function.unstable_poles(), Some(1));
 /// # Ok::<(), fractional_control::ControlError>(())
@@ -83,6 +83,12 @@ pub fn identify_coefficients(
     searched(guess, record, Free::Coefficients)
 }
 
+/// A search ends where a step makes the sum of squares less by no more than this share, over the number of samples: a tenth of a standard
+/// error, of white noise. What is exact falls to what rounding leaves before that.
+const SMALL_STEP: f64 = 0.01;
+/// That share at most, and that of the numbers.
+const CONVERGED: [f64; 2] = [1e-5, 1e-7];
+
 fn searched(
     guess: &FractionalTransferFunction,
     record: &Record<'_>,
@@ -94,6 +100,8 @@ fn searched(
     let memory = Memory::new(Rule::Bdf2, 1e-7, horizon)?;
     let problem = Fit::new(*guess, (freedom, free), memory, record);
     let (problem, report) = LevenbergMarquardt::new()
+        .with_ftol((SMALL_STEP / record.input.len() as f64).min(CONVERGED[0]))
+        .with_xtol(CONVERGED[1])
         .with_patience(30)
         .minimize(problem);
     let residuals = problem
@@ -123,7 +131,16 @@ fn searched(
 }
 
 fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
-    positive("sample time", record.sample_time.0, "s")?;
+    let t = positive("sample time", record.sample_time.0, "s")?;
+    let late = record.late.0;
+    let inside = (0.0..=t).contains(&late);
+    range(
+        "lateness of the input",
+        late,
+        inside,
+        "from 0 to the sample time",
+        "s",
+    )?;
     let (inputs, outputs) = (record.input.len() as f64, record.output.len() as f64);
     let same = record.input.len() == record.output.len();
     range(

@@ -15,6 +15,15 @@ pub struct Record<'a> {
     pub output: &'a [f64],
     /// True if u is a command that was held from its sample to the next, as in a step; false for a smooth signal that was sampled.
     pub held: bool,
+    /// The input acts so much later: the part of a dead time that is no whole sample, 0 to T.
+    pub late: Seconds,
+}
+
+impl Record<'_> {
+    /// h, the share of a sample by which the input acts later.
+    pub(super) fn fraction(&self) -> f64 {
+        self.late.0 / self.sample_time.0
+    }
 }
 
 /// A number of the function that was free.

@@ -33,6 +33,8 @@ pub struct WholeGuess {
 const FASTER: f64 = 4.0;
 /// Times the filter is replaced by the poles that were found with it.
 const ROUNDS: usize = 4;
+/// Poles that leave as much as those before them, but for this share, are the last of their row.
+const SETTLED: f64 = 1e-3;
 
 /// A function of whole orders that comes near a record, for [`identify_coefficients`](super::identify_coefficients) to begin from; `None`
 /// where the record gives none.
@@ -54,7 +56,7 @@ const ROUNDS: usize = 4;
 /// // A swing that grows: the step of 9.04/(s² − 0.4s + 9.04).
 /// let step = |t: f64| 1.0 - f64::exp(0.2 * t) * ((3.0 * t).cos() - 0.2 / 3.0 * (3.0 * t).sin());
 /// let y: Vec<f64> = (0..1000).map(|n| step(0.02 * f64::from(n))).collect();
-/// let record = Record { sample_time: Seconds(0.02), input: &[1.0; 1000], output: &y, held: true };
+/// let record = Record { sample_time: Seconds(0.02), input: &[1.0; 1000], output: &y, held: true, late: Seconds(0.0) };
 /// let guess = whole_guess(&record, WholeShape { poles: 2, zeros: 0, integrators: 0 }).expect("found");
 /// assert_eq!(guess.function.unstable_poles(), Some(2));
 /// ```
@@ -130,17 +132,26 @@ fn tried(
     mut below: Vec<f64>,
     best: &mut Option<Guess>,
 ) {
+    let t = rate * record.sample_time.0;
+    let mut last = f64::INFINITY;
     for round in 0..=ROUNDS {
+        let input = (record.input, record.fraction());
+        let Some(input) = filtered(&below, t, input, record.held) else {
+            return;
+        };
         // The first filter is none of the guesses, unless it is of the samples.
-        if let Some(guess) = run(record, shape, rate, &below)
+        let guess = run(record, shape, rate, (&below, &input));
+        let left = guess.as_ref().map_or(f64::INFINITY, |guess| guess.left);
+        if let Some(guess) = guess
             && best.as_ref().is_none_or(|best| guess.left < best.left)
         {
             *best = Some(guess);
         }
-        if round == ROUNDS {
+        if round == ROUNDS || (left - last).abs() < SETTLED * last {
             return;
         }
-        match regressed(record, shape, rate, &below) {
+        last = left;
+        match regressed(record, shape, t, (&below, &input)) {
             Some(next) => below = next,
             None => return,
         }
@@ -148,13 +159,12 @@ fn tried(
 }
 
 /// The zeros for these poles, and what they leave.
-fn run(record: &Record<'_>, shape: WholeShape, rate: f64, below: &[f64]) -> Option<Guess> {
-    let input = filtered(
-        below,
-        rate * record.sample_time.0,
-        record.input,
-        record.held,
-    )?;
+fn run(
+    record: &Record<'_>,
+    shape: WholeShape,
+    rate: f64,
+    (below, input): (&[f64], &DMatrix<f64>),
+) -> Option<Guess> {
     let columns = input.columns(0, shape.zeros + 1).into_owned();
     let output = DVector::from_column_slice(record.output);
     let above = solved(columns.clone(), output.clone())?;
@@ -167,21 +177,19 @@ fn run(record: &Record<'_>, shape: WholeShape, rate: f64, below: &[f64]) -> Opti
     })
 }
 
-/// The poles that make A·y/F nearest to B·u/F.
+/// The poles that make A·y/F nearest to B·u/F, from u/F; `t` in the unit of F.
 fn regressed(
     record: &Record<'_>,
     shape: WholeShape,
-    rate: f64,
-    filter: &[f64],
+    t: f64,
+    (filter, input): (&[f64], &DMatrix<f64>),
 ) -> Option<Vec<f64>> {
     let WholeShape {
         poles,
         zeros,
         integrators,
     } = shape;
-    let t = rate * record.sample_time.0;
-    let output = filtered(filter, t, record.output, false)?;
-    let input = filtered(filter, t, record.input, record.held)?;
+    let output = filtered(filter, t, (record.output, 0.0), false)?;
     let free = poles - integrators;
     let matrix = DMatrix::from_fn(
         record.output.len(),
@@ -223,8 +231,13 @@ fn of_samples(record: &Record<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     below.iter().all(|c| c.is_finite()).then_some(below)
 }
 
-/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines.
-fn filtered(below: &[f64], t: f64, signal: &[f64], held: bool) -> Option<DMatrix<f64>> {
+/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines, and so many samples late.
+fn filtered(
+    below: &[f64],
+    t: f64,
+    (signal, fraction): (&[f64], f64),
+    held: bool,
+) -> Option<DMatrix<f64>> {
     let n = below.len() - 1;
     let mut a = DMatrix::zeros(n, n);
     for row in 1..n {
@@ -237,8 +250,11 @@ fn filtered(below: &[f64], t: f64, signal: &[f64], held: bool) -> Option<DMatrix
     b[n - 1] = 1.0;
     let filter = StateSpace::new(a, b, RowDVector::zeros(n)).ok()?;
     let mut all = DMatrix::zeros(signal.len(), n + 1);
-    let ran = filter.run(t, signal, held, |row, x| {
-        let mut highest = signal[row];
+    let ran = filter.run(t, (signal, fraction), held, &mut |row, x| {
+        // What the filter is fed with now.
+        let now = if held { 0.0 } else { fraction };
+        let before = row.checked_sub(1).map_or(signal[row], |last| signal[last]);
+        let mut highest = (1.0 - now) * signal[row] + now * before;
         for (k, coefficient) in below[..n].iter().enumerate() {
             all[(row, k)] = x[k];
             highest -= coefficient * x[k];

@@ -39,6 +39,7 @@ fn podlubnys_plant_is_found_from_its_step() {
         input: &vec![1.0; y.len()],
         output: &y,
         held: true,
+        late: Seconds(0.0),
     };
     let found = identify(&of("2/(s^2+s+1)"), &record).expect("found");
     println!("{} rms {:.1e}", found.function, found.rms_residual);
@@ -71,6 +72,7 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
         input: &input,
         output: &y,
         held: false,
+        late: Seconds(0.0),
     };
     let found = identify(&of("1/(s+1)"), &record).expect("found");
     assert!(
@@ -115,6 +117,7 @@ fn a_record_of_a_held_command_needs_no_correction_by_hand() {
         input: &input,
         output: &y,
         held: true,
+        late: Seconds(0.0),
     };
     let found = identify(&of("1/(s^0.8+1)"), &record).expect("found");
     println!("{}", found.function);
@@ -132,6 +135,7 @@ fn a_record_that_is_none_is_refused() {
             input,
             output,
             held: true,
+            late: Seconds(0.0),
         };
         identify(&guess, &record).expect_err("refused").to_string()
     };
@@ -208,6 +212,7 @@ fn whole_orders_are_found_whether_they_swing_grow_or_are_fast() {
             input: &vec![1.0; y.len()],
             output: &y,
             held: true,
+            late: Seconds(0.0),
         };
         let shape = WholeShape {
             poles: below.len() - 1,
@@ -244,6 +249,7 @@ fn whole_orders_are_found_in_noise() {
         input: &vec![1.0; y.len()],
         output: &y,
         held: true,
+        late: Seconds(0.0),
     };
     let shape = WholeShape {
         poles: 2,
@@ -289,6 +295,7 @@ fn a_smooth_input_runs_in_straight_lines() {
         input: &input,
         output: &y,
         held: false,
+        late: Seconds(0.0),
     };
     let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
     let pole = found.function.denominator().terms()[0].coefficient;
@@ -298,4 +305,68 @@ fn a_smooth_input_runs_in_straight_lines() {
         "{}",
         found.function
     );
+}
+
+/// 2/(3s + 1) behind a quarter and three quarters of a sample: the command steps and steps back inside a sample. The rule of free orders is of second
+/// order in T there, where straight lines between samples would be of the first.
+#[test]
+fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
+    let t = 0.1;
+    let input: Vec<f64> = (0..300).map(|n| if n < 100 { 1.0 } else { 0.0 }).collect();
+    for share in [0.25, 0.75] {
+        let late = share * t;
+        let step = |since: f64| -2.0 * f64::exp_m1(-since.max(0.0) / 3.0);
+        let y: Vec<f64> = (0..300)
+            .map(|n| f64::from(n) * t - late)
+            .map(|time| step(time) - step(time - 100.0 * t))
+            .collect();
+        let record = Record {
+            sample_time: Seconds(t),
+            input: &input,
+            output: &y,
+            held: true,
+            late: Seconds(late),
+        };
+        let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
+        let numbers = |found: &FractionalTransferFunction| {
+            (
+                found.numerator().terms()[0].coefficient,
+                found.denominator().terms()[0].coefficient,
+            )
+        };
+        let (gain, pole) = numbers(&found.function);
+        assert!(
+            (pole - 3.0).abs() < 1e-9 && (gain - 2.0).abs() < 1e-9,
+            "{pole} {gain}"
+        );
+        let ruled = identify(&of("1/(s^0.9+1)"), &record).expect("found");
+        let (gain, pole) = numbers(&ruled.function);
+        println!("{share}: {}", ruled.function);
+        assert!(
+            (pole - 3.0).abs() < 0.01 && (gain - 2.0).abs() < 2e-3,
+            "{pole} {gain}"
+        );
+        let shape = WholeShape {
+            poles: 1,
+            zeros: 0,
+            integrators: 0,
+        };
+        let guess = whole_guess(&record, shape).expect("a guess");
+        assert!(
+            (numbers(&guess.function).1 - 3.0).abs() < 1e-3,
+            "{}",
+            guess.function
+        );
+    }
+    let outside = Record {
+        sample_time: Seconds(t),
+        input: &input,
+        output: &input,
+        held: true,
+        late: Seconds(0.2),
+    };
+    let said = identify(&of("1/(s+1)"), &outside)
+        .expect_err("refused")
+        .to_string();
+    assert!(said.contains("lateness of the input 0.2 s"), "{said}");
 }

@@ -4,6 +4,7 @@
 
 mod boundary;
 mod controllers;
+mod defining_sums;
 mod golden;
 mod identification;
 mod margins;

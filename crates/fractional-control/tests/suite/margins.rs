@@ -31,6 +31,30 @@ fn an_integrator_with_a_dead_time_has_the_margins_of_its_formula() {
     assert_eq!((margins.crossovers, margins.gain_down), (1, None));
 }
 
+/// k/s, held, and h of a sample late: z² − (1 − kT(1 − h))z + kTh. Its poles come to the circle at h = 1/(kT), of which whole samples would give
+/// less.
+#[test]
+fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
+    for rate in [1.1, 1.25, 1.6, 1.9] {
+        let later = |delay: f64| {
+            let gain = rate / T.0;
+            Ok::<_, ()>(closed(&format!("{gain}*exp(-{delay}s)/s"), "1"))
+        };
+        let closed = later(0.0).expect("runs");
+        let first = closed.margins().delay_s.expect("a crossover");
+        let found = SampledLoop::delay_margin(first, later).expect("runs");
+        let wanted = T.0 / rate;
+        println!("{rate}: {wanted}, {} and {}", first.value, found.value);
+        assert!((found.value / wanted - 1.0).abs() < 1e-6, "{found:?}");
+        assert!((first.value / wanted - 1.0).abs() > 0.05, "{first:?}");
+        let stable = |share: f64| {
+            let verdict = later(share * found.value).expect("runs").verdict();
+            verdict.stable
+        };
+        assert!(stable(0.999) && !stable(1.001));
+    }
+}
+
 /// The gain margin is the gain at which the certified verdict changes.
 #[test]
 fn the_verdict_changes_at_the_gain_margin() {

@@ -109,6 +109,7 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
     // Slower than all that a fractional memory holds, the loop is not the one that was asked about.
     margins.delay_s =
         (margins.delay_s).filter(|delay| closed.memory_s().is_none_or(|held| delay.value < held));
+    margins.delay_s = margins.delay_s.map(|delay| exact_delay(file, plant, delay));
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
@@ -125,6 +126,21 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
         coarse: coarse(&sampled, &closed),
         curve,
     })
+}
+
+/// A delay margin of more samples is as good as one of whole samples.
+const MANY_SAMPLES: f64 = 100.0;
+
+/// The delay margin of the plant behind its hold.
+fn exact_delay(file: &ControllerFile, plant: &Plant, first: Crossing) -> Crossing {
+    if first.value > MANY_SAMPLES * file.sample_time_s {
+        return first;
+    }
+    let later = |delay_s: f64| {
+        let plant = plant.clone().delayed(delay_s)?;
+        file.closed_with(&sampled_for(file, &plant)?)
+    };
+    SampledLoop::delay_margin(first, later).unwrap_or(first)
 }
 
 /// How many times as often this loop would have to be sampled for the rule of its plant to hold; `None` if it does, or the plant is
@@ -252,7 +268,8 @@ fn cause(
         if prompt.verdict().stable
             && let Some(delay) = prompt.margins().delay_s
         {
-            return Ok(Cause::DeadTime(delay));
+            let plant = plant.without_dead_time().unwrap_or(plant.clone());
+            return Ok(Cause::DeadTime(exact_delay(file, &plant, delay)));
         }
     }
     Ok(ways.next().map_or(Cause::Shape, |(_, further)| further))

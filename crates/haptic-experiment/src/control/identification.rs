@@ -1,11 +1,17 @@
 //! A transfer function from a record: first guesses, fits, and which of them the record asks for.
 
+mod powers;
+mod start;
+
+use self::powers::powers;
+use self::start::{Start, starts, whole_orders};
 use fracdiff::Seconds;
 use fracdiff::parameter::{RangeError, not_negative};
 use fractional_control::{
-    ControlError, FractionalTransferFunction, FreeNumber, Identified, Record, Term, WholeShape,
-    identify_coefficients, whole_guess,
+    ControlError, FractionalTransferFunction, FreeNumber, Identified, Record, WholeShape,
+    identify_coefficients,
 };
+use std::collections::VecDeque;
 
 /// A residual over the largest output below which a model is as good as exact.
 const EXACT: f64 = 1e-5;
@@ -21,6 +27,8 @@ pub struct InputOutput {
     pub input: Vec<f64>,
     /// y.
     pub output: Vec<f64>,
+    /// The input acts so much later, s: less than a sample, as [`shifted`] leaves it.
+    pub late_s: f64,
 }
 
 /// A function that was fitted.
@@ -97,6 +105,7 @@ impl InputOutput {
             input: &self.input,
             output: &self.output,
             held,
+            late: Seconds(self.late_s),
         }
     }
 
@@ -109,159 +118,55 @@ impl InputOutput {
     }
 }
 
-/// The record with its input so much later, straight lines between samples: what is left to fit without the dead time.
+/// The record with its input so much later: what is left to fit without the dead time. Whole samples are moved; the rest is
+/// [`late_s`](InputOutput::late_s), for the fit to know where in a sample a held input switches.
 ///
 /// # Errors
 /// A negative dead time, or one that is longer than the record.
 pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, ControlError> {
-    let samples = not_negative("dead time", delay_s, "s")? / record.sample_time_s();
+    let t = record.sample_time_s();
+    let samples = not_negative("dead time", delay_s, "s")? / t;
     if samples >= record.input.len() as f64 {
         let error = RangeError::new("dead time", delay_s, "shorter than the record", "s");
         return Err(error.into());
     }
-    let whole = libm::floor(samples + 1e-9);
-    let share = (samples - whole).max(0.0);
-    let at = |n: usize| {
-        let lag = |more: usize| {
-            let place = n.checked_sub(whole as usize + more);
-            place
-                .and_then(|n| record.input.get(n))
-                .copied()
-                .unwrap_or(0.0)
-        };
-        (1.0 - share) * lag(0) + share * lag(1)
+    let nearest = libm::round(samples);
+    let is_whole = (samples - nearest).abs() < 1e-9;
+    let (whole, part) = match is_whole {
+        true => (nearest, 0.0),
+        false => (libm::floor(samples), samples - libm::floor(samples)),
     };
+    let whole = whole as usize;
+    let early = record.input.iter().take(record.input.len() - whole);
+    let input = core::iter::repeat_n(&0.0, whole).chain(early);
     Ok(InputOutput {
-        input: (0..record.input.len()).map(at).collect(),
+        input: input.copied().collect(),
+        late_s: part * t,
         ..record.clone()
     })
 }
 
 /// Guesses of whole orders that are fitted: the most promising.
 const FITTED: usize = 6;
+const SWING: WholeShape = WholeShape {
+    poles: 2,
+    zeros: 0,
+    integrators: 0,
+};
 
 /// First guesses: of whole orders up to four poles, two of them integrators, those that leave least; of one and of two powers of s with free
 /// orders. `held` as in [`Record`].
 #[must_use]
 pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
-    let mut whole: Vec<(f64, FractionalTransferFunction)> = Vec::new();
+    let mut whole = whole_orders(record, held);
     // A swing whose orders may be others too.
-    let mut swing = None;
-    for (poles, zeros) in (1..=4).flat_map(|poles| (0..poles).map(move |zeros| (poles, zeros))) {
-        for integrators in 0..=poles.min(2) {
-            let shape = WholeShape {
-                poles,
-                zeros,
-                integrators,
-            };
-            if let Some(guess) = whole_guess(&record.as_record(held), shape) {
-                if (poles, zeros, integrators) == (2, 0, 0) {
-                    swing = Some(guess.function);
-                }
-                let numbers = (poles + zeros + 1 - integrators) as f64;
-                whole.push((bic(record, guess.rms_residual, numbers), guess.function));
-            }
-        }
-    }
-    whole.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let swing = whole.iter().find(|guess| guess.shape == SWING);
+    let swing = swing.map(|guess| guess.function);
+    whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     whole.truncate(FITTED);
-    let whole = whole.into_iter().map(|(_, function)| function);
+    let whole = whole.into_iter().map(|guess| guess.function);
     let mut guesses: Vec<Guess> = whole.map(Guess::Coefficients).collect();
     guesses.extend(swing.into_iter().chain(powers(record)).map(Guess::Orders));
-    guesses
-}
-
-/// One and two powers of s, with the gain and the time constant of the record.
-fn powers(record: &InputOutput) -> Vec<FractionalTransferFunction> {
-    let last = |signal: &[f64]| {
-        let tail = &signal[signal.len() - (signal.len() / 20).max(1)..];
-        tail.iter().sum::<f64>() / tail.len() as f64
-    };
-    let (input, output) = (last(&record.input), last(&record.output));
-    let gain = output / input;
-    let t = record.sample_time_s();
-    // The time that the output lacks, of one that would follow at once: ∫(1 − y/y∞) for a step.
-    let lag: f64 = record
-        .input
-        .iter()
-        .zip(&record.output)
-        .map(|(u, y)| (u - y / gain) * t)
-        .sum();
-    let length = t * record.time_s.len() as f64;
-    let usable = gain.is_finite() && gain != 0.0;
-    let gain = if usable { gain } else { 1.0 };
-    let lag = (lag / input).abs();
-    let lag = if lag.is_finite() {
-        lag.min(0.5 * length).max(2.0 * t)
-    } else {
-        0.1 * length
-    };
-    let one = Term::new(1.0, 0.0);
-    let power = |order: f64, share: f64| Term::new(libm::pow(share * lag, order), order);
-    let shapes: [Vec<Term>; 3] = [
-        vec![power(0.9, 1.0), one],
-        vec![power(1.4, 0.7), power(0.7, 0.7), one],
-        vec![power(2.0, 0.5), power(1.0, 1.0), one],
-    ];
-    let functions = shapes
-        .iter()
-        .map(|below| FractionalTransferFunction::new(&[Term::new(gain, 0.0)], below));
-    let mut functions: Vec<_> = functions.filter_map(Result::ok).collect();
-    if moves_on(record) {
-        functions.extend(growing(record));
-    }
-    functions
-}
-
-/// Parts of a record that are compared with each other.
-const PARTS: usize = 10;
-/// An output that goes on by more than this share of its largest value in a tenth of the record is not at rest, nor is such an input.
-const MOVES: f64 = 0.02;
-
-/// True if the output is still on its way at the end, though the input rests: the plant is slow for this record, or it adds up, or grows.
-fn moves_on(record: &InputOutput) -> bool {
-    let moves = |signal: &[f64]| {
-        let largest = signal.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let tenth = (signal.len() / PARTS).max(1);
-        let end = signal.last().zip(signal.iter().rev().nth(tenth));
-        end.is_some_and(|(last, before)| (last - before).abs() > MOVES * largest)
-    };
-    moves(&record.output) && !moves(&record.input)
-}
-
-/// First guesses of plants that do not come to rest: y ≈ k·∫u, the same behind a lag, and a pole that grows as the end of the record does.
-fn growing(record: &InputOutput) -> Vec<FractionalTransferFunction> {
-    let t = record.sample_time_s();
-    let length = t * record.time_s.len() as f64;
-    let Some((end, sum)) = record
-        .output
-        .last()
-        .map(|end| (*end, record.input.iter().sum::<f64>() * t))
-    else {
-        return Vec::new();
-    };
-    let mut guesses = Vec::new();
-    let mut guess = |gain: f64, below: &[Term]| {
-        let function = FractionalTransferFunction::new(&[Term::new(gain, 0.0)], below);
-        guesses.extend(function.ok());
-    };
-    let rate = end / sum;
-    guess(rate, &[Term::new(1.0, 0.95)]);
-    guess(rate, &[Term::new(0.1 * length, 1.95), Term::new(1.0, 0.95)]);
-    // e^(rt) grows by e^(rh) from one piece of h to the next.
-    let piece = record.output.len() / 4;
-    let back = |pieces: usize| record.output.iter().rev().nth(pieces * piece);
-    if let (Some(last), Some(middle), Some(first)) = (back(0), back(1), back(2)) {
-        let grows = libm::log((last - middle) / (middle - first)) / (piece as f64 * t);
-        if grows * length > 0.5 {
-            // k·u·(e^(rt) − 1) of a step.
-            let gain = grows * end / libm::expm1(grows * length) * length / sum;
-            let one = Term::new(-1.0, 0.0);
-            guess(gain / grows, &[Term::new(1.0 / grows, 1.0), one]);
-            let second = Term::new(0.1 / (grows * grows), 2.0);
-            guess(gain / grows, &[second, Term::new(0.9 / grows, 1.0), one]);
-        }
-    }
     guesses
 }
 
@@ -281,24 +186,37 @@ pub fn identify(
     guesses: &[Guess],
     held: bool,
 ) -> Result<Vec<Found>, ControlError> {
-    let data = record.as_record(held);
     let (mut found, mut refused) = (Vec::new(), None);
-    for guess in guesses {
-        let mut next = Some(*guess);
-        while let Some(guess) = next.take() {
-            let fitted = match guess {
-                Guess::Orders(function) => fractional_control::identify(&function, &data),
-                Guess::Coefficients(function) => identify_coefficients(&function, &data),
-            };
-            match fitted {
-                Ok(identified) => {
-                    if matches!(guess, Guess::Coefficients(_)) {
-                        let coarser = (resolved(record) / identified.rms_residual).max(1.0);
-                        next = without_the_loosest(&identified, coarser).map(Guess::Coefficients);
-                    }
-                    found.push(judged(identified, record));
-                }
-                Err(error) => refused = refused.or(Some(error)),
+    let coefficients = guesses.iter().filter_map(|guess| match guess {
+        Guess::Coefficients(function) => Some(*function),
+        Guess::Orders(_) => None,
+    });
+    for function in coefficients {
+        match with_fewer(&function, record, held) {
+            Ok(fitted) => found.extend(fitted),
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
+    // What leaves nothing is not bettered by as many numbers.
+    let enough = |found: &[Found]| {
+        let exact = |found: &&Found| found.identified.rms_residual <= resolved(record);
+        let numbers = |found: &Found| found.identified.standard_errors.len();
+        found.iter().filter(exact).map(numbers).min()
+    };
+    let most = enough(&found).unwrap_or(usize::MAX);
+    let mut starts: VecDeque<Start> = starts(record, guesses, (held, most)).into();
+    while let Some(start) = starts.pop_front() {
+        if enough(&found).is_some_and(|most| start.numbers >= most) {
+            continue;
+        }
+        match fractional_control::identify(&start.function, &record.as_record(held)) {
+            Ok(identified) => {
+                starts.extend(start.doubted(&identified, resolved(record)));
+                found.push(judged(identified, record));
+            }
+            Err(error) => {
+                starts.extend(start.first());
+                refused = refused.or(Some(error));
             }
         }
     }
@@ -319,6 +237,28 @@ pub fn identify(
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
+}
+
+/// The coefficients of a function, and those of the functions that are left without what the record does not determine, one by one.
+fn with_fewer(
+    function: &FractionalTransferFunction,
+    record: &InputOutput,
+    held: bool,
+) -> Result<Vec<Found>, ControlError> {
+    let mut found = Vec::new();
+    let mut next = Some(*function);
+    while let Some(function) = next.take() {
+        match identify_coefficients(&function, &record.as_record(held)) {
+            Ok(identified) => {
+                let coarser = (resolved(record) / identified.rms_residual).max(1.0);
+                next = without_the_loosest(&identified, coarser);
+                found.push(judged(identified, record));
+            }
+            Err(error) if found.is_empty() => return Err(error),
+            Err(_) => {}
+        }
+    }
+    Ok(found)
 }
 
 /// The function without the coefficient that the record determines least, if it does not determine it; standard errors count so many

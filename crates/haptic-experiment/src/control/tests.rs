@@ -175,6 +175,7 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
         time_s: (0..400).map(|n| f64::from(n) * t).collect(),
         input,
         output: response.measured,
+        late_s: 0.0,
     };
     assert_eq!(record.check_times(), Ok(()));
     let delayed = shifted(&record, 0.25).expect("shorter");
@@ -198,6 +199,7 @@ fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
     InputOutput {
         input: vec![1.0; time_s.len()],
         output: time_s.iter().map(|t| output(*t)).collect(),
+        late_s: 0.0,
         time_s,
     }
 }

@@ -189,6 +189,38 @@ fn round_down(time_s: f64) -> f64 {
     format!("{time_s:.0e}").parse().unwrap_or(time_s)
 }
 
+/// The sample time that goes with a crossover.
+fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
+    let time = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
+    let [low, high] = range::SAMPLE_TIMES.ends().map(time);
+    let sample_time_s = round_down(1.0 / (SAMPLES_A_RADIAN * crossover_rad_s));
+    if range::SAMPLE_TIMES.contains(sample_time_s) {
+        return Ok(sample_time_s);
+    }
+    Err(Failure::bad_input(format_args!(
+        "crossover {} rad/s is not from {} to {} rad/s, for which there is a sample time of a fiftieth of 1/crossover: change --crossover",
+        Shown(crossover_rad_s),
+        Shown(high),
+        Shown(low)
+    )))
+}
+
+/// The gain of a controller is about one over that of the plant at the crossover, and may be no more than other numbers.
+fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
+    let [_, most] = range::NUMBERS.ends();
+    let gain = plant.plant.response(crossover_rad_s).map(|g| g.norm());
+    match gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain)) {
+        None => Ok(()),
+        Some(gain) => Err(Failure::bad_input(format_args!(
+            "the plant's gain {} at --crossover {} rad/s is not from {} to {}: give the plant in other units, or change --crossover",
+            digits(gain),
+            Shown(crossover_rad_s),
+            Shown(1.0 / most),
+            Shown(most)
+        ))),
+    }
+}
+
 impl Arguments {
     /// Runs the command.
     ///
@@ -220,8 +252,9 @@ impl Arguments {
         }
         let sample_time_s = match self.sample_time {
             Some(time) => sample_time(time)?,
-            None => sample_time(Time(round_down(1.0 / (SAMPLES_A_RADIAN * crossover))))?,
+            None => sample_time_for(crossover)?,
         };
+        check_gain(plant, crossover)?;
         let samples = match self.duration {
             Some(duration) => (duration.0 / sample_time_s).round() + 1.0,
             None => samples_for(Some(crossover), sample_time_s),

@@ -157,6 +157,7 @@ impl Arguments {
             time_s: column(&self.time, "--time")?,
             input: column(&self.input, "--input")?,
             output: column(&self.output, "--output")?,
+            late_s: 0.0,
         };
         record
             .check_times()

@@ -11,6 +11,7 @@ use crate::output::{Output, note};
 use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::Seconds;
+use fracdiff::parameter::Shown;
 use fractional_control::{ControlError, Response};
 use haptic_experiment::control::run::{
     LoopRun, SAMPLES_MOST, integer_baseline, run, run_plant, samples_for,
@@ -30,6 +31,25 @@ phase margin. Without a controller: the plant alone.
 
 JSON: plant, controller, sample_time_s, scheme, stable, shape{overshoot, rise_time_s, settling_time_s, final_error} (null for a record), \
 limited_share, integer{controller, shape, limited_share} (null where there is none), step[{time_s, reference, output, command}], files.";
+
+/// Samples of a plant alone, if no sample time is given.
+const SAMPLES_ALONE: f64 = 2000.0;
+
+/// The sample time of a plant that runs alone for so long.
+fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
+    let sample_time_s = duration_s / SAMPLES_ALONE;
+    if range::SAMPLE_TIMES.contains(sample_time_s) {
+        return Ok(sample_time_s);
+    }
+    let [low, high] = range::DURATIONS.ends();
+    let shortest = range::SAMPLE_TIMES.ends()[0] * SAMPLES_ALONE;
+    Err(Failure::bad_input(format_args!(
+        "duration {} s is not from {} to {} s, of which {SAMPLES_ALONE} samples are shown: lengthen --duration",
+        Shown(duration_s),
+        digits(shortest.max(low)),
+        Shown(high)
+    )))
+}
 
 /// Arguments of `control simulate`.
 #[derive(Debug, Args)]
@@ -190,7 +210,7 @@ impl Arguments {
     fn open(&self, plant: &NamedPlant) -> Result<Report, Failure> {
         let t = match (self.controller.sample_time_s()?, self.duration) {
             (Some(t), _) => t,
-            (None, Some(duration)) => duration.0 / 2000.0,
+            (None, Some(duration)) => sample_time_of(duration.0)?,
             (None, None) => {
                 return Err(Failure::bad_input(
                     "a plant alone has neither sample time nor crossover: give --duration, as in 20s, or --controller",

@@ -143,7 +143,8 @@ pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
     };
     let text = text.replace(", and proved", " by the sampled model, not proved");
     format!(
-        "{text} The loop is too fast for the samples of this plant, whose orders are not whole: give a sample time {} times as short.",
+        "{text} The loop is too fast for the samples of this plant, which follow a rule (an order that is not whole, or a pole too fast for \
+         the samples): give a sample time {} times as short.",
         digits(times)
     )
 }

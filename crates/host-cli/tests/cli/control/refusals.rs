@@ -56,6 +56,26 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
     assert_eq!(place.files().len(), 4, "nothing was written");
 }
 
+/// A sample time, a duration or a number of samples that follows from another value is not what is at fault.
+#[test]
+fn an_extreme_value_is_named_itself_with_its_range() {
+    let place = Place::new();
+    place.refuses(
+        "
+            control design --plant 1/(s+1) --crossover 1e9rad/s
+                => crossover 1e9 rad/s | 2e-8 to 2e7 rad/s | --crossover
+            control design --plant 1/(s+1) --crossover 1e-12rad/s => crossover 1e-12 rad/s | change --crossover
+            control design --crossover 1rad/s --plant 1e300/(s+1) => gain 7.0711e299 at --crossover 1 rad/s | 1e-12 to 1e12 | other units
+            control design --crossover 1rad/s --plant 1e-300/(s+1) => gain 7.0711e-301 | 1e-12 to 1e12 | other units
+            control design --crossover 1rad/s --plant 1/(s+1) --duration 10000000s => 500000000 samples | --duration | --sample-time
+            control design --crossover 1rad/s --plant 1/(s+1) --sample-time 1000000s => crossover 1 rad/s | sample faster | --sample-time | --crossover
+            control simulate --plant 1/(s+1) --duration 1e-9s => duration 1e-9 s | to 1e7 s | lengthen --duration
+            control analyze --mass 1kg --current-lag 1us --controller 2+s --sample-time 1ms
+                => sample time 0.001 s | 30 time constants of the fastest pole | leave that pole or lag out | sample faster
+            ",
+    );
+}
+
 /// What the libraries call a parameter, and what was given up already, helps nobody.
 #[test]
 fn a_remedy_of_a_design_is_an_option_that_is_not_given_yet() {

@@ -104,7 +104,7 @@ impl Report {
 /// Why the verdict of a loop is not that of its plant.
 fn too_fast(own: &TrialReport) -> String {
     format!(
-        "the loop is too fast for the samples of this plant, whose orders are not whole; give a --sample-time {} times as short",
+        "the loop is too fast for the samples of this plant, which follow a rule (an order that is not whole, or a pole too fast for the samples); give a --sample-time {} times as short",
         digits(own.coarse.unwrap_or(1.0))
     )
 }
