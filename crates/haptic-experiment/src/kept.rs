@@ -173,8 +173,8 @@ pub struct Record {
     pub link: Option<LinkSummary>,
     /// Silence after which the device at its other end lets go, ms.
     pub watchdog_ms: Option<u16>,
-    /// Nothing came from the board of a served device any more.
-    pub board_lost: bool,
+    /// Words of a served device whose board said nothing any more.
+    pub board_lost: Option<String>,
     largest_force_n: f64,
     farthest_m: f64,
     after: After,
@@ -213,7 +213,7 @@ impl Record {
             ended: None,
             link: None,
             watchdog_ms: None,
-            board_lost: false,
+            board_lost: None,
             largest_force_n: 0.0,
             farthest_m: 0.0,
             after: After::default(),
@@ -238,13 +238,29 @@ impl Record {
 
     /// True if the device cannot be used any more: its link is lost, or its board.
     pub(super) const fn device_lost(&self) -> bool {
-        self.board_lost || matches!(self.ended, Some(Ended::LinkLost(_)))
+        self.board_lost.is_some() || matches!(self.ended, Some(Ended::LinkLost(_)))
     }
 
     /// What became of the force, if the run ended before its time.
     pub(super) fn let_go(&self) -> Option<LetGo> {
         let ended = self.ended?;
-        Some(LetGo::of(ended, self.after.acting))
+        Some(match self.lost() {
+            Some(_) => LetGo::Told,
+            None => LetGo::of(ended, self.after.acting),
+        })
+    }
+
+    /// Why the run ended before its time, in words, if it did.
+    pub(super) fn reason(&self) -> Option<String> {
+        let ended = self.ended?;
+        let lost = self.lost().map(str::to_owned);
+        Some(lost.unwrap_or_else(|| ended.reason(self.watchdog_ms)))
+    }
+
+    /// Words of the board whose loss ended the run.
+    fn lost(&self) -> Option<&str> {
+        let words = self.board_lost.as_deref();
+        words.filter(|_| matches!(self.ended, Some(Ended::DeviceFault(_) | Ended::LinkLost(_))))
     }
 
     /// Time of the last sample, s; 0 without samples.
@@ -269,10 +285,9 @@ impl Record {
             Some(Ended::Fault(_) | Ended::DeviceFault(_)) => EndKind::Fault,
             Some(Ended::LinkLost(_) | Ended::Silent) => EndKind::Link,
         };
-        let reason = self.ended.map(|ended| ended.reason(self.watchdog_ms));
         RunEnd {
             ended,
-            reason: reason.unwrap_or_default(),
+            reason: self.reason().unwrap_or_default(),
             planned_samples: planned,
             made_samples: made,
             dropped_samples: self.dropped,

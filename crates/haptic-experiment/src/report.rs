@@ -219,7 +219,7 @@ impl RunReport {
             sample_time_s,
             limited_samples: record.limited,
             dropped_samples: record.dropped,
-            ended_early: record.ended.map(|ended| ended.reason(record.watchdog_ms)),
+            ended_early: record.reason(),
             link: record.link.clone(),
             preflight: ran.preflight,
             fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),

@@ -67,7 +67,7 @@ impl<'a> Trials<'a> {
         match self.try_once(&mut link, law, samples, sample_time_s) {
             Ok(motion) => motion,
             Err(failure) => {
-                self.failed().get_or_insert(failure);
+                self.failed().get_or_insert(at_link(&link, failure));
                 None
             }
         }
@@ -139,8 +139,8 @@ impl<'a> Trials<'a> {
                     break motion.len() as u64 == samples;
                 }
                 Some(Heard::Vector(_) | Heard::Event(_)) => {}
-                Some(Heard::Fault(report)) if link.has_lost_board() => {
-                    return Err(at_link(link, &LinkError::Faulted(report).into()));
+                Some(Heard::Fault(report)) if link.lost_board().is_some() => {
+                    return Err(problem(LinkError::Faulted(report).into()));
                 }
                 // A wall that trips the device is no stable one.
                 Some(Heard::Fault(_)) => break false,

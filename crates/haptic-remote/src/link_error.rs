@@ -92,7 +92,7 @@ impl fmt::Display for LinkError {
                 f,
                 "no sample came for {waited_ms} ms in the middle of a run: the line or the device is stuck"
             ),
-            Self::Gone => f.write_str("the line is gone: the device was unplugged or switched off"),
+            Self::Gone => f.write_str("the line is gone: look at the plug and the supply of the device"),
         }
     }
 }

@@ -45,6 +45,8 @@ pub(super) struct Bench<'a> {
     set: (Configuration, Vec<f32>),
     limited: Configuration,
     run: u32,
+    /// What the device said of this machine's own lateness, since it was asked last.
+    late: Option<String>,
 }
 
 impl<'a> Bench<'a> {
@@ -67,6 +69,7 @@ impl<'a> Bench<'a> {
             set,
             limited,
             run: 0,
+            late: None,
         };
         let taken = bench.limit(LONG_WATCHDOG_MS);
         taken.map_err(|error| at_port(&path, &error))?;
@@ -158,6 +161,21 @@ impl<'a> Bench<'a> {
                 Err(_) => std::thread::sleep(Duration::from_millis(50)),
             }
         }
+    }
+
+    /// Words of a board from which nothing comes any more.
+    pub(super) fn lost_board(&self) -> Option<String> {
+        self.link.as_ref()?.lost_board()
+    }
+
+    /// The device let go because this machine was silent or late, in these words.
+    pub(super) fn was_late(&mut self, words: String) {
+        self.late = Some(words);
+    }
+
+    /// The lateness of this machine since this was asked last, in words.
+    pub(super) const fn take_late(&mut self) -> Option<String> {
+        self.late.take()
     }
 
     /// Puts the limits of the test in force, with this watchdog.

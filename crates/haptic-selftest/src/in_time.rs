@@ -1,14 +1,16 @@
-//! Trials that this machine was late for: tried again, and at last not judged.
+//! Promises that this machine was too late to try: tried again, and at last not judged.
 //!
-//! The device half of a board of another maker runs on this machine. Where it is too busy, the board hears nothing, or its answer
-//! waits here, and fault 12 ends the trial: that breaks no promise of the device.
+//! The host's half of a trial runs on this machine, and so does the device half of a board of another maker. Where it is too busy, the
+//! device hears nothing, or its answer waits here, and a fault ends the trial: that breaks no promise of the device.
 
 use super::bench::{Bench, Broken};
 use super::promise::Check;
-use super::trial::ATTEMPTS;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::TroubleCause;
+
+/// Attempts at a promise that a busy machine spoils.
+const ATTEMPTS: u32 = 5;
 
 /// Tries promises, up to five times where this machine was late, and appends their rows; what else the trial had to say.
 ///
@@ -23,17 +25,16 @@ pub(super) fn in_time<T>(
     loop {
         let late_before = bench.late_ticks()?;
         let (rows, told) = trial(bench)?;
-        let excuse = match is_open(&rows) {
-            true => bench.excuse(late_before)?,
-            false => None,
-        };
-        let Some(why) = excuse else {
+        let (board, host) = (bench.board_excuse(late_before)?, bench.take_late());
+        if board.is_some() {
+            // Opened anew, the board knows nothing of the fault.
+            let opened = bench.reconnect()?;
+            opened.map_err(|_| Broken::Link(LinkError::Gone.into()))?;
+        }
+        let Some(why) = excuse(&rows, board, host) else {
             checks.extend(rows);
             return Ok(told);
         };
-        // Opened anew, the board knows nothing of the fault.
-        let opened = bench.reconnect()?;
-        opened.map_err(|_| Broken::Link(LinkError::Gone.into()))?;
         if attempt == ATTEMPTS {
             checks.extend(rows.into_iter().map(|check| check.too_late(&why)));
             return Ok(told);
@@ -42,10 +43,14 @@ pub(super) fn in_time<T>(
     }
 }
 
-/// True if a promise looks broken, and none is for certain: a force beyond its limit has no excuse.
-fn is_open(rows: &[Check]) -> bool {
+/// Why rows say nothing of the device: its board failed, or the device let go, because this machine was late. A force beyond its
+/// limit has no excuse; rows that were kept although this machine was late need none, but for those of a board that said nothing.
+fn excuse(rows: &[Check], board: Option<String>, host: Option<String>) -> Option<String> {
+    if rows.iter().any(|check| check.certain) {
+        return None;
+    }
     let broken = rows.iter().any(|check| check.ok == Some(false));
-    broken && !rows.iter().any(|check| check.certain)
+    board.or_else(|| host.filter(|_| broken))
 }
 
 impl Bench<'_> {
@@ -58,7 +63,7 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// Nothing comes from the board any more, and this machine was not late.
-    fn excuse(&self, late_before: u32) -> Result<Option<String>, Broken> {
+    fn board_excuse(&self, late_before: u32) -> Result<Option<String>, Broken> {
         // A link that could not be had again has its row already.
         let Ok(link) = self.link() else {
             return Ok(None);
@@ -88,10 +93,23 @@ mod tests {
     use crate::Promise;
 
     #[test]
-    fn a_force_that_was_too_large_has_no_excuse() {
+    fn a_late_machine_excuses_what_looks_broken_and_a_board_that_said_nothing_excuses_all() {
         let row = |ok| Check::judged(Promise::ForceLimit, "", "", ok);
-        assert!(!is_open(&[row(true)]));
-        assert!(is_open(&[row(true), row(false)]));
-        assert!(!is_open(&[row(false).certain(true), row(false)]));
+        let late = |words: &str| Some(words.to_owned());
+        let said = |rows: &[Check]| excuse(rows, None, late("host"));
+        assert_eq!(excuse(&[row(false)], None, None), None);
+        assert_eq!(said(&[row(true)]), None);
+        assert_eq!(said(&[row(true), row(false)]), late("host"));
+        for ok in [false, true] {
+            let both = excuse(&[row(ok)], late("board"), late("host"));
+            assert_eq!(both, late("board"));
+        }
+    }
+
+    #[test]
+    fn a_force_that_was_too_large_has_no_excuse() {
+        let row = |certain| Check::judged(Promise::ForceLimit, "", "", false).certain(certain);
+        let late = || Some("late".to_owned());
+        assert_eq!(excuse(&[row(true), row(false)], late(), late()), None);
     }
 }

@@ -76,7 +76,7 @@ impl SelfTest {
                     "interrupted: the device was disarmed"
                 )));
             }
-            Err(Broken::Link(error)) => Some(error.to_string()),
+            Err(Broken::Link(error)) => Some(bench.lost_board().unwrap_or(error.to_string())),
         };
         if let Some(error) = &link_lost {
             not_reached(&mut checks, error);

@@ -18,8 +18,6 @@ const LOOK: Duration = Duration::from_millis(20);
 const SILENCE: Duration = Duration::from_secs(3);
 /// Ticks after a fault that a device tells of unasked.
 const AFTERMATH_TICKS: u32 = 100;
-/// Attempts of a trial that a busy machine spoils by its own silence.
-pub(super) const ATTEMPTS: u32 = 5;
 
 /// Trial to be made: force for a sample, and its end.
 pub(super) struct Trial<S, U> {
@@ -65,8 +63,8 @@ impl Bench<'_> {
         followed
     }
 
-    /// A run from limits to rest: arm, start, follow, stop, disarm. Again where the device let go because this machine was
-    /// silent or late against its will: `spoiled` tells.
+    /// A run from limits to rest: arm, start, follow, stop, disarm. Where the device let go because this machine was silent or late
+    /// against its will, as `spoiled` tells, the bench remembers that.
     pub(super) fn conduct<S, U>(
         &mut self,
         trial: &Trial<S, U>,
@@ -76,35 +74,30 @@ impl Bench<'_> {
         S: Fn(&Sample, usize) -> Option<f32>,
         U: Fn(&Followed) -> bool,
     {
-        let mut attempt = 1;
-        loop {
-            self.limit(trial.watchdog_ms)?;
-            self.arm()?;
-            // What is left of the run before is none of this one.
-            while self.link_mut()?.try_hear().is_some() {}
-            if let Some(refused) = self.start()? {
-                self.calm()?;
-                // Silent between arm and start.
-                let code = self.link()?.status().fault;
-                if attempt < ATTEMPTS && code == Fault::HostSilent.code() {
-                    attempt += 1;
-                    continue;
-                }
-                return Ok(Err(refused));
+        self.limit(trial.watchdog_ms)?;
+        self.arm()?;
+        // What is left of the run before is none of this one.
+        while self.link_mut()?.try_hear().is_some() {}
+        if let Some(refused) = self.start()? {
+            self.calm()?;
+            // Silent between arm and start.
+            if self.link()?.status().fault == Fault::HostSilent.code() {
+                self.was_late(Fault::HostSilent.to_string());
             }
-            let followed = self
-                .follow(&trial.say, &trial.until)
-                .and_then(|followed| self.end(followed));
-            if followed.is_err() {
-                // Best effort: whatever went wrong, no force stays.
-                let _ = self.calm();
-            }
-            let followed = followed?;
-            if attempt == ATTEMPTS || !spoiled(&followed) {
-                return Ok(Ok(followed));
-            }
-            attempt += 1;
+            return Ok(Err(refused));
         }
+        let followed = self
+            .follow(&trial.say, &trial.until)
+            .and_then(|followed| self.end(followed));
+        if followed.is_err() {
+            // Best effort: whatever went wrong, no force stays.
+            let _ = self.calm();
+        }
+        let followed = followed?;
+        if spoiled(&followed) {
+            self.was_late(followed.fault_in_words().unwrap_or_default());
+        }
+        Ok(Ok(followed))
     }
 
     /// Answers samples, until told otherwise or a fault or end has come with all that follows it.

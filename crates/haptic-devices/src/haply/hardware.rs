@@ -25,7 +25,7 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
     zero: Vector2<f64>,
     /// The last place along the lines, m.
     position_m: SVector<f32, D>,
-    /// Words of the last trouble were told as a fault.
+    /// A board in trouble was told once more to let go.
     told: bool,
 }
 
@@ -77,36 +77,21 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
             position_m: self.position_m,
         }
     }
-
-    /// A board that fails says so once: then the loop lets go, and looks on.
-    fn once(&mut self, trouble: Trouble) -> Result<(), Fault> {
-        if core::mem::replace(&mut self.told, true) {
-            return Ok(());
-        }
-        Err(trouble.fault())
-    }
 }
 
 impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        match self.planar.measure() {
-            Ok(posture) => {
-                let posture = *posture;
-                self.position_m = self.place(&posture);
-            }
-            Err(trouble) => self.once(trouble)?,
-        }
+        // A board in trouble fails in each tick: no place is told as if it had been measured.
+        let posture = *self.planar.measure().map_err(Trouble::fault)?;
+        self.position_m = self.place(&posture);
         Ok(self.reading())
     }
 
     fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
         let force_n = self.along * force.newtons().map(f64::from);
-        match self.planar.push(force_n) {
-            Ok(()) => Ok(()),
-            Err(trouble) => self.once(trouble),
-        }
+        self.planar.push(force_n).map_err(Trouble::fault)
     }
 }
 
@@ -155,16 +140,17 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
 
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         let reading = self.read()?;
-        if self.planar.trouble().is_none()
-            && let Err(trouble) = self.planar.push(Vector2::zeros())
-        {
-            self.once(trouble)?;
-        }
+        let pushed = self.planar.push(Vector2::zeros());
+        pushed.map_err(Trouble::fault)?;
         Ok(reading)
     }
 
     fn let_go(&mut self) {
-        self.planar.let_go();
+        // A board in trouble is told once more at once, as a byte may be lost again, and at the end; not in each tick between.
+        let in_trouble = self.planar.trouble().is_some();
+        if !(in_trouble && core::mem::replace(&mut self.told, true)) {
+            self.planar.let_go();
+        }
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
@@ -177,7 +163,7 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
         let trouble = self.planar.trouble()?;
         Some(BoardTrouble {
             words: format!(
-                "the 2DIY was told to let go and was reset: {trouble}. It has lost the place of its home: hold the handle there when \
+                "the 2DIY was told to let go and was reset: {trouble}; it has lost the place of its home: hold the handle there when \
                  the next command opens it, without home=before"
             ),
             cause: trouble.cause(),

@@ -17,7 +17,7 @@ const COUNTS_SPARE: f64 = 4.0;
 #[non_exhaustive]
 pub enum Trouble {
     /// The port is gone, or takes no bytes.
-    #[error("its port is gone: is the plug loose?")]
+    #[error("its port is gone: look at its plug and its supply")]
     Gone,
     /// No whole answer in time.
     #[error(

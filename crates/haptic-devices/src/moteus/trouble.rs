@@ -83,7 +83,7 @@ pub struct Instead {
 impl fmt::Display for Trouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Gone => f.write_str("the adapter is gone: it was unplugged or switched off"),
+            Self::Gone => f.write_str("the adapter is gone: look at its plug and its supply"),
             Self::Silent { id, ticks, instead } => {
                 write!(f, "servo {id} did not answer {ticks} times in a row: ")?;
                 instead.fmt(f)

@@ -1,5 +1,6 @@
 //! A device that failed, as the failure of a run: with its port, and by whom it is to be mended.
 
+use crate::ended::LetGo;
 use crate::failure::Failure;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
@@ -28,12 +29,17 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
     }
 }
 
-/// As [`at_port`], of a device that was connected: where nothing comes from its board any more, it is not usable, whatever latched.
+/// The failure of a device that was connected. Where nothing comes from its board any more, that is what failed, whatever latched or was
+/// refused after it: exit code 3.
 #[must_use]
-pub fn at_link(link: &SerialLink, error: &SerialError) -> Failure {
-    match at_port(link.path(), error) {
-        Failure::Run(error) if link.has_lost_board() => Failure::Device(error),
-        failure => failure,
+pub fn at_link(link: &SerialLink, failure: Failure) -> Failure {
+    match link.lost_board() {
+        Some(words) => Failure::Device(anyhow::anyhow!(
+            "{}: {words}; {}",
+            link.path(),
+            LetGo::Told.words()
+        )),
+        None => failure,
     }
 }
 

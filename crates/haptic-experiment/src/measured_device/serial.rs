@@ -1,6 +1,6 @@
 //! The excitation on a serial device: the loop is closed here, the force is the one that the device tells it applied.
 
-use super::conduct::{DriveError, drive};
+use super::conduct::{DriveError, Driven, drive};
 use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
@@ -46,31 +46,45 @@ pub fn on_serial(
     let mut link = remote
         .name
         .connect_with(1, remote.patience, warn, Some(stop))?;
-    let path = link.path().to_owned();
-    let problem = |error| refused_at_port(&path, error);
-    configure(plan, &remote, &mut link, warn)?.map_err(problem)?;
-    let watchdog = Duration::from_millis(u64::from(remote.watchdog_ms()));
-    link.arm(watchdog).map_err(problem)?;
-    link.start(Start::ENDLESS).map_err(problem)?;
-    let mut applied = |link: &SerialLink, _sent: f64| f64::from(link.newest_force_n()[0]);
-    let driven = drive(plan, &mut link, &mut applied, progress, stop);
-    // After an error too: dropped, the link does it once more.
-    let disarmed = link.disarm();
-    if let Some(trouble) = link.trouble() {
-        warn(&trouble.words);
-    }
-    let driven = driven.map_err(|error| match error {
-        DriveError::Plan(error) => Failure::input(error),
-        DriveError::Device(error) => at_link(&link, &error),
-    })?;
-    driven.outcome.require_complete(plan)?;
-    disarmed.map_err(problem)?;
+    let driven = driven(plan, &remote, &mut link, warn, progress, stop);
+    let driven = driven.map_err(|failure| at_link(&link, failure))?;
     let can = link.capabilities();
     Ok(SerialMotion {
         record: driven.record,
         board: format!("{} {}", can.board(), firmware_version(link.hello())),
         simulated: can.simulated,
     })
+}
+
+/// The excitation, from limits to rest.
+fn driven(
+    plan: &MeasurePlan,
+    remote: &RemoteDevice,
+    link: &mut SerialLink,
+    warn: Warn<'_>,
+    progress: &dyn Fn(u64),
+    stop: &AtomicBool,
+) -> Result<Driven, Failure> {
+    let path = link.path().to_owned();
+    let problem = |error| refused_at_port(&path, error);
+    configure(plan, remote, link, warn)?.map_err(problem)?;
+    let watchdog = Duration::from_millis(u64::from(remote.watchdog_ms()));
+    link.arm(watchdog).map_err(problem)?;
+    link.start(Start::ENDLESS).map_err(problem)?;
+    let mut applied = |link: &SerialLink, _sent: f64| f64::from(link.newest_force_n()[0]);
+    let driven = drive(plan, link, &mut applied, progress, stop);
+    // After an error too: dropped, the link does it once more.
+    let disarmed = link.disarm();
+    if let (None, Some(trouble)) = (link.lost_board(), link.trouble()) {
+        warn(&trouble.words);
+    }
+    let driven = driven.map_err(|error| match error {
+        DriveError::Plan(error) => Failure::input(error),
+        DriveError::Device(error) => at_port(&path, &error),
+    })?;
+    driven.outcome.require_complete(plan)?;
+    disarmed.map_err(problem)?;
+    Ok(driven)
 }
 
 /// Sets the limits of the measurement for this run.

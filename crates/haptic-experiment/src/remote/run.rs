@@ -75,10 +75,10 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             session.give_up(&error);
         }
         session.after_fault();
-        if let Some(trouble) = session.link.trouble() {
+        session.record.board_lost = session.link.lost_board();
+        if let (None, Some(trouble)) = (&session.record.board_lost, session.link.trouble()) {
             (supervisor.warn)(&trouble.words);
         }
-        session.record.board_lost = session.link.has_lost_board();
         session.finish()
     }
 

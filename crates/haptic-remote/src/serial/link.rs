@@ -106,12 +106,15 @@ impl SerialLink {
         self.served.as_ref().and_then(Served::trouble)
     }
 
-    /// True if a served device failed because nothing comes from its board any more. Its own line, to the thread that serves it,
-    /// works as before.
+    /// Words of a served device that failed because nothing comes from its board any more. Its own line, to the thread that
+    /// serves it, works as before.
     #[must_use]
-    pub fn has_lost_board(&self) -> bool {
-        self.status().fault == Fault::BoardFailed.code()
-            && (self.trouble()).is_some_and(|trouble| trouble.cause == TroubleCause::Gone)
+    pub fn lost_board(&self) -> Option<String> {
+        if self.status().fault != Fault::BoardFailed.code() {
+            return None;
+        }
+        let lost = (self.trouble()).filter(|trouble| trouble.cause == TroubleCause::Gone)?;
+        Some(lost.words)
     }
 
     /// Answer of the device to the first greeting.

@@ -172,7 +172,7 @@ fn a_board_that_fails_is_let_go_at_once_and_says_why() {
     assert!(done.let_go.load(Ordering::Relaxed) >= 1);
     let trouble = link.trouble().map(|trouble| trouble.words);
     assert_eq!(trouble.as_deref(), Some("it is broken: mend it"));
-    assert!(!link.has_lost_board());
+    assert_eq!(link.lost_board(), None);
     assert_eq!(link.status().state, State::Fault);
     // The tick of the fault is told too: no force, and the place of before.
     let rest = samples(&mut link, 50);

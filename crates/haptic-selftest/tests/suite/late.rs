@@ -6,7 +6,6 @@ use haptic_devices::NearLine;
 use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_experiment::Failure;
-use haptic_remote::LinkError;
 use haptic_remote::serial::{DeviceTime, Line, SerialLink, Served};
 use haptic_selftest::{EmergencyStop, Promise, SelfTest, SelfTestReport};
 use std::io::{self, Read, Write};
@@ -21,6 +20,8 @@ enum Mishap {
     Stall,
     /// Nothing comes any more.
     Gone,
+    /// The same before anything was armed.
+    GoneAtRest,
 }
 
 /// A line to a servo. The mishap comes when it has driven for some ticks, as often as there are mishaps left, once a connection.
@@ -35,12 +36,12 @@ struct Troubled {
 }
 
 impl Troubled {
-    /// Ticks with a torque before it comes.
+    /// Ticks with a torque before it comes; without one if it comes at rest.
     const DRIVEN: u32 = 50;
 
     fn befalls(&mut self) {
         let mut adapter = self.adapter.lock().expect("nobody panicked with it");
-        if adapter.servo.torque_nm() != 0.0 {
+        if adapter.servo.torque_nm() != 0.0 || self.mishap == Mishap::GoneAtRest {
             self.driven += 1;
         }
         if self.driven != Self::DRIVEN {
@@ -59,7 +60,7 @@ impl Troubled {
                 let now_us = self.time.now_us() + 150_000;
                 adapter.servo.advance(now_us);
             }
-            Mishap::Gone => self.gone = true,
+            Mishap::Gone | Mishap::GoneAtRest => self.gone = true,
         }
     }
 }
@@ -165,13 +166,12 @@ fn a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for() {
 
 #[test]
 fn an_adapter_that_goes_away_is_a_link_that_is_lost() {
-    let report = tested_with(Mishap::Gone, u32::MAX);
-    let lost = LinkError::Gone.to_string();
-    assert_eq!(
-        report.link_lost.as_deref(),
-        Some(lost.as_str()),
-        "{report:#?}"
-    );
-    assert_eq!(verdicts(&report).0[0], (Promise::Arm, true));
-    assert!(!report.holds);
+    for (mishap, arm) in [(Mishap::Gone, true), (Mishap::GoneAtRest, false)] {
+        let report = tested_with(mishap, u32::MAX);
+        let lost = report.link_lost.as_deref().unwrap_or_default();
+        assert!(lost.starts_with("the adapter is gone: "), "{report:#?}");
+        // What a board that says nothing any more was seen to do is no promise kept.
+        assert_eq!(verdicts(&report).0[0], (Promise::Arm, arm), "{report:#?}");
+        assert!(!report.holds);
+    }
 }

@@ -330,7 +330,14 @@ mod on_a_device {
             .replace("= 1000.0", "= 100.0");
         place.write("coupler.toml", format!("{soft}duration_s = 1\n"));
         let on = "run coupler.toml --device serial:device --loop host --max-age-ticks 1000 --watchdog 1s --quiet";
-        let report = device.json(&format!("{on} --out soft"));
+        let ended = place.run(&format!("{on} --out soft --json"));
+        if ended.code == Some(2) {
+            // The delay is measured, and that of a busy machine counts.
+            ended.refused(2, &["pre-flight", "--force-unstable"]);
+            println!("skipped: this machine was too busy for a loop on the host that is stable");
+            return;
+        }
+        let report = ended.succeeded_with_warnings().json();
         let analysis = &report["preflight"];
         assert_eq!(analysis["stable"], true, "{report}");
         assert!(number(analysis, "delay_samples") >= 2.0, "{report}");

@@ -217,27 +217,3 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     run.wait().expect("ends");
     assert_eq!(device.json(get), before);
 }
-
-#[test]
-fn a_monitor_goes_on_when_the_device_comes_back() {
-    let mut device = Emulated::new("");
-    let line = "device monitor --device serial:device --out watch --duration 8s --json";
-    let monitor = device.place.start(line);
-    device.place.wait_for("watch/monitor.mcap.part");
-    std::thread::sleep(Duration::from_millis(300));
-    device.kill();
-    std::fs::remove_file(device.place.path("device")).expect("a killed device leaves its link");
-    device.plug_in("");
-    let ended = monitor.wait_with_output().expect("ends");
-    let error = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert!(error.contains("the line is gone"), "{error}");
-    assert!(error.contains("the device is there again"), "{error}");
-    let watched: Value = serde_json::from_slice(&ended.stdout).expect("JSON");
-    assert_eq!(number(&watched, "/reconnected"), 1.0, "{watched}");
-    assert_eq!(ended.status.code(), Some(0), "{error}");
-    for name in ["watch/monitor.mcap", "watch/monitor-2.mcap"] {
-        let info = device.json(&format!("log info {name}"));
-        assert_eq!(info["complete"], true, "{name}");
-        assert!(number(&info, "/samples") > 50.0, "{info}");
-    }
-}

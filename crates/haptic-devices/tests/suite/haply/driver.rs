@@ -6,7 +6,7 @@ use haptic_devices::haply::{
     torques,
 };
 use haptic_link::State;
-use haptic_loop::Fault;
+use haptic_loop::{Fault, Limiters};
 
 /// A board of a version that a host has configured as another and led for so long, s.
 fn configured(version: Version, as_version: Version, hand: Hand, for_s: f64) -> (Board, u64) {
@@ -102,6 +102,12 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
     let trouble = running.device.hardware().planar().trouble();
     let silent = matches!(trouble, Some(Trouble::Silent { bytes: 0, .. }));
     assert!(silent, "{trouble:?}");
+    // What its samples still tell is no measurement, and each says so.
+    for _ in 0..50 {
+        running.tick();
+        let newest = running.device.newest();
+        assert_eq!(newest.limiters, Limiters::FAULT.bits(), "{newest:?}");
+    }
     // Armed again it is not, however often: what came last is not known to be true.
     assert!(running.device.arm(running.device.status().faults).is_err());
 }

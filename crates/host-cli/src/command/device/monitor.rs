@@ -12,7 +12,7 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_experiment::recorder::{Recorded, Recorder};
-use haptic_link::{BATCH_MAX, Sample};
+use haptic_link::{BATCH_MAX, FaultReport, Sample};
 use haptic_log::record::{StartTime, TickMessage};
 use haptic_quantity::Time;
 use haptic_remote::serial::{Heard, SerialLink};
@@ -25,7 +25,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 pub(super) const LONG_ABOUT: &str = "\
 Watches a device without touching what it does: position, force and state on the terminal, and every \
-sample in a log (monitor.mcap). A line that breaks or a device that reboots is said in one line, the log \
+sample in a log (monitor.mcap). A line that breaks, a device that reboots or a board that fails is said in one line, the log \
 is closed, and the next one (monitor-2.mcap) begins when the device is there again.";
 
 /// Arguments of `device monitor`.
@@ -139,6 +139,7 @@ impl Arguments {
                 note("warning", warning);
             }
             watch.watched.logs.push(log.path.display().to_string());
+            let zeroed = link.trouble().is_some();
             drop(link);
             match over {
                 None => break,
@@ -149,7 +150,16 @@ impl Arguments {
                 None => break,
             }
             watch.watched.reconnected += 1;
-            note("link", "the device is there again");
+            note(
+                "link",
+                match zeroed {
+                    false => "the device is there again",
+                    // A device of another maker finds its zero when it is opened.
+                    true => {
+                        "the device is there again, opened anew: where it stands now counts as its start"
+                    }
+                },
+            );
         }
         watch.bar.finish_and_clear();
         watch.watched.report(output)
@@ -228,12 +238,9 @@ impl Watch<'_> {
                     self.take(&sample, period_s, recorder);
                 }
                 Some(Heard::Fault(report)) => {
-                    self.watched.faults += 1;
-                    let time_s = f64::from(report.tick) * period_s;
-                    let text = fault_in_words(report.status).unwrap_or_default();
-                    self.bar.suspend(|| note("fault", &text));
-                    // A recorder that has ended is seen when it is closed.
-                    let _ = recorder.event(time_s, "fault", text);
+                    if let Some(reason) = self.fault(&report, link, recorder) {
+                        break Some(reason);
+                    }
                 }
                 Some(Heard::Event(event)) => {
                     let time_s = f64::from(event.tick) * period_s;
@@ -252,6 +259,27 @@ impl Watch<'_> {
         // Best effort: the session may be over.
         let _ = link.stream(0, 1);
         over
+    }
+
+    /// Notes a fault; why the session is over with it, if it is.
+    fn fault(
+        &mut self,
+        report: &FaultReport,
+        link: &SerialLink,
+        recorder: &mut Recorder,
+    ) -> Option<String> {
+        let time_s = f64::from(report.tick) * link.period_s();
+        // Nobody drives a device that this process serves: its board has failed, and what samples tell from now on is its last
+        // position. A recorder that has ended is seen when it is closed.
+        if let Some(trouble) = link.trouble() {
+            let _ = recorder.event(time_s, "link", trouble.words.clone());
+            return Some(trouble.words);
+        }
+        self.watched.faults += 1;
+        let text = fault_in_words(report.status).unwrap_or_default();
+        self.bar.suspend(|| note("fault", &text));
+        let _ = recorder.event(time_s, "fault", text);
+        None
     }
 
     fn take(&mut self, sample: &Sample, period_s: f64, recorder: &mut Recorder) {

@@ -1,9 +1,17 @@
-//! A device that goes away in the middle of a run: the same exit code whatever its kind.
+//! A device that goes away in the middle of a run or while it is watched: the same exit code whatever its kind.
 
 use super::Emulated;
-use crate::process::{PATIENCE, Place, binary};
-use std::process::{Command, Stdio};
+use crate::process::{Ended, PATIENCE, Place, binary, number, signal};
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+
+/// Each kind of device: how it is emulated, and its name.
+const KINDS: [(&str, &str); 3] = [
+    ("", "serial:device"),
+    ("--kind moteus", "moteus:device,watchdog=1s"),
+    ("--kind haply-2diy --hand free", "haply:device"),
+];
 
 #[test]
 fn a_device_that_goes_away_in_a_run_is_not_usable_whatever_its_kind() {
@@ -37,6 +45,223 @@ fn a_device_that_goes_away_in_a_run_is_not_usable_whatever_its_kind() {
             last.starts_with("error: ") && last.contains("the log is run/relax.mcap"),
             "{kind}: {said}"
         );
+    }
+}
+
+/// Reads the standard error of a command until a line says this, then pulls the plug of its device; how the command ended.
+fn unplugged_after(mut run: Child, device: &mut Emulated, words: &str) -> Ended {
+    let mut stderr = BufReader::new(run.stderr.take().expect("piped"));
+    let mut said = String::new();
+    while !said.contains(words) {
+        let count = stderr.read_line(&mut said).expect("is text");
+        if count == 0 {
+            // A machine that is too busy to open it.
+            break;
+        }
+    }
+    // Into the middle of it, or to its beginning on a busy machine: the claim is the same.
+    std::thread::sleep(Duration::from_millis(200));
+    device.kill();
+    stderr.read_to_string(&mut said).expect("is text");
+    let mut output = run.wait_with_output().expect("ends");
+    output.stderr = said.into_bytes();
+    Ended::new(words.to_owned(), &output)
+}
+
+/// It says in one line that the device is gone, what to look at, and no number.
+fn says_that_it_is_gone(ended: &Ended) {
+    let words = ["plug", "is it this port", "may still push"];
+    assert!(
+        words.iter().any(|word| ended.error().contains(word)),
+        "{ended}"
+    );
+    assert!(!ended.error().contains("implausible"), "{ended}");
+}
+
+#[test]
+fn a_measurement_of_a_device_that_goes_away_tells_no_numbers() {
+    for (kind, name) in KINDS {
+        let mut device = Emulated::new(kind);
+        let line = format!(
+            "device measure --device {name} --force-limit 1.5N --duration 60s --sample-time 5ms --watchdog 1s --max-age-ticks 1000 \
+             --out model.toml --json"
+        );
+        let run = device.place.start(&line);
+        let ended = unplugged_after(run, &mut device, "the limits set on the device").failed(3);
+        says_that_it_is_gone(&ended);
+        assert_eq!(ended.stdout, "", "{ended}");
+        assert!(!device.place.path("model.toml").exists());
+    }
+}
+
+#[test]
+fn a_search_on_a_device_that_goes_away_finds_nothing() {
+    // No wall can be tried on a free hand.
+    for (kind, name) in &KINDS[..2] {
+        let mut device = Emulated::new(kind);
+        let line = format!(
+            "zwidth --orders 1 --points 2 --device {name} --watchdog 1s --late-ticks 0 --json --quiet"
+        );
+        let run = device.place.start(&line);
+        let ended = unplugged_after(run, &mut device, "the limits set on the device").failed(3);
+        says_that_it_is_gone(&ended);
+        assert_eq!(ended.stdout, "", "{ended}");
+    }
+}
+
+#[test]
+fn a_self_test_of_a_device_that_goes_away_sees_no_promise_kept_from_then_on() {
+    for (kind, name) in &KINDS[1..] {
+        let mut device = Emulated::new(kind);
+        let line = format!("device selftest --device {name} --emergency-stop none --json");
+        let run = device.place.start(&line);
+        let ended = unplugged_after(run, &mut device, "the device moves by itself").failed(3);
+        says_that_it_is_gone(&ended);
+        if ended.stdout.is_empty() {
+            println!(
+                "skipped: this machine was too busy to open {name}: {}",
+                ended.error()
+            );
+            continue;
+        }
+        let report = ended.json();
+        assert_eq!(report["holds"], false, "{ended}");
+        let checks = report["checks"].as_array().expect("rows");
+        let reached = checks
+            .iter()
+            .position(|check| check["seen"] == "not reached");
+        assert!(reached.is_some_and(|at| at < checks.len()), "{ended}");
+    }
+}
+
+#[test]
+fn a_touch_on_a_device_that_goes_away_keeps_its_log() {
+    for (kind, name) in [("--axes 2", "serial:device"), (KINDS[2].0, KINDS[2].1)] {
+        let mut device = Emulated::new(kind);
+        device.place.write(
+            "touch.toml",
+            "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\nforce_limit_n = 1\nsample_time_s = 0.01\n\
+             duration_s = 300\nmass_kg = 0.1\n",
+        );
+        let line = format!(
+            "run touch.toml --device {name} --loop host --watchdog 1s --late-ticks 0 --max-age-ticks 200 --out run --quiet --json"
+        );
+        let mut run = device.place.start(&line);
+        // Or it has ended: a busy machine may lose the board before its first tick.
+        while !device.place.path("run/touch.mcap.part").exists()
+            && run.try_wait().expect("can be asked").is_none()
+        {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        std::thread::sleep(Duration::from_millis(200));
+        device.kill();
+        let ended = run.wait_with_output().expect("ends");
+        let ended = Ended::new(line, &ended).failed(3);
+        says_that_it_is_gone(&ended);
+        if !device.place.path("run/touch.mcap").exists() {
+            println!(
+                "skipped: no log of a run, this machine was too busy to begin one: {}",
+                ended.error()
+            );
+            continue;
+        }
+        assert!(
+            ended.error().contains("the log is run/touch.mcap"),
+            "{ended}"
+        );
+        assert!(number(&ended.json(), "peak_force_n") <= 1.0, "{ended}");
+    }
+}
+
+/// Logs of a monitor that are written to, and whole ones.
+fn logs(place: &Place) -> (usize, usize) {
+    let files = place.files();
+    let count = |end: &str| files.iter().filter(|name| name.ends_with(end)).count();
+    (count(".mcap.part"), count(".mcap"))
+}
+
+/// Waits for that.
+fn logs_become(place: &Place, wanted: impl Fn(usize, usize) -> bool) {
+    let began = Instant::now();
+    loop {
+        let (open, whole) = logs(place);
+        if wanted(open, whole) {
+            return;
+        }
+        assert!(
+            began.elapsed() < PATIENCE,
+            "{open} open, {whole} whole logs"
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_monitor_closes_its_log_when_the_device_goes_away_and_goes_on_when_it_is_back() {
+    for (kind, name) in KINDS {
+        let mut device = Emulated::new(kind);
+        let line = format!("device monitor --device {name} --out watch --json");
+        let mut monitor = device.place.start(&line);
+        device.place.wait_for("watch/monitor.mcap.part");
+        std::thread::sleep(Duration::from_millis(200));
+        device.kill();
+        // Nothing is written any more while it is away.
+        logs_become(&device.place, |open, _| open == 0);
+        let (_, before) = logs(&device.place);
+        std::fs::remove_file(device.place.path("device")).expect("a killed device leaves its link");
+        device.plug_in(kind);
+        logs_become(&device.place, |open, whole| open + whole > before);
+        std::thread::sleep(Duration::from_millis(200));
+        signal(&monitor, "INT");
+        let mut said = String::new();
+        let stderr = monitor.stderr.take().expect("piped");
+        BufReader::new(stderr)
+            .read_to_string(&mut said)
+            .expect("is text");
+        let ended = monitor.wait_with_output().expect("ends");
+        let notes: Vec<&str> = said
+            .lines()
+            .filter(|line| line.contains("link: "))
+            .collect();
+        assert!(notes.len() >= 2, "{kind}: {said}");
+        for pair in notes.chunks(2) {
+            let gone = [
+                "the line is gone",
+                "is gone: look",
+                "did not answer",
+                "no whole answer",
+                "its port is gone",
+            ];
+            assert!(
+                gone.iter().any(|words| pair[0].contains(words)),
+                "{kind}: {said}"
+            );
+            // A busy machine may lose it once more at the end.
+            let back = pair.get(1).unwrap_or(&"the device is there again");
+            assert!(back.contains("the device is there again"), "{kind}: {said}");
+        }
+        // A busy machine skips samples of a device that it serves, and may lose it more often than it was unplugged: it says so.
+        let code = ended.status.code();
+        let watched: serde_json::Value = serde_json::from_slice(&ended.stdout).expect("JSON");
+        let missing = number(&watched, "samples_lost") + number(&watched, "dropped_samples");
+        assert_eq!(
+            code,
+            Some(if missing > 0.0 { 4 } else { 0 }),
+            "{kind}: {said} {watched}"
+        );
+        assert_eq!(number(&watched, "faults"), 0.0, "{kind}: {watched}");
+        let again = number(&watched, "reconnected");
+        assert_eq!(again, (notes.len() / 2) as f64, "{kind}: {watched}");
+        let logs = watched["logs"].as_array().expect("names");
+        assert_eq!(logs.len() as f64, 1.0 + again, "{kind}: {watched}");
+        let mut samples = 0.0;
+        for log in logs {
+            let info = device.json(&format!("log info {}", log.as_str().expect("a name")));
+            assert_eq!(info["complete"], true, "{kind}: {info}");
+            samples += number(&info, "samples");
+        }
+        assert_eq!(samples, number(&watched, "samples"), "{kind}: {watched}");
+        assert!(samples > 0.0, "{kind}: {watched}");
     }
 }
 

@@ -110,19 +110,33 @@ impl Drop for Impostor {
 
 #[test]
 fn a_port_with_something_else_behind_it_is_told_apart() {
-    Impostor::new(|_| Vec::new()).refused(&["no answer", "nothing came", "switched on"]);
-    Impostor::new(<[u8]>::to_vec).refused(&["sends back what it is sent", "echo"]);
-    Impostor::new(|_| b"AT+OK\r\n\0garbage\0".to_vec()).refused(&["garbage", "baud rate"]);
-    // Version 3 of the protocol, otherwise whole.
-    Impostor::new(|_| of_version(3)).refused(&["protocol version 3", "this program 2", "flash"]);
-    // A device of version 1 answers nobody but a host of version 1.
-    Impostor::new(|bytes| {
-        let greeted = bytes
-            .windows(10)
-            .any(|w| w == [2, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
-        if greeted { of_version(1) } else { Vec::new() }
-    })
-    .refused(&["protocol version 1", "this program 2", "flash"]);
+    // Each is waited for in vain, so all at once.
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            Impostor::new(|_| Vec::new()).refused(&["no answer", "nothing came", "switched on"]);
+        });
+        scope.spawn(|| {
+            Impostor::new(<[u8]>::to_vec).refused(&["sends back what it is sent", "echo"]);
+        });
+        scope.spawn(|| {
+            let garbage = |_: &[u8]| b"AT+OK\r\n\0garbage\0".to_vec();
+            Impostor::new(garbage).refused(&["garbage", "baud rate"]);
+        });
+        // Version 3 of the protocol, otherwise whole.
+        scope.spawn(|| {
+            let words = ["protocol version 3", "this program 2", "flash"];
+            Impostor::new(|_| of_version(3)).refused(&words);
+        });
+        // A device of version 1 answers nobody but a host of version 1.
+        scope.spawn(|| {
+            let old = |bytes: &[u8]| {
+                let greeting = [2, 1, 1, 1, 1, 1, 1, 1, 1, 1];
+                let greeted = bytes.windows(10).any(|w| w == greeting);
+                if greeted { of_version(1) } else { Vec::new() }
+            };
+            Impostor::new(old).refused(&["protocol version 1", "this program 2", "flash"]);
+        });
+    });
 }
 
 /// A whole frame of a device that speaks this version.

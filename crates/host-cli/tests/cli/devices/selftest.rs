@@ -6,40 +6,46 @@ use serde_json::Value;
 
 #[test]
 fn an_emulated_device_keeps_its_promises_on_a_bad_line_too() {
-    for line in ["", "--drop 1% --corrupt 1% --duplicate 1% --line-seed 3"] {
-        let device = Emulated::new(line);
-        let before = device.json("device get --device serial:device");
-        let report = device.json("device selftest --device serial:device");
-        assert_eq!(report["holds"], true, "{line}: {report:#}");
-        assert_eq!(report["board"], "emulated");
-        assert!((number(&report, "force_limit_n") - 0.1).abs() < 1e-6);
-        let checks = report["checks"].as_array().expect("a list");
-        let named = |name: &str| {
-            let mut found = checks.iter().filter(|check| check["check"] == name);
-            found
-                .next()
-                .unwrap_or_else(|| panic!("no {name}: {report:#}"))
-        };
-        for name in [
-            "arm",
-            "force-limit",
-            "stop",
-            "finite-check",
-            "watchdog",
-            "flight-recorder",
-            "reconnect",
-        ] {
-            assert_eq!(named(name)["ok"], true, "{line}: {report:#}");
+    std::thread::scope(|scope| {
+        for line in ["", "--drop 1% --corrupt 1% --duplicate 1% --line-seed 3"] {
+            scope.spawn(|| keeps_its_promises(line));
         }
-        assert_eq!(named("emergency-stop")["ok"], Value::Null);
-        // It is as it was, without a fault.
-        assert_eq!(device.json("device get --device serial:device"), before);
-        let info = device.json("device info --device serial:device");
-        assert_eq!(
-            (&info["state"], &info["fault"]),
-            (&"idle".into(), &Value::Null)
-        );
+    });
+}
+
+fn keeps_its_promises(line: &str) {
+    let device = Emulated::new(line);
+    let before = device.json("device get --device serial:device");
+    let report = device.json("device selftest --device serial:device");
+    assert_eq!(report["holds"], true, "{line}: {report:#}");
+    assert_eq!(report["board"], "emulated");
+    assert!((number(&report, "force_limit_n") - 0.1).abs() < 1e-6);
+    let checks = report["checks"].as_array().expect("a list");
+    let named = |name: &str| {
+        let mut found = checks.iter().filter(|check| check["check"] == name);
+        found
+            .next()
+            .unwrap_or_else(|| panic!("no {name}: {report:#}"))
+    };
+    for name in [
+        "arm",
+        "force-limit",
+        "stop",
+        "finite-check",
+        "watchdog",
+        "flight-recorder",
+        "reconnect",
+    ] {
+        assert_eq!(named(name)["ok"], true, "{line}: {report:#}");
     }
+    assert_eq!(named("emergency-stop")["ok"], Value::Null);
+    // It is as it was, without a fault.
+    assert_eq!(device.json("device get --device serial:device"), before);
+    let info = device.json("device info --device serial:device");
+    assert_eq!(
+        (&info["state"], &info["fault"]),
+        (&"idle".into(), &Value::Null)
+    );
 }
 
 #[test]
