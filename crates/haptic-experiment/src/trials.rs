@@ -1,16 +1,37 @@
 //! Many short runs on one serial device, without log or files: what a search is made of.
+//!
+//! A trial that says nothing about its law is made again, [`TRIES`] times in all: samples missing, a host, line or tick that was
+//! late. Then, and at once where the emergency stop opens, the device is reset or its board fails, no more trials are made.
 
 use super::realtime::RealtimeOptions;
 use super::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
 use super::schedule::{Pace, Schedule};
 use crate::device::{Warn, at_link, at_port, refused_at_port};
 use crate::failure::Failure;
-use haptic_link::{Configuration, EventKind, LoopMode, Scope, Start};
+use haptic_link::{Configuration, EventKind, LoopMode, Refusal, Scope, Start, State};
+use haptic_loop::Fault;
 use haptic_remote::LinkError;
-use haptic_remote::serial::{Heard, SerialLink};
+use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// How often a trial that says nothing about its law is made.
+const TRIES: usize = 5;
+/// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
+const FALLEN_WITHIN: Duration = Duration::from_secs(5);
+/// Between two questions whether it has.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// One run, as far as it came.
+enum Trial {
+    /// Position, m, and force, N, of each sample.
+    Whole(Vec<(f64, f64)>),
+    /// The law moved the device beyond a limit.
+    Tripped,
+    /// Nothing is known of the law, because of the line or this machine.
+    Unjudged(Failure),
+}
 
 /// A serial device that is tried again and again, by one thread at a time.
 pub struct Trials<'a> {
@@ -52,8 +73,8 @@ impl<'a> Trials<'a> {
         })
     }
 
-    /// Position, m, and force, N, of each sample of one run; `None` if it did not reach its end, samples were
-    /// lost, or the device cannot be used any more, see [`failure`](Self::failure).
+    /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made,
+    /// see [`failure`](Self::failure).
     pub fn motion(
         &self,
         law: &RemoteLaw,
@@ -64,13 +85,17 @@ impl<'a> Trials<'a> {
             return None;
         }
         let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
-        match self.try_once(&mut link, law, samples, sample_time_s) {
-            Ok(motion) => motion,
-            Err(failure) => {
-                self.failed().get_or_insert(at_link(&link, failure));
-                None
-            }
+        for tries in 1.. {
+            let failure = match self.try_once(&mut link, law, samples, sample_time_s) {
+                Ok(Trial::Whole(motion)) => return Some(motion),
+                Ok(Trial::Tripped) => return None,
+                Ok(Trial::Unjudged(_)) if tries < TRIES => continue,
+                Ok(Trial::Unjudged(failure)) | Err(failure) => failure,
+            };
+            self.failed().get_or_insert(at_link(&link, failure));
+            break;
         }
+        None
     }
 
     /// Step of the device's encoder, m, and the largest force that it can do, N.
@@ -100,7 +125,7 @@ impl<'a> Trials<'a> {
         law: &RemoteLaw,
         samples: u64,
         sample_time_s: f64,
-    ) -> Result<Option<Vec<(f64, f64)>>, Failure> {
+    ) -> Result<Trial, Failure> {
         let schedule = Schedule {
             samples,
             sample_time_s,
@@ -114,20 +139,24 @@ impl<'a> Trials<'a> {
         }
         let path = link.path().to_owned();
         let problem = |error| refused_at_port(&path, error);
-        link.set_for(configuration, &law.operator.1, Scope::Run)
-            .map_err(problem)?;
-        let watchdog = Duration::from_millis(u64::from(self.remote.watchdog_ms()));
-        link.arm(watchdog).map_err(problem)?;
-        let run = self.run.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        let start = Start {
-            run,
-            ticks: samples as u32,
-            every: 1,
-            batch: 8,
-        };
-        link.start(start).map_err(problem)?;
+        let asked = Instant::now();
+        loop {
+            if let Some(fault) = self.forbids(link) {
+                return Err(Failure::Run(anyhow::anyhow!(
+                    "{path}: {fault}, between two trials: no more are made"
+                )));
+            }
+            let Err(error) = self.begin(link, configuration, &law.operator.1, samples as u32)
+            else {
+                break;
+            };
+            if !passes(&error) || asked.elapsed() > FALLEN_WITHIN {
+                return Err(problem(error));
+            }
+            std::thread::sleep(PAUSE);
+        }
         let mut motion = Vec::with_capacity(samples as usize);
-        let whole = loop {
+        let trial = loop {
             match link.hear(Duration::from_secs(2)) {
                 Some(Heard::Sample(sample)) => {
                     let next = motion.len() as u64;
@@ -136,21 +165,98 @@ impl<'a> Trials<'a> {
                     }
                 }
                 Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
-                    break motion.len() as u64 == samples;
+                    break match motion.len() as u64 == samples {
+                        true => Trial::Whole(motion),
+                        false => Trial::Unjudged(lost(&path)),
+                    };
                 }
                 Some(Heard::Vector(_) | Heard::Event(_)) => {}
-                Some(Heard::Fault(report)) if link.lost_board().is_some() => {
-                    return Err(problem(LinkError::Faulted(report).into()));
+                Some(Heard::Fault(report)) => {
+                    let fault = Fault::from_code(report.status.fault);
+                    match fault.filter(|_| link.lost_board().is_none()) {
+                        Some(fault) if is_of_the_law(fault) => break Trial::Tripped,
+                        Some(fault) if is_of_the_clock(fault) => {
+                            break Trial::Unjudged(late(&path, fault));
+                        }
+                        _ => return Err(problem(LinkError::Faulted(report).into())),
+                    }
                 }
-                // A wall that trips the device is no stable one.
-                Some(Heard::Fault(_)) => break false,
                 Some(Heard::Over(error)) => return Err(problem(error.into())),
                 None => return Err(problem(LinkError::NoSamples { waited_ms: 2000 }.into())),
             }
         };
         link.disarm().map_err(problem)?;
-        Ok(whole.then_some(motion))
+        Ok(trial)
     }
+
+    /// A fault after which nobody but a person arms again, since the first trial: arming would clear it.
+    fn forbids(&self, link: &SerialLink) -> Option<Fault> {
+        let first = self.run.load(std::sync::atomic::Ordering::Relaxed) == 1;
+        let latched = Fault::from_code(link.status().fault)?;
+        (!first && !is_of_the_law(latched) && !is_of_the_clock(latched)).then_some(latched)
+    }
+
+    /// Sets a law, arms and starts.
+    fn begin(
+        &self,
+        link: &mut SerialLink,
+        configuration: Configuration,
+        coefficients: &[f32],
+        ticks: u32,
+    ) -> Result<(), SerialError> {
+        link.set_for(configuration, coefficients, Scope::Run)?;
+        link.arm(Duration::from_millis(u64::from(self.remote.watchdog_ms())))?;
+        link.start(Start {
+            run: self.run.fetch_add(1, std::sync::atomic::Ordering::Relaxed),
+            ticks,
+            every: 1,
+            batch: 8,
+        })
+    }
+}
+
+/// Refused for now: the force of the trial before still falls, or a fault latched that is not known here yet.
+fn passes(error: &SerialError) -> bool {
+    matches!(
+        error,
+        SerialError::Link(LinkError::Refused {
+            refusal: Refusal::ForceNotZero | Refusal::UnknownFault | Refusal::State(State::Fault),
+            ..
+        })
+    )
+}
+
+/// A law that moves the device so is no stable one.
+fn is_of_the_law(fault: Fault) -> bool {
+    matches!(
+        fault,
+        Fault::NonFiniteForce
+            | Fault::CurrentMismatch
+            | Fault::Workspace
+            | Fault::Velocity
+            | Fault::PositionStuck
+            | Fault::PositionJump
+    )
+}
+
+/// Host, line or tick was late: nothing is known of the law.
+fn is_of_the_clock(fault: Fault) -> bool {
+    matches!(
+        fault,
+        Fault::HostSilent | Fault::TickOverrun | Fault::StaleForce
+    )
+}
+
+fn lost(path: &str) -> Failure {
+    Failure::DataLost(anyhow::anyhow!(
+        "{path}: samples of a trial are missing, {TRIES} times in a row, so it cannot be judged: use a faster or better line, or a longer sample time"
+    ))
+}
+
+fn late(path: &str, fault: Fault) -> Failure {
+    Failure::Device(anyhow::anyhow!(
+        "{path}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time"
+    ))
 }
 
 impl std::fmt::Debug for Trials<'_> {
@@ -158,5 +264,22 @@ impl std::fmt::Debug for Trials<'_> {
         f.debug_struct("Trials")
             .field("remote", &self.remote)
             .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_is_of_the_law_or_of_the_clock_or_ends_the_search() {
+        for fault in Fault::ALL {
+            let ends = matches!(
+                fault,
+                Fault::EmergencyStop | Fault::Reset | Fault::BoardFailed
+            );
+            let kinds = [ends, is_of_the_law(fault), is_of_the_clock(fault)];
+            assert_eq!(kinds.map(u8::from).iter().sum::<u8>(), 1, "{fault}");
+        }
     }
 }
