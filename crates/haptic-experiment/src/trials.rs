@@ -17,7 +17,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How often a trial that says nothing about its law is made.
-const TRIES: usize = 5;
+const TRIES: usize = 10;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
 /// Between two questions whether it has.
@@ -167,7 +167,7 @@ impl<'a> Trials<'a> {
                 Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
                     break match motion.len() as u64 == samples {
                         true => Trial::Whole(motion),
-                        false => Trial::Unjudged(lost(&path)),
+                        false => Trial::Unjudged(lost(&path, motion.len(), samples)),
                     };
                 }
                 Some(Heard::Vector(_) | Heard::Event(_)) => {}
@@ -247,9 +247,10 @@ fn is_of_the_clock(fault: Fault) -> bool {
     )
 }
 
-fn lost(path: &str) -> Failure {
+fn lost(path: &str, came: usize, samples: u64) -> Failure {
     Failure::DataLost(anyhow::anyhow!(
-        "{path}: samples of a trial are missing, {TRIES} times in a row, so it cannot be judged: use a faster or better line, or a longer sample time"
+        "{path}: samples of a trial are missing, {TRIES} times in a row (the last came to number {came} of {samples}), so it cannot be \
+         judged: use a faster or better line, or a longer sample time"
     ))
 }
 

@@ -149,11 +149,12 @@ impl SerialLink {
         self.ask(Request::Arm { faults }).map(|_| ())
     }
 
-    /// Starts a run.
+    /// Starts a run. What came before it and was not heard yet is forgotten, but for the end of the line: it is no news of this run.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
+        self.forget_until_now();
         self.ask(Request::Start(start))?;
         self.running = Some(self.alives());
         Ok(())

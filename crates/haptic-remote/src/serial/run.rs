@@ -55,6 +55,16 @@ impl SerialLink {
         }
     }
 
+    /// Forgets what came and was not heard yet, but for the end of the line.
+    pub(super) fn forget_until_now(&mut self) {
+        while let Some(heard) = self.try_hear() {
+            if let Heard::Over(_) = heard {
+                self.ahead = Some(heard);
+                break;
+            }
+        }
+    }
+
     /// Follows the run; a status from before what was heard says nothing about its end.
     fn noted(&mut self, heard: Heard) -> Heard {
         let over = match &heard {

@@ -172,10 +172,10 @@ fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
 fn a_search_on_a_line_that_loses_samples_says_so_instead_of_a_softer_wall() {
     let device = Emulated::new("--speed 20 --drop 10% --line-seed 7");
     device.loosen();
-    let line = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --device serial:device --watchdog 20s --quiet --json";
+    let line = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --device serial:device --watchdog 1s --quiet --json";
     let words = [
         "serial:device",
-        "samples of a trial are missing, 5 times in a row",
+        "samples of a trial are missing, 10 times in a row",
         "better line",
     ];
     device.place.run(line).refused(4, &words);
