@@ -1,6 +1,6 @@
 //! Many short runs on one serial device, without log or files: what a search is made of.
 //!
-//! A trial that says nothing about its law is made again, [`TRIES`] times in all: samples missing, a host, line or tick that was
+//! A trial that says nothing about its law is made again, ten times in all: samples missing, a host, line or tick that was
 //! late. Then, and at once where the emergency stop opens, the device is reset or its board fails, no more trials are made.
 
 use super::realtime::RealtimeOptions;
