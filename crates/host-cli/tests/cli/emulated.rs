@@ -30,6 +30,8 @@ impl Emulated {
 
     /// Pulls the plug.
     pub(crate) fn kill(&mut self) {
+        // The link first: its number is soon that of another device, which whoever waits for this one would take.
+        std::fs::remove_file(self.place.path(self.link)).expect("its link");
         self.child.kill().expect("can be killed");
         self.child.wait().expect("ends");
     }

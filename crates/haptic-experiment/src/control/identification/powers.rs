@@ -1,6 +1,6 @@
 //! First guesses of one and of two powers of s, and of plants that do not come to rest, from the shape of a record.
 
-use super::InputOutput;
+use super::record::InputOutput;
 use fractional_control::{FractionalTransferFunction, Term};
 
 /// One and two powers of s, with the gain and the time constant of the record.

@@ -1,6 +1,6 @@
 //! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
 
-use super::{Guess, InputOutput, bic, resolved};
+use super::record::{Guess, InputOutput, bic, resolved};
 use fractional_control::{FractionalTransferFunction, Identified, WholeShape, whole_guess};
 
 /// Samples of the part at least; a record of less than twice as many is fitted at once.
