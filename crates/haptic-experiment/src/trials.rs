@@ -155,8 +155,16 @@ impl<'a> Trials<'a> {
             }
             std::thread::sleep(PAUSE);
         }
+        let trial = Self::followed(link, &path, samples)?;
+        link.disarm().map_err(problem)?;
+        Ok(trial)
+    }
+
+    /// Follows a run that has begun to its end.
+    fn followed(link: &mut SerialLink, path: &str, samples: u64) -> Result<Trial, Failure> {
+        let problem = |error| refused_at_port(path, error);
         let mut motion = Vec::with_capacity(samples as usize);
-        let trial = loop {
+        loop {
             match link.hear(Duration::from_secs(2)) {
                 Some(Heard::Sample(sample)) => {
                     let next = motion.len() as u64;
@@ -165,18 +173,18 @@ impl<'a> Trials<'a> {
                     }
                 }
                 Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
-                    break match motion.len() as u64 == samples {
+                    return Ok(match motion.len() as u64 == samples {
                         true => Trial::Whole(motion),
-                        false => Trial::Unjudged(lost(&path, motion.len(), samples)),
-                    };
+                        false => Trial::Unjudged(lost(path, motion.len(), samples)),
+                    });
                 }
                 Some(Heard::Vector(_) | Heard::Event(_)) => {}
                 Some(Heard::Fault(report)) => {
                     let fault = Fault::from_code(report.status.fault);
                     match fault.filter(|_| link.lost_board().is_none()) {
-                        Some(fault) if is_of_the_law(fault) => break Trial::Tripped,
+                        Some(fault) if is_of_the_law(fault) => return Ok(Trial::Tripped),
                         Some(fault) if is_of_the_clock(fault) => {
-                            break Trial::Unjudged(late(&path, fault));
+                            return Ok(Trial::Unjudged(late(path, fault)));
                         }
                         _ => return Err(problem(LinkError::Faulted(report).into())),
                     }
@@ -184,9 +192,7 @@ impl<'a> Trials<'a> {
                 Some(Heard::Over(error)) => return Err(problem(error.into())),
                 None => return Err(problem(LinkError::NoSamples { waited_ms: 2000 }.into())),
             }
-        };
-        link.disarm().map_err(problem)?;
-        Ok(trial)
+        }
     }
 
     /// A fault after which nobody but a person arms again, since the first trial: arming would clear it.
