@@ -76,8 +76,6 @@ impl Bench<'_> {
     {
         self.limit(trial.watchdog_ms)?;
         self.arm()?;
-        // What is left of the run before is none of this one.
-        while self.link_mut()?.try_hear().is_some() {}
         if let Some(refused) = self.start()? {
             self.calm()?;
             // Silent between arm and start.
