@@ -12,7 +12,7 @@ use haptic_link::{Configuration, EventKind, LoopMode, Refusal, Scope, Start, Sta
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -43,7 +43,7 @@ pub struct Trials<'a> {
     warn: Warn<'a>,
     /// Why no more trials can be made.
     failure: Mutex<Option<Failure>>,
-    run: std::sync::atomic::AtomicU32,
+    run: AtomicU32,
 }
 
 impl<'a> Trials<'a> {
@@ -69,7 +69,7 @@ impl<'a> Trials<'a> {
             warn,
             remote: remote.clone(),
             failure: Mutex::new(None),
-            run: std::sync::atomic::AtomicU32::new(1),
+            run: AtomicU32::new(1),
         })
     }
 
@@ -197,7 +197,7 @@ impl<'a> Trials<'a> {
 
     /// A fault after which nobody but a person arms again, since the first trial: arming would clear it.
     fn forbids(&self, link: &SerialLink) -> Option<Fault> {
-        let first = self.run.load(std::sync::atomic::Ordering::Relaxed) == 1;
+        let first = self.run.load(Ordering::Relaxed) == 1;
         let latched = Fault::from_code(link.status().fault)?;
         (!first && !is_of_the_law(latched) && !is_of_the_clock(latched)).then_some(latched)
     }
@@ -213,7 +213,7 @@ impl<'a> Trials<'a> {
         link.set_for(configuration, coefficients, Scope::Run)?;
         link.arm(Duration::from_millis(u64::from(self.remote.watchdog_ms())))?;
         link.start(Start {
-            run: self.run.fetch_add(1, std::sync::atomic::Ordering::Relaxed),
+            run: self.run.fetch_add(1, Ordering::Relaxed),
             ticks,
             every: 1,
             batch: 8,

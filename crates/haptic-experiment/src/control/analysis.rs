@@ -263,13 +263,11 @@ fn cause(
     if plant.delay_s() > 0.0
         && let Some(prompt) = plant.without_dead_time()
     {
-        let prompt = sampled(&prompt, file.sample_time())?;
-        let prompt = file.closed_with(&prompt)?;
-        if prompt.verdict().stable
-            && let Some(delay) = prompt.margins().delay_s
+        let closed = file.closed_with(&sampled(&prompt, file.sample_time())?)?;
+        if closed.verdict().stable
+            && let Some(delay) = closed.margins().delay_s
         {
-            let plant = plant.without_dead_time().unwrap_or(plant.clone());
-            return Ok(Cause::DeadTime(exact_delay(file, &plant, delay)));
+            return Ok(Cause::DeadTime(exact_delay(file, &prompt, delay)));
         }
     }
     Ok(ways.next().map_or(Cause::Shape, |(_, further)| further))
