@@ -72,7 +72,7 @@ fn main() -> Outcome<ExitCode> {
 }
 
 fn parent(reason: Option<&str>) -> Outcome<ExitCode> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("benches/instructions.toml");
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("instructions.toml");
     let table: Option<Table> = match std::fs::read_to_string(&path) {
         Ok(text) => Some(toml::from_str(&text)?),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,

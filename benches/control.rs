@@ -1,7 +1,7 @@
 //! A tick of PI^λD^μ with 200 s of memory at 1 kHz, beside a PID of order 1 and a plain full memory.
 //!
 //! ```sh
-//! cargo bench -p fractional-control
+//! cargo bench --bench control
 //! ```
 
 use criterion::{Criterion, criterion_group, criterion_main};

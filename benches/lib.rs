@@ -1,0 +1,1 @@
+//! What the project measures of itself; each bench is a program of its own.
