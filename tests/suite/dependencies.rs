@@ -165,6 +165,7 @@ fn every_dependency_is_justified_and_every_justified_one_is_there() {
     justified.remove("crate");
     let manifests = [
         "Cargo.toml",
+        "benches/Cargo.toml",
         "firmware/Cargo.toml",
         "firmware/examples/rp2040/Cargo.toml",
         "fuzz/Cargo.toml",
@@ -177,5 +178,37 @@ fn every_dependency_is_justified_and_every_justified_one_is_there() {
     assert!(
         gone.is_empty(),
         "in ARCHITECTURE.md, but not used: {gone:?}"
+    );
+}
+
+/// Packages with their features, as these options of `cargo tree` choose them.
+fn chosen(options: &[&str]) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--locked", "--prefix=none", "--format={p} {f}"])
+        .args(options)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let packages = String::from_utf8(output.stdout).expect("is text");
+    let packages = packages.lines();
+    packages
+        .map(|line| line.trim_end_matches(" (*)").to_owned())
+        .collect()
+}
+
+/// Otherwise `cargo test` after `cargo run -p host-cli` builds half of all crates once more.
+#[test]
+fn the_command_is_built_with_the_features_that_tests_need() {
+    let command = chosen(&["--package=host-cli", "--edges=normal,build"]);
+    let tests = chosen(&["--workspace", "--edges=normal,build,dev"]);
+    let twice: Vec<_> = command.difference(&tests).collect();
+    assert!(
+        twice.is_empty(),
+        "give the command these features too, or tests none of theirs: {twice:#?}"
     );
 }

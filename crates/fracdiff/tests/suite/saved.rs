@@ -6,6 +6,10 @@ use fracdiff::portable::Form;
 use fracdiff::{Differintegrator, Fir, FirHistory, OperatorHistory, PortableOperator, Real};
 use serde::{Serialize, de::DeserializeOwned};
 
+fn saved(history: &impl Serialize) -> Vec<u8> {
+    postcard::to_extend(history, Vec::new()).expect("is data")
+}
+
 /// Runs to the middle, saves and restores there; both go on with the same bits.
 #[track_caller]
 fn goes_on<F: Real, O: Differintegrator<F>>(operator: &O, name: &str)
@@ -17,7 +21,7 @@ where
     for (n, &x) in x.iter().enumerate() {
         // Two places: in the middle of blocks of 32, 256 and 2048, and at the end of one.
         if n == 1000 || n == 4096 {
-            let bytes = postcard::to_stdvec(&kept).expect("is data");
+            let bytes = saved(&kept);
             let mut restored: O::History = postcard::from_bytes(&bytes).expect("is a history");
             for (m, &x) in lively(600).iter().enumerate() {
                 let (want, have) = (
@@ -58,7 +62,7 @@ fn a_history_that_is_not_finite_stays_so() {
     let operator = build::<f64>("full:1e-6", 0.5);
     let mut history = operator.at_rest();
     operator.advance(&mut history, f64::NAN);
-    let bytes = postcard::to_stdvec(&history).expect("is data");
+    let bytes = saved(&history);
     let restored: OperatorHistory<f64> = postcard::from_bytes(&bytes).expect("is a history");
     assert!(operator.output(&restored, 1.0).is_nan());
 }
@@ -71,7 +75,7 @@ fn data_that_is_no_history_is_an_error_or_runs_without_a_panic() {
         for x in lively(700) {
             operator.advance(&mut history, x as f32);
         }
-        let bytes = postcard::to_stdvec(&history).expect("is data");
+        let bytes = saved(&history);
         type Read = Result<OperatorHistory<f32>, postcard::Error>;
         for length in [0, 1, 2, bytes.len() / 2, bytes.len() - 1] {
             let read: Read = postcard::from_bytes(&bytes[..length]);
@@ -101,7 +105,7 @@ fn data_that_is_no_history_is_an_error_or_runs_without_a_panic() {
 fn positions_outside_a_history_and_other_lengths_are_refused() {
     // A full memory ends with the turn of its modes, S of the core, and what surrounds the core.
     let operator = full::<f32>(Kernel::Grunwald, 0.5, 1e-6);
-    let mut bytes = postcard::to_stdvec(&operator.at_rest()).expect("is data");
+    let mut bytes = saved(&operator.at_rest());
     let turn = 4 * (16 + 64 + 64);
     assert_eq!(bytes[turn], 0, "the turn at rest");
     type History = fracdiff::FullMemoryHistory<f32, 16, 64>;

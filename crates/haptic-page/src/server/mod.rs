@@ -15,6 +15,8 @@ use haptic_experiment::Failure;
 use http::Door;
 use hub::Hub;
 pub use options::ServerOptions;
+use rand::TryRng as _;
+use rand::rngs::SysRng;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -166,7 +168,7 @@ fn no_socket(error: &std::io::Error) -> Failure {
 /// 128 random bits.
 fn token() -> Result<String, Failure> {
     let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes).map_err(|error| {
+    SysRng.try_fill_bytes(&mut bytes).map_err(|error| {
         Failure::bad_input(format_args!(
             "this system gives no random numbers for the token: {error}"
         ))

@@ -127,8 +127,9 @@ fn another_version_and_other_messages_are_named() {
     let content = [5, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3];
     let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&content);
     let bytes: Vec<u8> = content.into_iter().chain(sum.to_le_bytes()).collect();
-    let mut frame = cobs::encode_vec(&bytes);
-    frame.push(0);
+    let mut frame = vec![0; cobs::max_encoding_length(bytes.len()) + 1];
+    let end = cobs::encode(&bytes, &mut frame);
+    frame.truncate(end + 1);
     let error = Peer::new(MASTER, 1).take(&frame);
     assert_eq!(error, Err(PeerError::OtherVersion { version: 5 }));
 
