@@ -94,8 +94,11 @@ def test_a_block_that_ends_its_workers_is_failed_and_tried_again_later(client, t
 
     options = {"store": tmp_path / "s", "outputs": {"value": "1"}, "block_points": 1}
     first = sweep(kills, {"x": range(6)}, client, **options).load()
-    assert first["error"][3].item().startswith("KilledWorker: ")
-    assert_array_equal(np.isnan(first["value"]), np.arange(6) == 3)
+    # A block that waited on both workers when they died counts as failed too: it is for Dask to say which.
+    failed = [error.item().startswith("KilledWorker: ") for error in first["error"]]
+    assert failed[3]
+    assert_array_equal(np.isnan(first["value"]), failed)
+    assert_array_equal(first["error"] == "", np.logical_not(failed))
     deadly.unlink()
     again = sweep(kills, {"x": range(6)}, client, **options)
     assert_array_equal(again["value"], np.arange(6.0))
