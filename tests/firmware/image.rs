@@ -4,7 +4,7 @@ use super::{firmware, skip};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -57,7 +57,7 @@ pub(crate) fn built() -> Option<&'static Images> {
 
 fn build() -> Result<Images, String> {
     needs()?;
-    Ok(compiled(&["--bins", "--tests"]))
+    Ok(compiled("mps2", &["--bins", "--tests"]))
 }
 
 /// Whether an image can be built and run.
@@ -94,27 +94,27 @@ pub(crate) fn real_board() -> Option<Images> {
         skip(&missing);
         return None;
     }
-    Some(compiled(&[
-        "--bins",
-        "--no-default-features",
-        "--features",
-        "board-nucleo-f446re",
-        // So that this image is not taken for that of the emulated board.
-        "--target-dir",
-        "../target/firmware/nucleo-f446re",
-    ]))
+    let board = ["--no-default-features", "--features", "board-nucleo-f446re"];
+    Some(compiled(
+        "nucleo-f446re",
+        &[&["--bins"], &board[..]].concat(),
+    ))
 }
 
-fn compiled(what: &[&str]) -> Images {
+/// The images of a board, in a folder of their own: those of another board have the same names, and come from the same crates.
+fn compiled(board: &str, what: &[&str]) -> Images {
+    /// A board's images are put aside before the next board's are built.
+    static TURN: Mutex<()> = Mutex::new(());
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let target = firmware().with_file_name("target").join("firmware");
+    let folder = target.join("images").join(board);
+    std::fs::create_dir_all(&folder).expect("a folder");
     let output = Command::new(env!("CARGO"))
         .args(["build", "--release", "--locked"])
         .args(what)
         .args(["--message-format", "json-render-diagnostics"])
         .current_dir(firmware())
-        .env(
-            "CARGO_TARGET_DIR",
-            firmware().with_file_name("target").join("firmware"),
-        )
+        .env("CARGO_TARGET_DIR", &target)
         // Flags for the host's processor are none for the target's.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
@@ -128,9 +128,11 @@ fn compiled(what: &[&str]) -> Images {
         .lines()
         .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
         .filter_map(|message| {
-            let path = message["executable"].as_str()?;
+            let built = message["executable"].as_str()?;
             let name = message["target"]["name"].as_str()?;
-            Some((name.to_owned(), PathBuf::from(path)))
+            let image = folder.join(name);
+            std::fs::copy(built, &image).expect("copies");
+            Some((name.to_owned(), image))
         })
         .collect();
     Images(images)

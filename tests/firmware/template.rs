@@ -22,7 +22,8 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The copy's image.
+/// The copy's image. Its profile and flags are those of the firmware, whose crates from the registry are used again: a quarter of the
+/// work.
 fn built(folder: &Path) -> PathBuf {
     let target = firmware().with_file_name("target/firmware");
     let status = Command::new(env!("CARGO"))

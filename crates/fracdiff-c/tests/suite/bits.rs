@@ -2,7 +2,10 @@
 
 use super::{CASES, build, hash, hash_of_push, header_of, is_here, output, source};
 use fracdiff_c::{CNumber, Header, Law};
+use std::num::NonZero;
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::available_parallelism;
 
 /// Every warning that C programmers look at.
 const WARNINGS: &[&str] = &[
@@ -14,8 +17,7 @@ const WARNINGS: &[&str] = &[
     "-Werror",
 ];
 
-/// Compilers and their ways.
-const COMPILERS: &[(&str, &[&str])] = &[
+const COMPILERS: &Compilers = &[
     ("cc", &["-std=c99", "-O2"]),
     (
         "cc",
@@ -51,26 +53,43 @@ fn double_has_the_same_bits() {
     check::<f64>(&COMPILERS[..1]);
 }
 
-fn check<F: CNumber>(compilers: &[(&str, &[&str])]) {
-    let folder = tempfile::tempdir().expect("a folder");
-    for (compiler, flags) in compilers.iter().filter(|(compiler, _)| is_here(compiler)) {
-        for &(scheme, order) in CASES {
-            let operator = build::<F>(scheme, order);
-            let header = header_of(&operator, folder.path());
-            let program = folder.path().join("run");
-            let mut compile = Command::new(compiler);
-            compile.args(*flags).args(WARNINGS);
-            compile.arg(format!("-DREAL={}", F::TYPE));
-            compile.arg("-include").arg(header);
-            compile.args([source("run.c"), source("host.c")]);
-            output(compile.arg("-o").arg(&program));
-            let have = output(&mut Command::new(&program));
-            assert_eq!(
-                have,
-                hash(&operator),
-                "{scheme} {order}, {compiler} {flags:?}"
-            );
+/// Compilers and their ways.
+type Compilers = [(&'static str, &'static [&'static str])];
+
+/// Tries all operators, as many at the same time as there are processors.
+fn check<F: CNumber>(compilers: &Compilers) {
+    let here: Vec<_> = (compilers.iter().copied())
+        .filter(|(compiler, _)| is_here(compiler))
+        .collect();
+    let next = AtomicUsize::new(0);
+    let threads = available_parallelism().map_or(1, NonZero::get);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some(case) = CASES.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    has_the_same_bits::<F>(*case, &here);
+                }
+            });
         }
+    });
+    assert!(next.into_inner() >= CASES.len());
+}
+
+fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compilers) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let operator = build::<F>(scheme, order);
+    let want = hash(&operator);
+    let header = header_of(&operator, folder.path());
+    let program = folder.path().join("run");
+    for (compiler, flags) in compilers {
+        let mut compile = Command::new(compiler);
+        compile.args(*flags).args(WARNINGS);
+        compile.arg(format!("-DREAL={}", F::TYPE));
+        compile.arg("-include").arg(&header);
+        compile.args([source("run.c"), source("host.c")]);
+        output(compile.arg("-o").arg(&program));
+        let have = output(&mut Command::new(&program));
+        assert_eq!(have, want, "{scheme} {order}, {compiler} {flags:?}");
     }
 }
 

@@ -91,10 +91,17 @@ impl SerialLink {
     /// # Errors
     /// As [`connect`](Self::connect).
     pub fn to_served(served: Served, name: &str) -> Result<Self, SerialError> {
-        let line = Box::new(served.line());
-        let mut link = Self::over(line, &BAUDS[..1], name)?;
+        let mut link = Self::to_line(Box::new(served.line()), name)?;
         link.served = Some(served);
         Ok(link)
+    }
+
+    /// Connects to whoever is at the other end of a line that is open already, once.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect).
+    pub fn to_line(line: Box<dyn Line>, name: &str) -> Result<Self, SerialError> {
+        Self::over(line, &BAUDS[..1], name)
     }
 
     /// Greets whoever is at the other end of a line.

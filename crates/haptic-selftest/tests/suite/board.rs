@@ -1,14 +1,15 @@
-//! A board behind a pseudo-terminal, with the device's side of the link and, if wanted, a flaw.
+//! A board behind a line of this process, with the device's side of the link and, if wanted, a flaw.
 //!
 //! Its clock is that of its ticks: where this machine is late, the board is slow, and nothing else changes.
 
+use haptic_experiment::Failure;
 use haptic_link::{
     Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Refusal, Report,
     Sample, Simulation, State, encode,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::serial::{Line as _, Pipe, SerialLink};
 use haptic_remote::{DeviceSession, Hardware, SimulatedPlant, TickSide};
-use serialport::{SerialPort as _, TTYPort};
 use std::cell::RefCell;
 use std::io::{Read as _, Write as _};
 use std::sync::Arc;
@@ -96,7 +97,8 @@ impl Hardware for Axis {
 
 /// A board that runs until it is dropped.
 pub(crate) struct Board {
-    path: String,
+    /// The end for hosts, one after another.
+    line: Pipe,
     over: Arc<AtomicBool>,
     stop_is_open: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -104,11 +106,9 @@ pub(crate) struct Board {
 
 impl Board {
     pub(crate) fn start(flaw: Flaw) -> Self {
-        let (mut master, slave) = TTYPort::pair().expect("a pseudo-terminal");
-        master
-            .set_timeout(Duration::from_micros(500))
-            .expect("takes a timeout");
-        let path = slave.name().expect("it has a name");
+        let (line, mut port) = Pipe::pair();
+        let patience = Duration::from_micros(500);
+        port.set_patience(patience).expect("takes a patience");
         let over = Arc::new(AtomicBool::new(false));
         let stop_is_open = Arc::new(AtomicBool::new(false));
         let axis = Axis {
@@ -116,21 +116,22 @@ impl Board {
             stop_is_open: Arc::clone(&stop_is_open),
         };
         let ends = Arc::clone(&over);
-        let thread = std::thread::spawn(move || {
-            // Kept, so that a host may come and go.
-            let _slave = slave;
-            Running::new(master, axis, flaw).run(&ends);
-        });
+        let thread = std::thread::spawn(move || Running::new(port, axis, flaw).run(&ends));
         Self {
-            path,
+            line,
             over,
             stop_is_open,
             thread: Some(thread),
         }
     }
 
-    pub(crate) fn path(&self) -> &str {
-        &self.path
+    /// The end for a host.
+    pub(crate) fn line(&self) -> Pipe {
+        self.line.clone()
+    }
+
+    pub(crate) fn connect(&self) -> Result<SerialLink, Failure> {
+        SerialLink::to_line(Box::new(self.line()), "board").map_err(Failure::input)
     }
 
     pub(crate) fn open_stop(&self, open: bool) {
@@ -164,7 +165,7 @@ impl Drop for Board {
 }
 
 struct Running {
-    port: TTYPort,
+    port: Pipe,
     device: RefCell<TickSide<Axis>>,
     session: DeviceSession,
     flaw: Flaw,
@@ -177,7 +178,7 @@ struct Running {
 }
 
 impl Running {
-    fn new(port: TTYPort, axis: Axis, flaw: Flaw) -> Self {
+    fn new(port: Pipe, axis: Axis, flaw: Flaw) -> Self {
         Self {
             port,
             device: RefCell::new(TickSide::new(axis).expect("it starts")),
@@ -194,7 +195,7 @@ impl Running {
         let mut bytes = [0; 1024];
         let mut line = [0; FRAME_MAX];
         while !over.load(Ordering::Relaxed) {
-            // Nobody has it open, or nothing came.
+            // Nothing came.
             let count = self.port.read(&mut bytes).unwrap_or(0);
             for &byte in &bytes[..count] {
                 let length = (self.session).receive(byte, self.now_us, &self.device, &mut line);

@@ -1,6 +1,7 @@
 //! The self-test on the emulated devices of other makers, each in its own time: what a busy machine makes late is not judged,
 //! because nothing is late.
 
+use crate::at_once::at_once;
 use crate::tested;
 use haptic_devices::haply::{Board, Body, Hand, Haply2Diy, HaplyName, Version};
 use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
@@ -59,30 +60,34 @@ fn kept(connect: &dyn Fn() -> Result<SerialLink, Failure>) -> SelfTestReport {
     report
 }
 
-#[test]
-fn a_2diy_keeps_every_promise() {
-    for version in Version::ALL {
-        let model = version.model();
-        let board = Board::new(model, Body::at_home(&model, Hand::Free));
-        let emulated = Emulated::new(board);
-        let name = HaplyName {
-            version,
-            ..HaplyName::at("emulated")
-        };
-        let report = kept(&|| {
-            let hardware = Haply2Diy::greet(emulated.line(), &name).expect("answers");
-            Ok(emulated.link(hardware, &format!("{name}")))
-        });
-        assert!(report.board.starts_with("Haply 2DIY"), "{report:#?}");
-        let (asked, left) = emulated.look(|board| (board.counted(), board.torques_nm()));
-        // It did move the motors, and has let go.
-        assert!(asked.largest_nm > 1e-3, "{asked:?}");
-        assert!(left.iter().all(|torque| torque.abs() < 1e-30), "{left:?}");
-    }
+pub(crate) fn a_2diy_keeps_every_promise() {
+    at_once(Version::ALL.map(|version| {
+        (format!("version {}", version.number()), move || {
+            a_2diy_keeps_them(version);
+        })
+    }));
 }
 
-#[test]
-fn a_servo_keeps_every_promise() {
+fn a_2diy_keeps_them(version: Version) {
+    let model = version.model();
+    let board = Board::new(model, Body::at_home(&model, Hand::Free));
+    let emulated = Emulated::new(board);
+    let name = HaplyName {
+        version,
+        ..HaplyName::at("emulated")
+    };
+    let report = kept(&|| {
+        let hardware = Haply2Diy::greet(emulated.line(), &name).expect("answers");
+        Ok(emulated.link(hardware, &format!("{name}")))
+    });
+    assert!(report.board.starts_with("Haply 2DIY"), "{report:#?}");
+    let (asked, left) = emulated.look(|board| (board.counted(), board.torques_nm()));
+    // It did move the motors, and has let go.
+    assert!(asked.largest_nm > 1e-3, "{asked:?}");
+    assert!(left.iter().all(|torque| torque.abs() < 1e-30), "{left:?}");
+}
+
+pub(crate) fn a_servo_keeps_every_promise() {
     let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
     let emulated = Emulated::new(EmulatedAdapter::new(servo));
     let settings = MoteusSettings::DEFAULT;

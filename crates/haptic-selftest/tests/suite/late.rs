@@ -130,16 +130,14 @@ fn verdicts(report: &SelfTestReport) -> (Vec<(Promise, bool)>, Vec<Promise>) {
     (judged.collect(), late.map(|check| check.check).collect())
 }
 
-#[test]
-fn a_host_that_was_late_once_tries_again_and_judges() {
+pub(crate) fn a_host_that_was_late_once_tries_again_and_judges() {
     let report = tested_with(Mishap::Stall, 1);
     let (judged, late) = verdicts(&report);
     assert!(report.holds, "{report:#?}");
     assert!(late.is_empty() && judged.len() == 7, "{report:#?}");
 }
 
-#[test]
-fn a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for() {
+pub(crate) fn a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for() {
     let report = tested_with(Mishap::Stall, u32::MAX);
     let (judged, late) = verdicts(&report);
     assert_eq!(
@@ -164,8 +162,7 @@ fn a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for() {
     );
 }
 
-#[test]
-fn an_adapter_that_goes_away_is_a_link_that_is_lost() {
+pub(crate) fn an_adapter_that_goes_away_is_a_link_that_is_lost() {
     for (mishap, arm) in [(Mishap::Gone, true), (Mishap::GoneAtRest, false)] {
         let report = tested_with(mishap, u32::MAX);
         let lost = report.link_lost.as_deref().unwrap_or_default();

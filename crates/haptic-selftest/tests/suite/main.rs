@@ -1,14 +1,16 @@
 //! The self-test on devices that keep their promises and on devices that break one.
 #![cfg(unix)]
 
+mod at_once;
 mod bad_line;
 mod board;
 mod foreign;
 mod late;
 
+use at_once::at_once;
 use board::{Board, Flaw};
 use haptic_experiment::Failure;
-use haptic_remote::serial::{ConnectOptions, SerialLink};
+use haptic_remote::serial::SerialLink;
 use haptic_selftest::{Attendant, EmergencyStop, Notice, Promise, SelfTest, SelfTestReport};
 use std::sync::atomic::AtomicBool;
 
@@ -27,27 +29,79 @@ fn tested(
     test.run(attendant).expect("the device is there")
 }
 
-/// What a host sees of the device at a port.
-fn tested_at(path: &str, test: SelfTest, notice: &dyn Fn(Notice)) -> SelfTestReport {
-    let options = ConnectOptions {
-        patience: std::time::Duration::from_secs(20),
-        ..ConnectOptions::default()
-    };
-    let connect = || SerialLink::connect(path, options).map_err(Failure::input);
-    tested(&connect, test, notice)
+#[test]
+fn what_each_device_keeps_and_breaks_is_seen() {
+    let cases: &[(&str, fn())] = &[
+        (
+            "a_good_device_keeps_every_promise_and_is_left_as_it_was",
+            a_good_device_keeps_every_promise_and_is_left_as_it_was,
+        ),
+        (
+            "a_watchdog_that_does_not_let_go_is_seen",
+            a_watchdog_that_does_not_let_go_is_seen,
+        ),
+        (
+            "a_limit_that_is_not_kept_is_seen",
+            a_limit_that_is_not_kept_is_seen,
+        ),
+        (
+            "a_force_before_it_is_armed_is_seen",
+            a_force_before_it_is_armed_is_seen,
+        ),
+        (
+            "a_force_that_stays_after_a_fault_or_stop_is_seen",
+            a_force_that_stays_after_a_fault_or_stop_is_seen,
+        ),
+        (
+            "a_recorder_that_keeps_nothing_is_seen",
+            a_recorder_that_keeps_nothing_is_seen,
+        ),
+        (
+            "settings_that_a_connection_leaves_behind_are_seen",
+            settings_that_a_connection_leaves_behind_are_seen,
+        ),
+        (
+            "an_emergency_stop_is_pressed_and_released_by_somebody",
+            an_emergency_stop_is_pressed_and_released_by_somebody,
+        ),
+        (
+            "a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more",
+            a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more,
+        ),
+        (
+            "foreign::a_2diy_keeps_every_promise",
+            foreign::a_2diy_keeps_every_promise,
+        ),
+        (
+            "foreign::a_servo_keeps_every_promise",
+            foreign::a_servo_keeps_every_promise,
+        ),
+        (
+            "late::a_host_that_was_late_once_tries_again_and_judges",
+            late::a_host_that_was_late_once_tries_again_and_judges,
+        ),
+        (
+            "late::a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for",
+            late::a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for,
+        ),
+        (
+            "late::an_adapter_that_goes_away_is_a_link_that_is_lost",
+            late::an_adapter_that_goes_away_is_a_link_that_is_lost,
+        ),
+    ];
+    at_once(cases.iter().copied());
 }
 
 /// The promises that a board with this flaw breaks.
 fn broken(flaw: Flaw) -> (Vec<Promise>, SelfTestReport) {
     let board = Board::start(flaw);
-    let report = tested_at(board.path(), SelfTest::DEFAULT, &|_| {});
+    let report = tested(&|| board.connect(), SelfTest::DEFAULT, &|_| {});
     let checks: Vec<Promise> = report.checks.iter().map(|check| check.check).collect();
     assert_eq!(checks, Promise::ALL, "every promise has its row, in order");
     let wrong = report.checks.iter().filter(|check| check.ok == Some(false));
     (wrong.map(|check| check.check).collect(), report)
 }
 
-#[test]
 fn a_good_device_keeps_every_promise_and_is_left_as_it_was() {
     let (wrong, report) = broken(Flaw::None);
     assert_eq!(wrong, [], "{report:#?}");
@@ -58,7 +112,6 @@ fn a_good_device_keeps_every_promise_and_is_left_as_it_was() {
     assert!((report.force_limit_n - 0.1).abs() < 1e-6);
 }
 
-#[test]
 fn a_watchdog_that_does_not_let_go_is_seen() {
     let (wrong, report) = broken(Flaw::DeafWatchdog);
     // Without a fault there is nothing to record either.
@@ -70,7 +123,6 @@ fn a_watchdog_that_does_not_let_go_is_seen() {
     assert_eq!(report.checks[4].seen, "no fault");
 }
 
-#[test]
 fn a_limit_that_is_not_kept_is_seen() {
     let (wrong, report) = broken(Flaw::StrongForce);
     assert!(wrong.contains(&Promise::ForceLimit), "{report:#?}");
@@ -81,14 +133,12 @@ fn a_limit_that_is_not_kept_is_seen() {
     assert!(!report.holds);
 }
 
-#[test]
 fn a_force_before_it_is_armed_is_seen() {
     let (wrong, report) = broken(Flaw::ForceAtRest);
     assert!(wrong.contains(&Promise::Arm), "{report:#?}");
     assert!(wrong.contains(&Promise::Reconnect), "{report:#?}");
 }
 
-#[test]
 fn a_force_that_stays_after_a_fault_or_stop_is_seen() {
     let (wrong, report) = broken(Flaw::ForceStays);
     for promise in [Promise::Stop, Promise::FiniteCheck, Promise::Watchdog] {
@@ -96,13 +146,11 @@ fn a_force_that_stays_after_a_fault_or_stop_is_seen() {
     }
 }
 
-#[test]
 fn a_recorder_that_keeps_nothing_is_seen() {
     let (wrong, report) = broken(Flaw::NoRecorder);
     assert_eq!(wrong, [Promise::FlightRecorder], "{report:#?}");
 }
 
-#[test]
 fn settings_that_a_connection_leaves_behind_are_seen() {
     let (wrong, report) = broken(Flaw::KeepsSettings);
     assert_eq!(wrong, [Promise::Reconnect], "{report:#?}");
@@ -110,14 +158,13 @@ fn settings_that_a_connection_leaves_behind_are_seen() {
     assert!(seen.contains("settings are not those"), "{seen}");
 }
 
-#[test]
 fn an_emergency_stop_is_pressed_and_released_by_somebody() {
     let board = Board::start(Flaw::None);
     let test = SelfTest {
         emergency_stop: EmergencyStop::Pressed,
         ..SelfTest::DEFAULT
     };
-    let report = tested_at(board.path(), test, &|notice| match notice {
+    let report = tested(&|| board.connect(), test, &|notice| match notice {
         Notice::PressEmergencyStop => board.open_stop(true),
         Notice::ReleaseEmergencyStop => board.open_stop(false),
         _ => {}
@@ -127,10 +174,9 @@ fn an_emergency_stop_is_pressed_and_released_by_somebody() {
     assert_eq!(row.ok, Some(true), "{row:?}");
 }
 
-#[test]
 fn a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more() {
     let board = Board::start(Flaw::None);
-    let report = tested_at(board.path(), SelfTest::DEFAULT, &|notice| {
+    let report = tested(&|| board.connect(), SelfTest::DEFAULT, &|notice| {
         if notice == Notice::Trying(Promise::Watchdog) {
             board.unplug();
         }
