@@ -234,6 +234,10 @@ impl SampledLoop {
 
     /// Puts points between two until neighbours are close.
     fn between(&self, grid: &mut Vec<Point>, from: Point, to: Point, halvings: u32) {
+        // Neither is kept.
+        if !from.1.is_finite() && !to.1.is_finite() {
+            return;
+        }
         let apart = (to.1 / from.1).ln();
         // What is small and far from −1 need not be followed.
         let matters = from.1.norm().max(to.1.norm()) > 1e-3;

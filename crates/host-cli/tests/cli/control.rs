@@ -227,7 +227,8 @@ fn numbers_that_overflow_or_are_nothing_have_words() {
         slow.contains("Stable") && slow.contains("at 702480 s more dead time"),
         "{slow}"
     );
-    let late = "control analyze --plant one.toml --controller 2+1/s --sample-time 10ms --delay 10s";
+    let late =
+        "control analyze --plant one.toml --controller 2+1/s --sample-time 100ms --delay 10s";
     place.write(
         "one.toml",
         "[state_space]\na = [[-1.0]]\nb = [1.0]\nc = [1.0]\n",

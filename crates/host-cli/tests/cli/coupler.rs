@@ -328,7 +328,10 @@ mod on_a_device {
             .replace("= 2.0", "= 0.5")
             .replace("= 3000.0", "= 60.0")
             .replace("= 1000.0", "= 100.0");
-        place.write("coupler.toml", format!("{soft}duration_s = 1\n"));
+        place.write(
+            "coupler.toml",
+            format!("{soft}duration_s = 0.4\nwindow_s = 0.1\n"),
+        );
         let on = "run coupler.toml --device serial:device --loop host --max-age-ticks 1000 --watchdog 1s --quiet";
         let ended = place.run(&format!("{on} --out soft --json"));
         if ended.code == Some(2) {

@@ -62,8 +62,9 @@ fn elements_in_series_follow_theory_on_a_device() {
 fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
     let device = Emulated::new("");
     device.loosen();
+    let line = RELAX.replace("--duration 4s", "--duration 2s");
     // A machine that is busy answers late.
-    let report = device.json(&format!("{RELAX} --loop host --max-age-ticks 1000"));
+    let report = device.json(&format!("{line} --loop host --max-age-ticks 1000"));
     assert_eq!(number(&report, "/link/samples_lost"), 0.0);
     assert!(number(&report, "/max_relative_error") < 1e-6, "{report}");
     assert!(number(&report, "/closed_form_error") < 2e-4, "{report}");
@@ -126,7 +127,7 @@ fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
     device.json("device set --device serial:device --force-limit 2N --rise-time 0s");
     // The tissue asks for 50 times as much. A machine that is too busy for the loop ends it: what was logged until then counts.
     let line = "relax --device serial:device --loop host --contact rigid --area 100cm2 --thickness 5cm --strain 50% \
-                --duration 3s --watchdog 1s --max-age-ticks 1000 --out run --json";
+                --duration 1s --ramp-time 0.5s --watchdog 1s --max-age-ticks 1000 --out run --json";
     let ended = place.run(line);
     // A run that ended early keeps its log too.
     let export = place.run("log export run/relax.mcap run.csv").succeeded();

@@ -19,6 +19,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 const CHUNK_MS: f64 = 100.0;
 /// Latest kill, ms after the start of the process.
 const LATEST_MS: u64 = 1200;
+/// Runs at the same time: they wait for the clock for the most part.
+const AT_ONCE: usize = 3;
 
 /// A kill and what it left.
 #[derive(Debug)]
@@ -130,22 +132,29 @@ fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
 
 /// Kills as many runs as asked for and judges what was lost, by counts of ticks. What the clock says of it is printed, not judged: it
 /// runs on while the machine is busy with others and the writer waits for its turn. On an idle machine nothing is above 100 ms.
-fn kill_many(few: usize, seed: u64, mut place: impl FnMut() -> (Place, Option<Emulated>, String)) {
+fn kill_many(few: usize, seed: u64, place: impl Fn() -> (Place, Option<Emulated>, String) + Sync) {
     let from_environment = |name: &str| -> Option<u64> { std::env::var(name).ok()?.parse().ok() };
     let kills = from_environment("KILLS").map_or(few, |kills| kills as usize);
     let seed = from_environment("KILL_SEED").unwrap_or(0) + seed;
     let mut random = Pcg64::seed_from_u64(seed);
-    let kills: Vec<Kill> = (0..kills)
-        .map(|_| {
-            let after_ms = random.next_u64() % LATEST_MS;
-            let (place, device, line) = place();
-            let place = device.as_ref().map_or(&place, Emulated::place);
-            let kill = kill_once(place, &line, after_ms);
-            // What the writer had seen it had also given to the system, up to the open chunk.
-            assert!(kill.lost_ticks <= CHUNK_MS, "{kill:?}");
-            kill
+    let moments: Vec<u64> = (0..kills).map(|_| random.next_u64() % LATEST_MS).collect();
+    let kill = |after_ms| {
+        let (place, device, line) = place();
+        let place = device.as_ref().map_or(&place, Emulated::place);
+        let kill = kill_once(place, &line, after_ms);
+        // What the writer had seen it had also given to the system, up to the open chunk.
+        assert!(kill.lost_ticks <= CHUNK_MS, "{kill:?}");
+        kill
+    };
+    let together = |moments: &[u64]| -> Vec<Kill> {
+        std::thread::scope(|scope| {
+            let start = |&after_ms| scope.spawn(move || kill(after_ms));
+            let threads: Vec<_> = moments.iter().map(start).collect();
+            let ends = threads.into_iter().map(|thread| thread.join());
+            ends.map(|kill| kill.expect("is right")).collect()
         })
-        .collect();
+    };
+    let kills: Vec<Kill> = moments.chunks(AT_ONCE).flat_map(together).collect();
     let begun = kills.iter().filter(|kill| kill.begun).count();
     let mut lost: Vec<f64> = kills.iter().filter_map(|kill| kill.lost_ms).collect();
     lost.sort_by(f64::total_cmp);

@@ -151,28 +151,46 @@ fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
 
 #[test]
 fn experiments_on_a_device_have_its_chain() {
+    // They take the time of their device, so each has its own.
+    std::thread::scope(|scope| {
+        for side in ["device", "host"] {
+            scope.spawn(move || a_guarded_wall_is_still(side));
+        }
+        scope.spawn(a_relaxation_is_limited_as_far_as_asked_for);
+    });
+}
+
+/// With limits that no experiment here reaches: a run may not loosen what is set.
+fn loose() -> Emulated {
     let device = emulated();
-    device.place.write("wall.toml", SHAKING);
-    // A run may not loosen what is set.
     json(
         &device,
         "device set --rise-time 0s --force-limit 100N --force-rate-limit 200kN/s --speed-limit 0m/s \
          --start-force 0N",
     );
-    // In either loop the guard is on the device.
-    for side in ["device", "host"] {
-        let report = json(
-            &device,
-            &format!(
-                "run wall.toml --guard energy-bounding --watchdog 1s --max-age-ticks 1000 --loop {side} \
-             --out on-{side} --quiet"
-            ),
-        );
-        assert_eq!(report["stable"], true, "{side}: {report}");
-        assert!(number(&report, "limited_samples") > 0.0, "{side}: {report}");
+    device
+}
+
+/// In either loop the guard is on the device.
+fn a_guarded_wall_is_still(side: &str) {
+    let device = loose();
+    device.place.write("wall.toml", SHAKING);
+    let report = json(
+        &device,
+        &format!(
+            "run wall.toml --guard energy-bounding --watchdog 1s --max-age-ticks 1000 --loop {side} --out run --quiet"
+        ),
+    );
+    assert_eq!(report["stable"], true, "{side}: {report}");
+    assert!(number(&report, "limited_samples") > 0.0, "{side}: {report}");
+    if side == "device" {
+        let ticks = ticks(&device.place, "run/wall.mcap");
+        assert!(ticks.iter().all(|row| row[ENERGY].is_nan()));
     }
-    let device_loop = ticks(&device.place, "on-device/wall.mcap");
-    assert!(device_loop.iter().all(|row| row[ENERGY].is_nan()));
+}
+
+fn a_relaxation_is_limited_as_far_as_asked_for() {
+    let device = loose();
     let line =
         format!("{RELAX} --device serial:device --watchdog 1s --workspace -1mm:0.5mm --quiet");
     device.place.run(&line).failed(1);
