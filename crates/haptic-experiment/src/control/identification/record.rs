@@ -6,6 +6,8 @@ use fractional_control::{ControlError, FractionalTransferFunction, Record};
 
 /// A residual over the largest output below which a model is as good as exact.
 const EXACT: f64 = 1e-5;
+/// Roundings of a sample, with those of the record.
+const ROUNDINGS: f64 = 16.0;
 /// Steps of time may differ by this share.
 const EVEN: f64 = 1e-3;
 
@@ -116,14 +118,22 @@ pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, Contro
     })
 }
 
-/// The Bayesian information criterion of so many free numbers.
-pub(super) fn bic(record: &InputOutput, rms_residual: f64, numbers: f64) -> f64 {
+/// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.
+pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f64, f64)) -> f64 {
     let samples = record.output.len() as f64;
-    2.0 * samples * libm::log(rms_residual.max(resolved(record))) + numbers * libm::log(samples)
+    2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 
-/// A model runs no better than this itself: what is less says nothing for one of them.
+/// A model by a rule runs no better than this itself: what is less says nothing for one of them.
 pub(super) fn resolved(record: &InputOutput) -> f64 {
-    let sizes = record.output.iter().map(|y| y.abs());
-    EXACT * sizes.fold(0.0, f64::max)
+    EXACT * largest(&record.output)
+}
+
+/// A model of whole orders runs exactly, but for some roundings of each sample: what is less says nothing for one of those.
+pub(super) fn rounding(record: &InputOutput) -> f64 {
+    ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest(&record.output)
+}
+
+fn largest(signal: &[f64]) -> f64 {
+    signal.iter().fold(0.0, |most: f64, y| most.max(y.abs()))
 }
