@@ -118,6 +118,15 @@ def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
     assert tune(oven, 0.05, math.radians(70), integer=True).parameters["integral_order"] == 1.0
 
 
+def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
+    pid = Pid(0.1, proportional=12.0)
+    margin = closed_loop(pid, plant("1/(s+1)")).delay_s
+    assert margin is not None
+    assert margin.value % 0.1 > 0.01
+    for share, stable in ((0.999, True), (1.001, False)):
+        assert closed_loop(pid, plant(TransferFunction("1/(s+1)"), share * margin.value)).stable is stable
+
+
 @pytest.mark.parametrize(
     ("call", "text"),
     [

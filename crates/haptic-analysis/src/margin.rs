@@ -1,28 +1,20 @@
 //! Distance of a stable loop from the edge: gain margins, delay margin, sensitivity.
 
-use crate::characteristic::{Characteristic, Node};
-use crate::curve::{Bounds, product};
+use crate::characteristic::Characteristic;
+use crate::crossing::{AtAngle, NARROW, Terms, bisect};
+use crate::curve::Bounds;
 use crate::{AnalysisError, SampledLoop};
 use core::f64::consts::PI;
-use num_complex::Complex;
-
-/// A value and the angle, rad/sample, at which it arises.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AtAngle {
-    /// The value.
-    pub value: f64,
-    /// θ.
-    pub theta: f64,
-}
 
 /// The margins of a stable loop.
 ///
 /// ```text
 /// gain      the g nearest to 1 with 1 + g·GH = 0 somewhere on the circle, above and below 1
-/// delay     the least τ > 0 with 1 + GH·e^(−jθτ) = 0, samples; 1 at most if |GH(−1)| ≥ 1
+/// delay     the least τ > 0 with 1 + GH(τ) = 0, samples: G sampled with the hold and the delay d + τ, of any part of a sample
 /// ```
-/// None of the crossings is missed: intervals of θ are dropped only where a bound of the second
-/// derivative proves that there is none.
+/// None of the crossings in θ is missed: intervals of θ are dropped only where a bound of the second
+/// derivative proves that there is none. Of the delay 16 parts of a sample at least are looked at, and the
+/// zero is narrowed until the verdicts on both sides of it differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
@@ -31,29 +23,17 @@ pub struct Margins {
     pub gain_up: Option<AtAngle>,
     /// The largest factor below 1 that does; `None` if the loop stays stable down to no gain.
     pub gain_down: Option<AtAngle>,
-    /// The least additional delay that does, samples, in general not whole: the phase at a gain
-    /// crossing divided by its angle. The loop is stable with any smaller whole number of samples.
-    /// `None` if |GH| < 1 everywhere.
+    /// The least additional delay that does, samples, in general not whole: with any smaller one the loop is stable.
+    /// With more it may become stable again. `None` if no delay does.
     pub delay: Option<AtAngle>,
     /// The largest sensitivity |1/(1 + GH)|; 1 over it is the distance of GH from −1.
     pub sensitivity: AtAngle,
 }
 
-/// Crossings nearer to rest than this are not looked for, rad/sample.
-const LEAST_ANGLE: f64 = 1e-6;
-/// Intervals narrower than this are not halved.
-const NARROW: f64 = 1e-12;
 /// Relative height by which another peak might exceed the one found.
 const PEAK_TOLERANCE: f64 = 1e-6;
 
 impl SampledLoop<'_> {
-    /// GH(e^(−jθ)), the loop gain; infinite at a pole of the plant on the circle.
-    #[must_use]
-    pub fn loop_gain(&self, theta: f64) -> Complex<f64> {
-        let terms = Terms::new(self, self.characteristic.node(theta));
-        terms.feedback / terms.plant
-    }
-
     /// |1/(1 + GH)| = |A/F|: how much a disturbance of the position is amplified. 1 is neutral.
     #[must_use]
     pub fn sensitivity(&self, theta: f64) -> f64 {
@@ -118,78 +98,6 @@ impl SampledLoop<'_> {
         (up, down)
     }
 
-    fn delay_margin(&self) -> Option<AtAngle> {
-        // |SH|² − |A|² = 0
-        let excess = |at: &Terms| {
-            let rate = at.feedback_rate * at.feedback.conj() - at.plant_rate * at.plant.conj();
-            let excess = at.feedback.norm_sqr() - at.plant.norm_sqr();
-            [excess, 2.0 * rate.re]
-        };
-        let bend = |plant: Bounds, feedback: Bounds| {
-            plant.times(plant).bend + feedback.times(feedback).bend
-        };
-        let delays = self.zeros(excess, bend).into_iter().map(|theta| {
-            // e^(−jθτ) = −1/GH
-            let turn = (self.loop_gain(theta)).inv().scale(-1.0).arg();
-            let ahead = if turn < 0.0 { -turn } else { 2.0 * PI - turn };
-            AtAngle {
-                value: ahead / theta,
-                theta,
-            }
-        });
-        // At w = −1 each whole sample turns GH round: a stable loop has 1 + GH > 0 there, so |GH| ≥ 1
-        // means GH ≥ 1, and one sample more gives 1 − GH ≤ 0.
-        let nyquist = (self.loop_gain(PI).norm() >= 1.0).then_some(AtAngle {
-            value: 1.0,
-            theta: PI,
-        });
-        delays
-            .chain(nyquist)
-            .min_by(|a, b| a.value.total_cmp(&b.value))
-    }
-
-    /// All zeros in (0, π) of a real function of A and SH, from its value and derivative and a bound
-    /// of its second derivative.
-    fn zeros(
-        &self,
-        function: impl Fn(&Terms) -> [f64; 2],
-        bend: impl Fn(Bounds, Bounds) -> f64,
-    ) -> Vec<f64> {
-        let at = |theta| Terms::new(self, self.characteristic.node(theta));
-        let mut found = Vec::new();
-        if self.alpha == 0.0 && self.beta == 0.0 {
-            return found;
-        }
-        let mut todo = vec![(at(LEAST_ANGLE), at(PI))];
-        while let Some((a, b)) = todo.pop() {
-            let ([at_a, rate_a], [at_b, _]) = (function(&a), function(&b));
-            let (low, high) = (a.theta(), b.theta());
-            let width = high - low;
-            let (plant, feedback) = Terms::bounds(self, &a, &b);
-            let bend = bend(plant, feedback);
-            let crosses = (at_a > 0.0) != (at_b > 0.0);
-            if !crosses && at_a.abs().min(at_b.abs()) > 0.125 * width * width * bend {
-                continue;
-            }
-            if rate_a.abs() > width * bend {
-                // Monotone: one zero or none.
-                if crosses {
-                    found.push(bisect(low, high, |theta| {
-                        (function(&at(theta))[0] > 0.0) == (at_a > 0.0)
-                    }));
-                }
-                continue;
-            }
-            if width > NARROW {
-                let middle = at(0.5 * (low + high));
-                todo.extend([(a, middle), (middle, b)]);
-            } else if crosses {
-                found.push(0.5 * (low + high));
-            }
-        }
-        found
-    }
-
     /// The peak of |A/F|: the best sample, improved, then proved, or replaced and proved again.
     fn peak(&self) -> AtAngle {
         let at = |theta| Terms::new(self, self.characteristic.node(theta));
@@ -238,101 +146,5 @@ impl SampledLoop<'_> {
                 theta: sample.theta(),
             }
         }
-    }
-}
-
-/// The point at which a condition that holds at the low end ceases to hold.
-fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if holds(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
-}
-
-/// A·D and S·(αD + βN) of one loop at one angle: GH is their ratio, F·D their sum.
-#[derive(Clone, Copy, Debug)]
-struct Terms {
-    node: Node,
-    plant: Complex<f64>,
-    feedback: Complex<f64>,
-    plant_rate: Complex<f64>,
-    feedback_rate: Complex<f64>,
-}
-
-impl Terms {
-    fn new(subject: &SampledLoop, node: Node) -> Self {
-        let [plant, stiff, fractional] = node.terms;
-        let (alpha, beta) = (subject.alpha, subject.beta);
-        let feedback_rate = if beta == 0.0 {
-            stiff.rate * alpha
-        } else {
-            stiff.rate * alpha + fractional.rate * beta
-        };
-        Self {
-            node,
-            plant: plant.value,
-            feedback: stiff.value * alpha + fractional.value * beta,
-            plant_rate: plant.rate,
-            feedback_rate,
-        }
-    }
-
-    fn theta(&self) -> f64 {
-        self.node.theta()
-    }
-
-    fn sensitivity(&self) -> f64 {
-        self.plant.norm() / (self.plant + self.feedback).norm()
-    }
-
-    /// The derivative of the logarithm of the sensitivity.
-    fn climb(&self) -> f64 {
-        let sum = (self.plant_rate + self.feedback_rate) / (self.plant + self.feedback);
-        (self.plant_rate / self.plant - sum).re
-    }
-
-    /// Of both terms over an interval.
-    fn bounds(subject: &SampledLoop, a: &Self, b: &Self) -> (Bounds, Bounds) {
-        let [plant, stiff, fractional] = subject.characteristic.bounds(&a.node, &b.node);
-        let sum = |of: fn(&Bounds) -> f64| {
-            product(subject.alpha, of(&stiff)) + product(subject.beta, of(&fractional))
-        };
-        let feedback = Bounds {
-            size: sum(|bounds| bounds.size),
-            rate: sum(|bounds| bounds.rate),
-            bend: sum(|bounds| bounds.bend),
-            travel: sum(|bounds| bounds.travel),
-        };
-        (plant, feedback)
-    }
-
-    /// True if |A/F| ≤ `most` is proved for a whole interval: from the paths of A and F, or because
-    /// `most`²|F|² − |A|² cannot reach 0 with the second derivative it has.
-    fn stays_below(subject: &SampledLoop, a: &Self, b: &Self, most: f64) -> bool {
-        let (plant, feedback) = Self::bounds(subject, a, b);
-        let sum = |terms: &Self| terms.plant + terms.feedback;
-        let path = plant.travel + feedback.travel;
-        let least = 0.5 * (sum(a).norm() + sum(b).norm() - path);
-        if least > 0.0 && plant.size <= most * least {
-            return true;
-        }
-        let whole = Bounds {
-            size: plant.size + feedback.size,
-            rate: plant.rate + feedback.rate,
-            bend: plant.bend + feedback.bend,
-            travel: path,
-        };
-        let bend = most * most * whole.times(whole).bend + plant.times(plant).bend;
-        let room = |terms: &Self| most * most * sum(terms).norm_sqr() - terms.plant.norm_sqr();
-        let width = b.theta() - a.theta();
-        room(a).min(room(b)) > 0.125 * width * width * bend
     }
 }

@@ -1,5 +1,6 @@
 //! The device with its hand behind a zero-order hold, as the loop sees it once a sample.
 
+use crate::continuous::{Continuous, Lists};
 use crate::linear;
 use crate::mass_damper::{Poles, matrices, step_response};
 use crate::operator::multiply;
@@ -56,6 +57,7 @@ use fracdiff::parameter::{not_negative, positive, range};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledPlant {
     path: ForcePath,
+    continuous: Continuous,
     denominator: Coefficients,
     denominator_in_v: Coefficients,
     numerator: Coefficients,
@@ -106,6 +108,10 @@ impl SampledPlant {
         let slope = -libm::expm1(-delta) - gamma * sum;
         Ok(Self {
             path: ForcePath::NONE,
+            continuous: Continuous {
+                named: [delta, gamma],
+                linear: None,
+            },
             denominator: Coefficients::new(&[1.0, -pole_sum, pole_product]),
             denominator_in_v: Coefficients::new(&[gamma * sum, slope, pole_product]),
             numerator: Coefficients::new(&[n1, sum - n1]),
@@ -149,6 +155,7 @@ impl SampledPlant {
             numerator: Coefficients::new(&numerator),
             numerator_in_v: Coefficients::new(&numerator_in_v),
             sum,
+            ..ideal
         })
     }
 
@@ -186,11 +193,16 @@ impl SampledPlant {
     ) -> Result<Self, AnalysisError> {
         let t = positive("sample time", sample_time_s, "s")?;
         let mass = positive("mass", mass_kg, "kg")?;
-        let (a, b, c) = linear::scaled([a, b, c], t, mass, path)?;
-        let sampled = linear::Sampled::new(&a, &b, &c, path.fraction())?;
+        let matrices = linear::scaled([a, b, c], t, mass, path)?;
+        let (a, b, c) = &matrices;
+        let sampled = linear::Sampled::new(a, b, c, path.fraction())?;
         let sum = sampled.numerator.iter().map(|x| x.abs()).sum();
         Ok(Self {
             path,
+            continuous: Continuous {
+                named: [0.0; 2],
+                linear: Some(Lists::new(&matrices)),
+            },
             denominator: Coefficients::new(&sampled.denominator),
             denominator_in_v: Coefficients::new(&sampled.denominator_in_v),
             numerator: Coefficients::new(&sampled.numerator),
@@ -269,6 +281,35 @@ impl SampledPlant {
     pub(crate) fn later(self, samples: usize) -> Result<Self, AnalysisError> {
         let path = self.path.later(samples)?;
         Ok(Self { path, ..self })
+    }
+
+    /// The same plant behind another delay; its lag stays. Only the numerator knows where in a sample the force changes.
+    ///
+    /// # Errors
+    /// More than the longest delay.
+    pub(crate) fn delayed_by(&self, delay_samples: f64) -> Result<Self, AnalysisError> {
+        let path = ForcePath::new(delay_samples, self.path.lag_samples())?;
+        if (path.fraction() - self.path.fraction()).abs() == 0.0 {
+            return Ok(Self { path, ..*self });
+        }
+        let Some(lists) = &self.continuous.linear else {
+            let [delta, gamma] = self.continuous.named;
+            return Self::behind(delta, gamma, path);
+        };
+        let (a, b, c) = lists.matrices();
+        let numerator = numerator(&a, &b, &c, path.fraction(), self.denominator());
+        Ok(Self {
+            path,
+            numerator: Coefficients::new(&numerator),
+            numerator_in_v: Coefficients::new(&in_powers_of_v(&numerator)),
+            sum: numerator.iter().map(|x| x.abs()).sum(),
+            ..*self
+        })
+    }
+
+    /// About the radians by which the fastest motion of the plant turns within a sample, or more.
+    pub(crate) fn turn(&self) -> f64 {
+        self.continuous.turn()
     }
 }
 

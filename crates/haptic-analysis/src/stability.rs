@@ -179,7 +179,7 @@ impl<'a> SampledLoop<'a> {
         self
     }
 
-    fn count(&self) -> Count {
+    pub(crate) fn count(&self) -> Count {
         let circle = self.characteristic.circle();
         circle.count(self.alpha, self.beta, BOUNDARY)
     }

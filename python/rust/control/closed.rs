@@ -9,7 +9,7 @@ use fracdiff::Seconds;
 use fractional_control::tuning::{
     Bound as GainBound, Sampling, Specification, Tuned, tune, tune_integer,
 };
-use fractional_control::{Crossing, SampledLoop, SampledPlant, simulate};
+use fractional_control::{ControlError, Crossing, Plant, SampledLoop, SampledPlant, simulate};
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -109,9 +109,17 @@ pub(crate) fn closed_loop<'py>(
     let plant = &plant.get().0;
     let (verdict, margins) = py
         .detach(|| {
-            let plant = SampledPlant::new(plant, memory, sample_time)?;
-            let closed = SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain);
-            Ok::<_, fractional_control::ControlError>((closed.verdict(), closed.margins()))
+            let closed = |plant: &Plant| -> Result<SampledLoop, ControlError> {
+                let plant = SampledPlant::new(plant, memory, sample_time)?;
+                Ok(SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain))
+            };
+            let own = closed(plant)?;
+            let mut margins = own.margins();
+            // That of the held plant, where it can be sampled so much later.
+            let later = |delay_s: f64| closed(&plant.clone().delayed(delay_s)?);
+            margins.delay_s = (margins.delay_s)
+                .map(|first| SampledLoop::delay_margin(first, later).unwrap_or(first));
+            Ok::<_, ControlError>((own.verdict(), margins))
         })
         .or_refused()?;
     let pair = |crossing: Crossing| (crossing.value, crossing.omega_rad_s);

@@ -198,9 +198,10 @@ impl<'a> Fit<'a> {
         let free = self.free.len();
         let scale = left / (self.record.output.len() - free) as f64;
         let inverse = (slopes.transpose() * &slopes).try_inverse();
+        // A variance that is not above 0 is what rounding left of one that is too large.
         let error = |n: usize| match &inverse {
-            Some(inverse) => libm::sqrt((inverse[(n, n)] * scale).max(0.0)),
-            None => f64::INFINITY,
+            Some(inverse) if inverse[(n, n)] > 0.0 => libm::sqrt(inverse[(n, n)] * scale),
+            _ => f64::INFINITY,
         };
         // Of a logarithm the error is relative; of a multiple of the guess it is made so.
         let share = |n: usize| match self.freedom {

@@ -3,6 +3,7 @@
 mod coupled;
 mod coupling;
 mod crossings;
+mod lateness;
 mod margin;
 mod own_operator;
 mod passivity;

@@ -351,15 +351,12 @@ fn margins_behind_delay_and_lag_are_where_verdicts_change() {
             assert!(!stable(up.value * (1.0 + 1e-6), &device), "{up:?}");
         }
         let delay = margins.delay.expect("some delay is too much");
-        // Now the delay need not be whole: its margin is exact where the phase of the crossing decides
-        // (between samples a delay is not a turn of the phase alone).
-        if delay.value > 1.0 {
-            let whole = Dynamics {
-                delay_s: device.delay_s + t * (delay.value - 1e-6).floor(),
-                ..device
-            };
-            assert!(stable(1.0, &whole), "{delay:?}");
-        }
+        let late = |share: f64| Dynamics {
+            delay_s: device.delay_s + share * t * delay.value,
+            ..device
+        };
+        assert!(stable(1.0, &late(0.999)), "{delay:?}");
+        assert!(!stable(1.0, &late(1.001)), "{delay:?}");
         checked += 1;
     }
     assert!(checked > 50, "{checked}");

@@ -207,14 +207,24 @@ fn near_whole(file: &ControllerFile, plant: &Plant) -> Option<f64> {
 }
 
 /// The first of these gains, at which L meets −1, beyond which the loop is stable, and how many lie before it; they go away from 1.
+///
+/// Of the loop as it is `poles` grow. At each gain no more than two come inside, so of n that grow the loop is not stable before n/2 gains are
+/// passed. No verdict is asked for in the first half of these, as a long dead time has thousands of them (half: two near each other may be told as one).
 fn other_gain<'a>(
     closed: &SampledLoop,
+    poles: usize,
     gains: impl Iterator<Item = &'a Crossing>,
 ) -> Option<(usize, OtherGain)> {
     let within = |gain: &&Crossing| gain.value > 1.0 / WITHIN && gain.value < WITHIN;
     let mut gains = gains.peekable();
     let mut passed = 0;
+    let mut sooner = poles.div_ceil(4);
     while let Some(edge) = gains.next_if(within) {
+        passed += 1;
+        sooner = sooner.saturating_sub(1);
+        if sooner > 0 {
+            continue;
+        }
         let end = gains.peek().map(|next| next.value);
         let beside = if edge.value < 1.0 {
             edge.value * (1.0 - BESIDE)
@@ -228,10 +238,11 @@ fn other_gain<'a>(
         } else {
             beside.min(middle)
         };
-        if closed.with_gain(tried).verdict().stable {
-            return Some((passed, OtherGain { edge: *edge, end }));
+        let verdict = closed.with_gain(tried).verdict();
+        if verdict.stable {
+            return Some((passed - 1, OtherGain { edge: *edge, end }));
         }
-        passed += 1;
+        sooner = verdict.unstable_poles.unwrap_or(1).div_ceil(4);
     }
     None
 }
@@ -245,12 +256,14 @@ fn cause(
     if verdict.stable {
         return Ok(Cause::Stable);
     }
-    if verdict.unstable_poles.is_none() {
+    let Some(poles) = verdict.unstable_poles else {
         return Ok(near_whole(file, plant).map_or(Cause::Boundary, Cause::NearWhole));
-    }
+    };
     let gains = closed.gain_crossings();
-    let lower = other_gain(closed, gains.iter().rev().filter(|gain| gain.value < 1.0));
-    let higher = other_gain(closed, gains.iter().filter(|gain| gain.value > 1.0));
+    let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
+    let lower = other_gain(closed, poles, below);
+    let above = gains.iter().filter(|gain| gain.value > 1.0);
+    let higher = other_gain(closed, poles, above);
     let ways = [
         lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
         higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),

@@ -1,13 +1,17 @@
 //! A transfer function from a record: first guesses, fits, and which of them the record asks for.
 
+mod left;
 mod powers;
 mod record;
 mod start;
+#[cfg(test)]
+mod tests;
 
+pub use self::left::Unexplained;
 pub use self::record::{Guess, InputOutput, shifted};
 
 use self::powers::powers;
-use self::record::{bic, resolved};
+use self::record::{bic, resolved, rounding};
 use self::start::{Start, starts, whole_orders};
 use fractional_control::{
     ControlError, FractionalTransferFunction, FreeNumber, Identified, WholeShape,
@@ -19,12 +23,14 @@ use std::collections::VecDeque;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Found {
-    /// The function, its output, and how sure its numbers are.
+    /// The function, its output, and how sure its numbers are: less so where neighbouring samples of what is left are alike.
     pub identified: Identified,
-    /// Bayesian information criterion: less is better.
+    /// Bayesian information criterion: less is better. What is less than a model can resolve counts as nothing.
     pub bic: f64,
     /// Correlation of neighbouring samples of what is left: near 0 of white noise, near 1 of a model that lacks something.
     pub neighbours: f64,
+    /// Where the function leaves most, if that is much of the output there and no noise.
+    pub unexplained: Option<Unexplained>,
 }
 
 impl Found {
@@ -110,6 +116,7 @@ pub fn identify(
             }
         }
     }
+    resolve_finer(&mut found, record);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Two guesses that end in one function.
     found.dedup_by(|a, b| {
@@ -172,15 +179,36 @@ fn without_the_loosest(identified: &Identified, times: f64) -> Option<Fractional
     (fewer.numerator().degree() < fewer.denominator().degree()).then_some(fewer)
 }
 
-fn judged(identified: Identified, record: &InputOutput) -> Found {
-    let pairs = record.output.iter().zip(&identified.model);
-    let left: Vec<f64> = pairs.map(|(y, model)| y - model).collect();
-    let product = |lag: usize| -> f64 { left.iter().zip(&left[lag..]).map(|(a, b)| a * b).sum() };
-    let alike = product(1) / product(0);
+/// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a
+/// function lacks may be far below what a rule resolves of its end. Not so where a function of other orders, which that rule runs, is the best.
+fn resolve_finer(found: &mut [Found], record: &InputOutput) {
+    let fine = |found: &Found| {
+        let numbers = found.identified.standard_errors.len() as f64;
+        let floor = rounding(record);
+        bic(record, found.identified.rms_residual, (numbers, floor))
+    };
+    let whole = found.iter().filter(|found| found.is_whole());
+    let best = whole.min_by(|a, b| fine(a).total_cmp(&fine(b)));
+    let others = found.iter().filter(|found| !found.is_whole());
+    let other = others.map(|found| found.bic).min_by(f64::total_cmp);
+    let fair = best.is_some_and(|best| other.is_none_or(|other| best.bic <= other + AS_GOOD));
+    if fair {
+        let whole = found.iter_mut().filter(|found| found.is_whole());
+        whole.for_each(|found| found.bic = fine(found));
+    }
+}
+
+fn judged(mut identified: Identified, record: &InputOutput) -> Found {
+    let left = left::left(record, &identified.model);
+    let neighbours = left::neighbours(&left);
+    let less_sure = left::less_sure(neighbours, left.len());
+    let errors = identified.standard_errors.iter_mut();
+    errors.for_each(|(_, error)| *error *= less_sure);
     let numbers = identified.standard_errors.len() as f64;
     Found {
-        bic: bic(record, identified.rms_residual, numbers),
-        neighbours: if alike.is_finite() { alike } else { 0.0 },
+        bic: bic(record, identified.rms_residual, (numbers, resolved(record))),
+        neighbours,
+        unexplained: left::unexplained(record, &left),
         identified,
     }
 }

@@ -81,6 +81,28 @@ fn a_gain_beyond_another_one_is_found_too() {
     assert!((low.edge.value - 6.25).abs() < 0.05, "{low:?}");
 }
 
+/// P = 5 on 1/(s + 1): 10 samples late or 10 000, the dead time is the reason, up to the same one. Of the second loop some 1600 poles grow, and L meets −1 as often.
+#[test]
+fn the_reason_of_a_very_late_loop_is_the_dead_time() {
+    let most = |text: &str| {
+        let analysis = analyse(&p(5.0, 0.1), &plant(text)).expect("a loop");
+        let Cause::DeadTime(delay) = analysis.cause else {
+            panic!("{text}: {:?}", analysis.cause);
+        };
+        (delay.value, analysis.verdict.unstable_poles)
+    };
+    let (soon, few) = most("exp(-1s)/(s+1)");
+    let (late, many) = most("exp(-999.99s)/(s+1)");
+    assert!(
+        (soon - 0.31304).abs() < 1e-4 && few < Some(5),
+        "{soon} {few:?}"
+    );
+    assert!(
+        (late - soon).abs() < 1e-9 && many > Some(1500),
+        "{late} {many:?}"
+    );
+}
+
 /// The memory of 200 s is the controller's of 1 ms; a loop of whole orders has none. 4(s + 1/1000)/s on 1/(1000s + 1) is 1/(250s).
 #[test]
 fn a_slow_loop_of_whole_orders_has_its_delay_margin() {

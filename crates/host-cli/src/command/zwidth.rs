@@ -8,7 +8,7 @@ use crate::choice::choice;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note, warn};
 use crate::whole::whole;
-use crate::within::{number_within, within};
+use crate::within::within;
 use clap::Args;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::failure::Failure;
@@ -19,7 +19,7 @@ use haptic_experiment::{
     Criterion, CriterionName, Imperfections, Named as _, TrialPlan, ZWidth, ZWidthReport,
 };
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use haptic_quantity::{Force, Length, Time};
+use haptic_quantity::{Force, Length, Speed, Time};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -80,8 +80,8 @@ struct TrialArguments {
     criterion: CriterionName,
     #[arg(long, value_parser = within::<Force>(parameters::PUSH.range()), help = parameters::PUSH.help, default_value = parameters::PUSH.shown, allow_hyphen_values = true)]
     push: Force,
-    #[arg(long, help = parameters::IMPACT.help, value_parser = number_within(parameters::IMPACT.range()), allow_hyphen_values = true)]
-    impact: Option<f64>,
+    #[arg(long, help = parameters::IMPACT.help, value_parser = within::<Speed>(parameters::IMPACT.range()), allow_hyphen_values = true)]
+    impact: Option<Speed>,
     #[arg(long, value_parser = within::<Time>(parameters::TRIAL_DURATION.range()), help = parameters::TRIAL_DURATION.help, default_value = parameters::TRIAL_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
     #[arg(long, value_parser = within::<Time>(parameters::WINDOW.range()), help = parameters::WINDOW.help, default_value = parameters::WINDOW.shown, allow_hyphen_values = true)]
@@ -113,7 +113,9 @@ impl TrialArguments {
         Ok(TrialPlan {
             criterion,
             push_n: self.push.0,
-            impact_m_per_s: self.impact.unwrap_or(default.impact_m_per_s),
+            impact_m_per_s: self
+                .impact
+                .map_or(default.impact_m_per_s, |impact| impact.0),
             duration_s: self.duration.0,
             window_s: self.window.0,
             force_limit_n,

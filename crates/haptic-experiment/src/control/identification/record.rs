@@ -1,11 +1,15 @@
 //! A record that a transfer function is to explain, and what a model of it is measured by.
 
 use fracdiff::Seconds;
-use fracdiff::parameter::{RangeError, not_negative};
+use fracdiff::parameter::{RangeError, Shown, not_negative};
 use fractional_control::{ControlError, FractionalTransferFunction, Record};
 
 /// A residual over the largest output below which a model is as good as exact.
 const EXACT: f64 = 1e-5;
+/// Roundings of a sample, with those of the record.
+const ROUNDINGS: f64 = 16.0;
+/// Largest value of a record, and 1 over the least: the sum of their squares is a number.
+const MOST: f64 = 1e100;
 /// Steps of time may differ by this share.
 const EVEN: f64 = 1e-3;
 
@@ -69,6 +73,48 @@ impl InputOutput {
         }
     }
 
+    /// Refuses an input or an output that says nothing of a plant, under the names of their columns.
+    ///
+    /// # Errors
+    /// With the column, the value and, where there is one, the line, the header being the first.
+    pub fn check_signals(&self, [input, output]: [&str; 2]) -> Result<(), String> {
+        for (name, signal) in [(input, &self.input), (output, &self.output)] {
+            if let Some(row) = signal.iter().position(|value| value.abs() > MOST) {
+                return Err(format!(
+                    "line {}: column `{name}` is {}, and more than {MOST:e} is not reckoned with: mend the row, or give the column in a larger unit",
+                    row + 2,
+                    Shown(signal[row])
+                ));
+            }
+            let largest = largest(signal);
+            if largest > 0.0 && largest < 1.0 / MOST {
+                return Err(format!(
+                    "column `{name}` is {} at most, and less than {:e} is not reckoned with: give the column in a smaller unit",
+                    Shown(largest),
+                    1.0 / MOST
+                ));
+            }
+        }
+        let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
+        let rests = |signal: &[f64]| {
+            signal
+                .iter()
+                .all(|value| (value - first(signal)).abs() == 0.0)
+        };
+        if largest(&self.input) == 0.0 {
+            return Err(format!(
+                "column `{input}` is 0 in every row: what nothing moves tells nothing; name the column of the input, or record while it changes"
+            ));
+        }
+        if rests(&self.output) {
+            return Err(format!(
+                "column `{output}` is {} in every row: the record shows no answer to the input; name the column of the output, or record for longer",
+                Shown(first(&self.output))
+            ));
+        }
+        Ok(())
+    }
+
     pub(super) fn as_record(&self, held: bool) -> Record<'_> {
         Record {
             sample_time: Seconds(self.sample_time_s()),
@@ -116,14 +162,22 @@ pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, Contro
     })
 }
 
-/// The Bayesian information criterion of so many free numbers.
-pub(super) fn bic(record: &InputOutput, rms_residual: f64, numbers: f64) -> f64 {
+/// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.
+pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f64, f64)) -> f64 {
     let samples = record.output.len() as f64;
-    2.0 * samples * libm::log(rms_residual.max(resolved(record))) + numbers * libm::log(samples)
+    2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 
-/// A model runs no better than this itself: what is less says nothing for one of them.
+/// A model by a rule runs no better than this itself: what is less says nothing for one of them.
 pub(super) fn resolved(record: &InputOutput) -> f64 {
-    let sizes = record.output.iter().map(|y| y.abs());
-    EXACT * sizes.fold(0.0, f64::max)
+    EXACT * largest(&record.output)
+}
+
+/// A model of whole orders runs exactly, but for some roundings of each sample: what is less says nothing for one of those.
+pub(super) fn rounding(record: &InputOutput) -> f64 {
+    ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest(&record.output)
+}
+
+fn largest(signal: &[f64]) -> f64 {
+    signal.iter().fold(0.0, |most: f64, y| most.max(y.abs()))
 }

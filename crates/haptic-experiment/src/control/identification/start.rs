@@ -1,6 +1,6 @@
 //! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
 
-use super::record::{Guess, InputOutput, bic, resolved};
+use super::record::{Guess, InputOutput, bic, resolved, rounding};
 use fractional_control::{FractionalTransferFunction, Identified, WholeShape, whole_guess};
 
 /// Samples of the part at least; a record of less than twice as many is fitted at once.
@@ -142,7 +142,7 @@ fn every_shape(record: &InputOutput, held: bool) -> Vec<OfShape> {
         Some(OfShape {
             shape,
             function: guess.function,
-            bic: bic(record, guess.rms_residual, numbers),
+            bic: bic(record, guess.rms_residual, (numbers, rounding(record))),
             rms_residual: guess.rms_residual,
         })
     };

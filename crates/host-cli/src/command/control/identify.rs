@@ -11,7 +11,7 @@ use crate::output::{Output, warn};
 use crate::picture_file::{self, PictureFileError};
 use crate::within::within;
 use clap::Args;
-use fractional_control::FractionalTransferFunction;
+use fractional_control::{ControlError, FractionalTransferFunction};
 use haptic_experiment::control::identification::{
     Found, Guess, InputOutput, candidates, identify, shifted,
 };
@@ -93,6 +93,24 @@ pub struct Arguments {
     overwrite: bool,
 }
 
+const NONE_FITS: &str = "\
+none of the functions that are tried fits the record: look whether a row is far from the others; give --delay if there is a dead time, \
+--subtract-start if the record does not begin at 0, or --model with terms and first values";
+
+/// Terms and first values.
+fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
+    let refused = |error: &dyn std::fmt::Display| {
+        Failure::bad_input(format_args!("model \"{text}\": {error}; change --model"))
+    };
+    let guess: FractionalTransferFunction = text.parse().map_err(|error| refused(&error))?;
+    if guess.denominator().degree() == 0.0 {
+        return Err(refused(
+            &"it has no power of s below, so there is no motion to fit: give one, as in 2/(30s^0.9+1)",
+        ));
+    }
+    Ok(guess)
+}
+
 impl Arguments {
     /// Runs the command.
     ///
@@ -105,14 +123,17 @@ impl Arguments {
         let delayed = shifted(&record, self.delay.0).map_err(refused)?;
         let guesses = match &self.model {
             Some(text) => {
-                let guess: FractionalTransferFunction = text.parse().map_err(|error| {
-                    Failure::bad_input(format_args!("model \"{text}\": {error}; change --model"))
-                })?;
-                vec![Guess::Orders(guess)]
+                vec![Guess::Orders(guess(text)?)]
             }
             None => candidates(&delayed, !self.smooth),
         };
-        let found = identify(&delayed, &guesses, !self.smooth).map_err(refused)?;
+        let found = identify(&delayed, &guesses, !self.smooth).map_err(|error| match error {
+            // Nobody gave a guess.
+            ControlError::NotFound { .. } if self.model.is_none() => {
+                Failure::Run(anyhow::anyhow!("{NONE_FITS}"))
+            }
+            error => refused(error),
+        })?;
         let [best, ..] = &found[..] else {
             return Err(Failure::Run(anyhow::anyhow!(
                 "no function was found: give --model with other terms"
@@ -165,6 +186,13 @@ impl Arguments {
         if self.subtract_start {
             record.subtract_start();
         }
+        record
+            .check_signals([&self.input, &self.output])
+            .map_err(|error| {
+                Failure::bad_input(format_args!(
+                    "{name}: {error}; the columns are those of --input and --output"
+                ))
+            })?;
         Ok(record)
     }
 

@@ -185,7 +185,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
         ),
         (
             "--impact -1",
-            "impact -1 is not from 0 to 10: change --impact",
+            "impact -1 m/s is not from 0 to 10 m/s: change --impact",
         ),
         (
             "--impact 0.1 --criterion dissertation",

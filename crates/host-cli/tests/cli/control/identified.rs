@@ -65,6 +65,25 @@ fn what_is_left_unexplained_is_said_in_words_and_json() {
     );
 }
 
+/// Steps of 2/((s − 0.4)(s + 1)): after 30 s both poles are found; after 80 s the slower one is below the rounding of the end, but not of the beginning.
+#[test]
+fn a_record_that_grows_too_far_says_where_it_is_not_explained() {
+    let place = Place::new();
+    let step = |t: f64| (0.4 * t).exp_m1() / 0.28 + (-t).exp_m1() / 0.7;
+    record(&place, "far.csv", 600, 0.05, step);
+    let json = place.run("control identify far.csv -q --json").succeeded();
+    assert_eq!(json.json()["function"], "5/(2.5s^2+1.5s-1)", "{json}");
+    record(&place, "too-far.csv", 1600, 0.05, step);
+    let ended = place
+        .run("control identify too-far.csv -q --json")
+        .succeeded_with_warnings();
+    let said = ended.error();
+    assert!(
+        said.contains("from 0 to") && said.contains("that is no noise"),
+        "{said}"
+    );
+}
+
 /// Of 1/(1000s + 1) three seconds tell the quotient of gain and time constant, within steps of 1e-4, and not each.
 #[test]
 fn what_a_record_does_not_determine_is_in_the_json() {

@@ -3,7 +3,7 @@
 use super::super::print::{table, written};
 use super::super::words::digits;
 use fractional_control::{FractionalTransferFunction, FreeNumber};
-use haptic_experiment::control::identification::{Found, InputOutput};
+use haptic_experiment::control::identification::{Found, InputOutput, Unexplained};
 use serde::Serialize;
 
 /// The result.
@@ -99,6 +99,24 @@ fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, 
     }
 }
 
+/// Where a function leaves much that is no noise, though little of the whole record.
+fn lacking(at: &Unexplained) -> String {
+    let part = if at.share > 1.0 {
+        format!("{} times the output", digits(at.share))
+    } else {
+        format!(
+            "{} % of the output",
+            digits((1e3 * at.share).round() / 10.0)
+        )
+    };
+    format!(
+        "from {} to {} s the function leaves {part}, and that is no noise: it lacks something there that is small beside the rest of the record; \
+         look at the candidates, record for less long, or give --model with other terms",
+        digits(at.from_s),
+        digits(at.to_s)
+    )
+}
+
 impl Report {
     pub(super) fn new(found: &[Found], best: &Found, record: &InputOutput, delay_s: f64) -> Self {
         let own = &best.identified;
@@ -132,7 +150,10 @@ impl Report {
             files: Vec::new(),
             warnings: Vec::new(),
         };
-        report.warnings.extend(report.unexplained(best.neighbours));
+        let unexplained = report.unexplained(best.neighbours);
+        report
+            .warnings
+            .extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
         report.warnings.extend(report.not_determined());
         report
     }
@@ -166,6 +187,9 @@ impl Report {
 
     /// The numbers that other values would do for as well.
     fn not_determined(&self) -> Option<String> {
+        if self.fit < LEAST {
+            return None;
+        }
         let loose = self.numbers.iter().filter(|number| !number.determined);
         let loose: Vec<&str> = loose.map(|number| number.name.as_str()).collect();
         (!loose.is_empty()).then(|| {
