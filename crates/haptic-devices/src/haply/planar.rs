@@ -40,6 +40,8 @@ pub struct Planar<L: Line> {
     posture: Posture,
     tick: u64,
     trouble: Option<Trouble>,
+    /// The line took every byte that told a board in trouble to let go.
+    told: bool,
     /// Torques beyond the board's, scaled down.
     scaled: u64,
 }
@@ -59,6 +61,7 @@ impl<L: Line> Planar<L> {
             posture,
             tick: 0,
             trouble: None,
+            told: false,
             scaled: 0,
         }
     }
@@ -79,6 +82,12 @@ impl<L: Line> Planar<L> {
     #[must_use]
     pub const fn trouble(&self) -> Option<Trouble> {
         self.trouble
+    }
+
+    /// True if a board in trouble was told to let go: the line took every byte of that. A port that is gone takes none.
+    #[must_use]
+    pub const fn was_told(&self) -> bool {
+        self.told && !matches!(self.trouble, Some(Trouble::Gone))
     }
 
     /// Ticks whose torques were scaled down to what the board makes.
@@ -202,10 +211,11 @@ impl<L: Line> Planar<L> {
         if self.trouble.is_none() {
             return;
         }
-        let _ = self.line.write_all(&resynchronise());
-        let _ = self.line.write_all(&configuration(&self.model));
-        let _ = self.line.write_all(&nothing);
-        let _ = self.line.write_all(&reset());
+        let told = (self.line.write_all(&resynchronise()))
+            .and_then(|()| self.line.write_all(&configuration(&self.model)))
+            .and_then(|()| self.line.write_all(&nothing))
+            .and_then(|()| self.line.write_all(&reset()));
+        self.told |= told.is_ok();
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::ended::LetGo;
 use crate::failure::Failure;
+use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 
@@ -33,14 +34,30 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
 /// refused after it: exit code 3.
 #[must_use]
 pub fn at_link(link: &SerialLink, failure: Failure) -> Failure {
-    match link.lost_board() {
-        Some(words) => Failure::Device(anyhow::anyhow!(
-            "{}: {words}; {}",
-            link.path(),
-            LetGo::Told.words()
-        )),
+    match lost_board(link) {
+        Some(words) => Failure::Device(anyhow::anyhow!("{}: {words}", link.path())),
         None => failure,
     }
+}
+
+/// Words of a board from which nothing comes any more, and what is to be feared of it.
+#[must_use]
+pub fn lost_board(link: &SerialLink) -> Option<String> {
+    link.lost_board().map(|words| feared(&words))
+}
+
+/// Words of a board about its last fault; of one that failed with what is to be feared of it.
+#[must_use]
+pub fn trouble(link: &SerialLink) -> Option<String> {
+    let words = link.trouble()?.words;
+    Some(match link.status().fault == Fault::BoardFailed.code() {
+        true => feared(&words),
+        false => words,
+    })
+}
+
+fn feared(words: &str) -> String {
+    format!("{words}; {}", LetGo::Told.words())
 }
 
 #[cfg(test)]

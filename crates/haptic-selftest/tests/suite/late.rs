@@ -170,6 +170,10 @@ fn an_adapter_that_goes_away_is_a_link_that_is_lost() {
         let report = tested_with(mishap, u32::MAX);
         let lost = report.link_lost.as_deref().unwrap_or_default();
         assert!(lost.starts_with("the adapter is gone: "), "{report:#?}");
+        assert!(
+            lost.contains("it may still push: switch its supply off"),
+            "{lost}"
+        );
         // What a board that says nothing any more was seen to do is no promise kept.
         assert_eq!(verdicts(&report).0[0], (Promise::Arm, arm), "{report:#?}");
         assert!(!report.holds);

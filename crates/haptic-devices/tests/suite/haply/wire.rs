@@ -43,6 +43,8 @@ pub(crate) struct World {
     pub(crate) planned: Option<(Way, u32, Damage)>,
     /// Bytes of the host are not heard: the board has stopped.
     pub(crate) dead: bool,
+    /// The port is gone, with whatever the board does behind it.
+    pub(crate) gone: bool,
     /// The last frames of the host, as it sent them.
     pub(crate) frames: VecDeque<[u8; TORQUES_BYTES]>,
     /// Largest torque in any of them, N·m.
@@ -58,6 +60,7 @@ impl World {
             to_host: VecDeque::new(),
             planned: None,
             dead: false,
+            gone: false,
             frames: VecDeque::new(),
             largest_nm: 0.0,
         }
@@ -115,6 +118,9 @@ impl Wire {
 impl Read for Wire {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         self.with(|world| {
+            if world.gone {
+                return Err(ErrorKind::BrokenPipe.into());
+            }
             if world.to_host.is_empty() {
                 return Err(ErrorKind::TimedOut.into());
             }
@@ -126,6 +132,9 @@ impl Read for Wire {
 impl Write for Wire {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.with(|world| {
+            if world.gone {
+                return Err(ErrorKind::BrokenPipe.into());
+            }
             if let Ok(frame) = bytes.try_into() {
                 world.frames.push_front(frame);
                 let torques = numbers(&world.board, &frame).map(f64::abs);
@@ -146,8 +155,8 @@ impl Write for Wire {
                     world.to_host.extend(&through[..count]);
                 }
             }
-        });
-        Ok(bytes.len())
+            Ok(bytes.len())
+        })
     }
 
     fn flush(&mut self) -> io::Result<()> {
