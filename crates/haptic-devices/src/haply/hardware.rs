@@ -136,6 +136,10 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
         self.planar.skipped(periods);
     }
 
+    fn unmeasured(&self) -> u32 {
+        self.planar.unmeasured()
+    }
+
     fn restart(&mut self) {}
 
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {

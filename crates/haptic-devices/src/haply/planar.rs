@@ -37,6 +37,9 @@ pub struct Planar<L: Line> {
     late: u8,
     /// Periods without a tick since the last posture.
     skipped: u32,
+    /// Periods without a posture before the last one. The board measures when it hears a frame, sooner than its answer is read: the
+    /// motion of a pause may show in the posture after it, or in the next.
+    before: u32,
     posture: Posture,
     tick: u64,
     trouble: Option<Trouble>,
@@ -58,6 +61,7 @@ impl<L: Line> Planar<L> {
             awaiting: false,
             late: 0,
             skipped: 0,
+            before: 0,
             posture,
             tick: 0,
             trouble: None,
@@ -111,6 +115,16 @@ impl<L: Line> Planar<L> {
         self.skipped = self.skipped.saturating_add(periods);
     }
 
+    /// Periods without a posture since the last one.
+    const fn paused(&self) -> u32 {
+        self.skipped.saturating_add(self.late as u32)
+    }
+
+    /// Periods beyond one between the moments of the last posture and of the next, at most.
+    pub(super) const fn unmeasured(&self) -> u32 {
+        self.paused().saturating_add(self.before)
+    }
+
     /// Takes in what came, and judges it.
     pub(super) fn measure(&mut self) -> Result<&Posture, Trouble> {
         if let Some(trouble) = self.trouble {
@@ -146,9 +160,10 @@ impl<L: Line> Planar<L> {
         }
         let mut answer = [0; ANSWER_BYTES];
         answer.copy_from_slice(&self.bytes[..ANSWER_BYTES]);
-        let passed_s = (f64::from(1 + self.late) + f64::from(self.skipped)) * self.period_s;
+        let passed_s = (1.0 + f64::from(self.unmeasured())) * self.period_s;
         let (_, posture) = judged(&self.model, answer, Some((&self.posture, passed_s)))?;
         self.posture = posture;
+        self.before = self.paused();
         (self.filled, self.awaiting, self.late, self.skipped) = (0, false, 0, 0);
         Ok(())
     }

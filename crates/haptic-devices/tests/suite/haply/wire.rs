@@ -219,6 +219,7 @@ pub(crate) struct Law {
     pub(crate) operator: (OperatorShape, Vec<f32>),
     pub(crate) one_sided: bool,
     pub(crate) tick_us: u32,
+    pub(crate) limits: Limits,
 }
 
 impl Default for Law {
@@ -231,6 +232,10 @@ impl Default for Law {
             operator: (Configuration::PASSIVE.operator, vec![0.0]),
             one_sided: false,
             tick_us: TICK_US,
+            limits: Limits {
+                watchdog_ms: 1000,
+                ..Limits::bare(FORCE_N, 1000.0)
+            },
         }
     }
 }
@@ -256,6 +261,7 @@ impl Running {
             order: law.order,
             one_sided: law.one_sided,
             operator: law.operator.0,
+            limits: law.limits,
             ..limited(law.tick_us)
         };
         let device = started(hardware.expect("answers"), configuration, &law.operator.1);
@@ -296,10 +302,7 @@ impl Running<2> {
 fn limited(tick_period_us: u32) -> Configuration {
     Configuration {
         tick_period_us,
-        limits: Limits {
-            watchdog_ms: 1000,
-            ..Limits::bare(FORCE_N, 1000.0)
-        },
+        limits: Law::default().limits,
         ..Configuration::PASSIVE
     }
 }
@@ -323,7 +326,15 @@ fn started<const D: usize>(
 impl<const D: usize> Running<D> {
     /// The next tick, a period later.
     pub(crate) fn tick(&mut self) {
-        let period_us = self.tick_us;
+        self.tick_after(0);
+    }
+
+    /// The next tick, after so many periods in which this machine was too busy for one.
+    pub(crate) fn tick_after(&mut self, skipped: u32) {
+        let period_us = self.tick_us * (1 + u64::from(skipped));
+        if skipped > 0 {
+            self.device.skip(skipped);
+        }
         let now_us = self.wire.with(|world| {
             world.now_us += period_us;
             world.board.advance(world.now_us);
