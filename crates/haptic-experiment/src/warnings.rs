@@ -127,9 +127,9 @@ impl Warnings {
         }
         if let Some(link) = &record.link {
             self.0.push(format!(
-                "of {samples} ticks of the device {} were a whole period late, and {} had no new force from \
+                "of {} ticks of the device {} were a whole period late, and {} had no new force from \
                  here: the device, the line or this machine was too slow for the sample time",
-                link.overruns, link.stale_forces
+                link.ticks, link.overruns, link.stale_forces
             ));
             return;
         }
@@ -192,6 +192,24 @@ impl Warnings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn late_ticks_are_counted_among_all_ticks_of_the_device_and_not_those_of_the_run() {
+        let mut record = Record::with_room_for(0).expect("room");
+        (record.samples, record.missed_deadlines) = (11, 28);
+        record.link = Some(LinkSummary {
+            ticks: 1300,
+            overruns: 28,
+            ..LinkSummary::default()
+        });
+        let mut warnings = Warnings::default();
+        warnings.late(&record);
+        let said = warnings.0.concat();
+        assert!(
+            said.starts_with("of 1300 ticks of the device 28 were"),
+            "{said}"
+        );
+    }
 
     #[test]
     fn each_limiter_that_acted_has_a_remedy_of_its_own_and_no_other_is_told() {

@@ -197,17 +197,16 @@ pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
         crate::command::realtime::print(out, realtime)?;
     }
     if let Some(link) = &end.link {
-        let [p50, p99, max] = link.round_trip_us;
         writeln!(
             out,
-            "  link              board {}, loop on the {}; {} samples lost; frames {} from it, {} to it, {} \
-             damaged; round trip {p50} µs median, {p99} µs 99 %, {max} µs longest",
+            "  link              board {}, loop on the {}; {} samples lost; frames {} from it, {}, {} damaged; round trip {}",
             link.board,
             link.loop_mode,
             link.samples_lost + link.samples_dropped,
             link.from_device.received,
-            link.to_device.received,
-            link.from_device.corrupt + link.to_device.corrupt
+            link.arrived(),
+            link.from_device.corrupt + link.to_device.corrupt,
+            link.round_trip()
         )?;
     }
     if let Some(verdict) = &end.preflight {

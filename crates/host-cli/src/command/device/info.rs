@@ -192,8 +192,12 @@ fn print(out: &mut dyn Write, info: &Info) -> io::Result<()> {
     )?;
     writeln!(
         out,
-        "  round trip        {} µs median, {} µs 99 %, {} µs longest",
-        info.round_trip_us.p50, info.round_trip_us.p99, info.round_trip_us.max
+        "  round trip        {}",
+        haptic_experiment::remote::round_trip([
+            info.round_trip_us.p50,
+            info.round_trip_us.p99,
+            info.round_trip_us.max
+        ])
     )?;
     let counted = &info.statistics;
     writeln!(
