@@ -132,10 +132,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 }
                 Some(Heard::Over(error)) => return Err(error.into()),
                 None if self.record.ended.is_some_and(Ended::is_fault) => break,
-                None => {
-                    let waited_ms = SILENCE.as_millis() as u64;
-                    return Err(LinkError::NoSamples { waited_ms }.into());
-                }
+                None => return Err(self.link.silent(SILENCE).into()),
             }
             if self.recorder.flight().is_full() {
                 break;
