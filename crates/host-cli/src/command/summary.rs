@@ -121,7 +121,7 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         Some(reason) => writeln!(out, "  operator          not compared: {reason}")?,
         None => writeln!(
             out,
-            "  operator          off by {} at most from the full history of what was recorded{}{}",
+            "  operator          off by {} at most from the full history of what was recorded{}{}{}",
             number(errors.max_relative_error),
             window(
                 errors.max_relative_error_from_s,
@@ -131,7 +131,11 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
                 .reference_tolerance
                 .map_or_else(String::new, |tolerance| {
                     format!(" (by an operator, to {tolerance:.0e})")
-                })
+                }),
+            match report.run.limited_samples {
+                0 => String::new(),
+                limited => format!("; {limited} samples of it were limited, see the warning"),
+            }
         )?,
     }
     match &errors.closed_form_error_reason {
