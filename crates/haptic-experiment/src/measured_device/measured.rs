@@ -230,6 +230,8 @@ mod tests {
         }
     }
 
+    type Defect = fn(&mut Measured);
+
     fn said(change: impl Fn(&mut Measured)) -> Vec<String> {
         let mut found = sound();
         change(&mut found);
@@ -245,7 +247,7 @@ mod tests {
             (found.residual_rms_m, found.expected_residual_rms_m) = (1e-9, 0.0);
         };
         assert_eq!(said(exact), [""; 0]);
-        let defects: [(&str, fn(&mut Measured)); 7] = [
+        let defects: [(&str, Defect); 7] = [
             ("10 of 10000 samples were lost", |found| {
                 found.lost_samples = 10;
             }),
