@@ -4,7 +4,7 @@ use crate::ended::LetGo;
 use crate::failure::Failure;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
-use haptic_remote::serial::{SerialError, SerialLink};
+use haptic_remote::serial::{BoardTrouble, SerialError, SerialLink, TroubleCause};
 
 /// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.
 #[must_use]
@@ -49,8 +49,10 @@ pub fn lost_board(link: &SerialLink) -> Option<String> {
 /// Words of a board about its last fault; of one that failed with what is to be feared of it.
 #[must_use]
 pub fn trouble(link: &SerialLink) -> Option<String> {
-    let words = link.trouble()?.words;
-    Some(match link.status().fault == Fault::BoardFailed.code() {
+    let BoardTrouble { words, cause } = link.trouble()?;
+    // A fault that nobody has heard of yet is no fault of the status.
+    let failed = link.status().fault == Fault::BoardFailed.code() || cause == TroubleCause::Gone;
+    Some(match failed {
         true => feared(&words),
         false => words,
     })

@@ -215,6 +215,11 @@ impl Watch<'_> {
         if let Err(error) = link.stream(self.every, batch) {
             return Some(error.to_string());
         }
+        // What failed before anybody listened is told by no message any more.
+        if let Some(trouble) = trouble(link) {
+            let _ = recorder.event(0.0, "link", trouble.clone());
+            return Some(trouble);
+        }
         let period_s = link.period_s();
         let mut next_tick = None;
         let over = loop {
