@@ -2,7 +2,7 @@
 
 mod failed;
 
-pub use failed::{at_link, at_port, refused_at_port};
+pub use failed::{at_link, at_port, lost_board, refused_at_port, trouble};
 
 use crate::failure::Failure;
 use crate::named::Named;

@@ -30,7 +30,7 @@ pub enum LetGo {
     InOneSample,
     /// The link is gone: the device lets go when its watchdog has run out.
     ByItself,
-    /// The board of another maker failed and was told to let go; nobody knows for sure if it has heard that.
+    /// The board of another maker failed; it was told to let go if it still could be, and nobody knows for sure if it has heard that.
     Told,
 }
 
@@ -55,8 +55,8 @@ impl LetGo {
             Self::InOneSample => "the force was zero one sample later",
             Self::ByItself => "the device lets go by itself",
             Self::Told => {
-                "the board was told to make no force; if it has not heard that, as with its plug out, it may still push: switch its \
-                 supply off before you touch it"
+                "if the board has not heard that it is to make no force, as with its plug out, it may still push: switch its supply off \
+                 before you touch it"
             }
         }
     }

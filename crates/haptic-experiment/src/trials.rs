@@ -1,6 +1,6 @@
 //! Many short runs on one serial device, without log or files: what a search is made of.
 //!
-//! A trial that says nothing about its law is made again, ten times in all: samples missing, a host, line or tick that was
+//! A trial that says nothing about its law is made again, ten times in all: samples missing or held up, a host, line or tick that was
 //! late. Then, and at once where the emergency stop opens, the device is reset or its board fails, no more trials are made.
 
 use super::realtime::RealtimeOptions;
@@ -20,6 +20,8 @@ use std::time::{Duration, Instant};
 const TRIES: usize = 10;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
+/// A trial without a sample for so long is held up, or its line is.
+const SILENCE: Duration = Duration::from_secs(2);
 /// Between two questions whether it has.
 const PAUSE: Duration = Duration::from_millis(10);
 
@@ -150,22 +152,32 @@ impl<'a> Trials<'a> {
             else {
                 break;
             };
+            if is_unanswered(&error) {
+                return unanswered(link, &path, error);
+            }
             if !passes(&error) || asked.elapsed() > FALLEN_WITHIN {
                 return Err(problem(error));
             }
             std::thread::sleep(PAUSE);
         }
-        let trial = Self::followed(link, &path, samples)?;
-        link.disarm().map_err(problem)?;
-        Ok(trial)
+        let trial = Self::followed(link, &path, samples, SILENCE)?;
+        match link.disarm() {
+            Err(error) if is_unanswered(&error) => unanswered(link, &path, error),
+            disarmed => disarmed.map_err(problem).map(|()| trial),
+        }
     }
 
     /// Follows a run that has begun to its end.
-    fn followed(link: &mut SerialLink, path: &str, samples: u64) -> Result<Trial, Failure> {
+    fn followed(
+        link: &mut SerialLink,
+        path: &str,
+        samples: u64,
+        patience: Duration,
+    ) -> Result<Trial, Failure> {
         let problem = |error| refused_at_port(path, error);
         let mut motion = Vec::with_capacity(samples as usize);
         loop {
-            match link.hear(Duration::from_secs(2)) {
+            match link.hear(patience) {
                 Some(Heard::Sample(sample)) => {
                     let next = motion.len() as u64;
                     if u64::from(sample.tick) == next && next < samples {
@@ -190,7 +202,12 @@ impl<'a> Trials<'a> {
                     }
                 }
                 Some(Heard::Over(error)) => return Err(problem(error.into())),
-                None => return Err(problem(LinkError::NoSamples { waited_ms: 2000 }.into())),
+                None => match link.silent(patience) {
+                    error @ LinkError::HeldUp { .. } => {
+                        return Ok(Trial::Unjudged(held_up(path, &error.into())));
+                    }
+                    error => return Err(problem(error.into())),
+                },
             }
         }
     }
@@ -219,6 +236,22 @@ impl<'a> Trials<'a> {
             batch: 8,
         })
     }
+}
+
+/// Lets go of a device that did not answer. This machine, an emulator on it or a bad line may have been held up: if it answers now, nothing
+/// is known of the law.
+///
+/// # Errors
+/// It is as silent as before.
+fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
+    match link.silent(SILENCE) {
+        LinkError::HeldUp { .. } => Ok(Trial::Unjudged(held_up(path, &error))),
+        _ => Err(refused_at_port(path, error)),
+    }
+}
+
+const fn is_unanswered(error: &SerialError) -> bool {
+    matches!(error, SerialError::Link(LinkError::NoAnswer { .. }))
 }
 
 /// Refused for now: the force of the trial before still falls, or a fault latched that is not known here yet.
@@ -260,6 +293,12 @@ fn lost(path: &str, came: usize, samples: u64) -> Failure {
     ))
 }
 
+fn held_up(path: &str, error: &SerialError) -> Failure {
+    Failure::Device(anyhow::anyhow!(
+        "{path}: {error}; so it was in {TRIES} trials in a row, and none can be judged"
+    ))
+}
+
 fn late(path: &str, fault: Fault) -> Failure {
     Failure::Device(anyhow::anyhow!(
         "{path}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time"
@@ -277,6 +316,56 @@ impl std::fmt::Debug for Trials<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_devices::NearLine;
+    use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
+    use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
+    use haptic_remote::serial::{DeviceTime, Served};
+    use std::sync::Arc;
+
+    /// An emulated servo in its own time, which runs and tells no sample; and its adapter.
+    fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
+        let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
+        let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
+        let time = DeviceTime::default();
+        let line = NearLine::new(Arc::clone(&adapter), time.clone());
+        let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("answers");
+        let served = Served::in_its_own_time(axis, time).expect("serves");
+        let mut link = SerialLink::to_served(served, "moteus:emulated").expect("answers");
+        link.arm(Duration::from_secs(1)).expect("arms");
+        let rarely = Start {
+            every: u16::MAX,
+            ..Start::ENDLESS
+        };
+        link.start(rarely).expect("starts");
+        (link, adapter)
+    }
+
+    #[test]
+    fn a_silence_of_a_device_that_answers_is_no_end_of_the_search() {
+        let (mut link, _adapter) = running_without_samples();
+        let patience = Duration::from_millis(20);
+        let trial = Trials::followed(&mut link, "here", 1000, patience);
+        let Ok(Trial::Unjudged(failure)) = trial else {
+            panic!("it is to be made again");
+        };
+        assert_eq!(failure.exit_code(), 3, "{failure}");
+        // It was let go before anything else.
+        assert!(link.wait_for_rest());
+    }
+
+    #[test]
+    fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
+        let (mut link, adapter) = running_without_samples();
+        let stuck = adapter.lock().expect("nobody panicked with it");
+        let patience = Duration::from_millis(20);
+        let Err(failure) = Trials::followed(&mut link, "here", 1000, patience) else {
+            panic!("nothing more can be tried");
+        };
+        let said = failure.to_string();
+        assert!(said.contains("look at its plug and supply"), "{said}");
+        assert_eq!(failure.exit_code(), 3, "{said}");
+        drop(stuck);
+    }
 
     #[test]
     fn a_fault_is_of_the_law_or_of_the_clock_or_ends_the_search() {

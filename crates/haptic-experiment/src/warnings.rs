@@ -10,11 +10,11 @@ use haptic_loop::Limiters;
 const REMEDIES: [(Limiters, &str); 8] = [
     (
         Limiters::MAGNITUDE,
-        "for the largest force raise `force_limit_n`, on a serial device its own (`host-cli device set`), or render less stiffly",
+        "for the largest force raise `force_limit_n`, or render less stiffly",
     ),
     (
         Limiters::RATE,
-        "for its rate raise `force_rate_limit_n_per_s`, on a serial device its own, or touch more slowly",
+        "for its rate raise `force_rate_limit_n_per_s`, or touch more slowly",
     ),
     (
         Limiters::STARTUP,
@@ -38,6 +38,39 @@ const REMEDIES: [(Limiters, &str); 8] = [
     ),
     (Limiters::STOPPING, "it fell to zero at the end"),
 ];
+
+/// What helps where the chain of a device limits too: a run can only tighten what is set there.
+const REMEDIES_ON_A_DEVICE: [(Limiters, &str); 5] = [
+    (
+        Limiters::MAGNITUDE,
+        "for the largest force raise `force_limit_n`, here and on the device (`host-cli device set`), or render less stiffly",
+    ),
+    (
+        Limiters::RATE,
+        "for its rate raise `force_rate_limit_n_per_s`, here and on the device (`host-cli device set`), or touch more slowly",
+    ),
+    (
+        Limiters::STARTUP,
+        "from the start on it rose over the device's own rise time, which a run cannot shorten: set a shorter `rise_time_s` there \
+         (`host-cli device set`), or begin outside",
+    ),
+    (
+        Limiters::WORKSPACE,
+        "it braked near the end of the workspace: stay inside, or widen `workspace_low_m` to `workspace_high_m`, here and on the device \
+         (`host-cli device set`)",
+    ),
+    (
+        Limiters::VELOCITY,
+        "it braked near the largest speed: move more slowly, or raise `speed_limit_m_per_s`, here and on the device (`host-cli device set`)",
+    ),
+];
+
+/// What helps against a limiter.
+fn remedy(limiter: Limiters, usual: &'static str, on_device: bool) -> &'static str {
+    let mut own = REMEDIES_ON_A_DEVICE.iter();
+    let own = own.find(|(own, _)| on_device && *own == limiter);
+    own.map_or(usual, |(_, remedy)| remedy)
+}
 
 /// Sentences for the user.
 #[derive(Debug, Default)]
@@ -73,14 +106,16 @@ impl Warnings {
 
     /// The safety chain acted, so the force is not the tissue's.
     pub fn limited(&mut self, record: &Record) {
-        self.limited_in(record.limited, record.limiters);
+        self.limited_in(record.limited, record.limiters, record.link.is_some());
     }
 
-    /// The same of so many samples, in which these limiters acted.
-    pub(crate) fn limited_in(&mut self, samples: u64, limiters: u8) {
+    /// The same of so many samples, in which these limiters acted, perhaps those of a device.
+    pub(crate) fn limited_in(&mut self, samples: u64, limiters: u8, on_device: bool) {
         let acted = |limiter: Limiters| limiters & limiter.bits() != 0;
         let remedies = REMEDIES.iter().filter(|(limiter, _)| acted(*limiter));
-        let remedies: Vec<&str> = remedies.map(|(_, remedy)| *remedy).collect();
+        let remedies: Vec<&str> = remedies
+            .map(|(limiter, usual)| remedy(*limiter, usual, on_device))
+            .collect();
         if samples > 0 {
             self.0.push(format!(
                 "the safety chain limited the force in {samples} samples: {}",
@@ -127,9 +162,9 @@ impl Warnings {
         }
         if let Some(link) = &record.link {
             self.0.push(format!(
-                "of {samples} ticks of the device {} were a whole period late, and {} had no new force from \
+                "of {} ticks of the device {} were a whole period late, and {} had no new force from \
                  here: the device, the line or this machine was too slow for the sample time",
-                link.overruns, link.stale_forces
+                link.ticks, link.overruns, link.stale_forces
             ));
             return;
         }
@@ -194,6 +229,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn late_ticks_are_counted_among_all_ticks_of_the_device_and_not_those_of_the_run() {
+        let mut record = Record::with_room_for(0).expect("room");
+        (record.samples, record.missed_deadlines) = (11, 28);
+        record.link = Some(LinkSummary {
+            ticks: 1300,
+            overruns: 28,
+            ..LinkSummary::default()
+        });
+        let mut warnings = Warnings::default();
+        warnings.late(&record);
+        let said = warnings.0.concat();
+        assert!(
+            said.starts_with("of 1300 ticks of the device 28 were"),
+            "{said}"
+        );
+    }
+
+    #[test]
     fn each_limiter_that_acted_has_a_remedy_of_its_own_and_no_other_is_told() {
         for (limiter, named) in [
             (Limiters::MAGNITUDE, "`force_limit_n`"),
@@ -210,9 +263,24 @@ mod tests {
             let [said] = &warnings.0[..] else {
                 panic!("{warnings:?}")
             };
+            let said = said.clone();
             assert!(
                 said.contains("in 7 samples") && said.contains(named),
                 "{said}"
+            );
+            record.link = Some(LinkSummary::default());
+            let mut warnings = Warnings::default();
+            warnings.limited(&record);
+            let said_of_device = warnings.0.concat();
+            let set_there = limiter != Limiters::GUARD;
+            assert!(said_of_device.contains(named), "{said_of_device}");
+            assert_eq!(
+                (
+                    said.contains("device set"),
+                    said_of_device.contains("device set")
+                ),
+                (false, set_there),
+                "{said_of_device}"
             );
             for (other, _) in REMEDIES.iter().filter(|(other, _)| *other != limiter) {
                 let remedy = REMEDIES.iter().find(|(known, _)| known == other);

@@ -310,6 +310,16 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.let_go();
     }
 
+    /// The next tick comes after so many that did not, and that its number does not count: see [`SafetyState::skip`].
+    pub fn skip(&mut self, ticks: u64) {
+        self.safety.skip(ticks);
+    }
+
+    /// The position of the next tick comes after so many without one: see [`SafetyState::unmeasured`].
+    pub fn unmeasured(&mut self, ticks: u32) {
+        self.safety.unmeasured(ticks);
+    }
+
     /// From the next tick on the force falls to zero, within [`Limits::stop_time`](crate::Limits::stop_time).
     pub fn stop(&mut self) {
         self.safety.stop();

@@ -9,6 +9,9 @@ use haptic_link::{
 /// Tries of a request before the device counts as gone.
 const TRIES: u8 = 10;
 
+/// Keep-alives whose answers are known, the newest last: one that comes after the next was sent still tells its round trip.
+const TOKENS: usize = 32;
+
 /// Message that the host hears.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Incoming {
@@ -27,6 +30,8 @@ pub enum Incoming {
     Alive {
         /// From sending to hearing, µs.
         round_trip_us: u64,
+        /// It answers the newest keep-alive. An older one says that the device lives, but not how far it is.
+        newest: bool,
         /// State and fault.
         status: Status,
         /// Energy that the passivity guard has observed, J; 0 without a guard.
@@ -101,7 +106,8 @@ pub struct Conversation {
     /// Time from one keep-alive to the next; `None` for none.
     keep_alive_us: Option<u64>,
     token: u32,
-    token_us: u64,
+    /// When the last ones were sent; those of number n at n modulo their count.
+    tokens_us: [u64; TOKENS],
 }
 
 impl Conversation {
@@ -119,7 +125,7 @@ impl Conversation {
             retry_us,
             keep_alive_us: None,
             token: 0,
-            token_us: 0,
+            tokens_us: [0; TOKENS],
         }
     }
 
@@ -197,9 +203,9 @@ impl Conversation {
             }
         }
         match self.keep_alive_us {
-            Some(interval) if now_us.saturating_sub(self.token_us) >= interval => {
+            Some(interval) if now_us.saturating_sub(self.sent_us(self.token)) >= interval => {
                 self.token = self.token.wrapping_add(1);
-                self.token_us = now_us;
+                self.tokens_us[self.token as usize % TOKENS] = now_us;
                 let token = self.token;
                 Ok(self.tell(&Request::KeepAlive { token }, line))
             }
@@ -220,7 +226,7 @@ impl Conversation {
     #[must_use]
     pub fn next_due_us(&self) -> Option<u64> {
         let retry = self.outstanding.as_ref().map(|o| o.sent_us + self.retry_us);
-        let keep = self.keep_alive_us.map(|interval| self.token_us + interval);
+        let keep = (self.keep_alive_us).map(|interval| self.sent_us(self.token) + interval);
         match (retry, keep) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
@@ -263,10 +269,16 @@ impl Conversation {
         }
     }
 
+    /// When a keep-alive was sent that is among the last, µs.
+    const fn sent_us(&self, token: u32) -> u64 {
+        self.tokens_us[token as usize % TOKENS]
+    }
+
     fn alive(&self, alive: &Alive, now_us: u64) -> Option<Incoming> {
-        // An old token says that the device lives, but not how far it is.
-        (alive.token == self.token).then(|| Incoming::Alive {
-            round_trip_us: now_us.saturating_sub(self.token_us),
+        let age = self.token.wrapping_sub(alive.token);
+        ((age as usize) < TOKENS).then(|| Incoming::Alive {
+            round_trip_us: now_us.saturating_sub(self.sent_us(alive.token)),
+            newest: age == 0,
             status: alive.status,
             observed_energy_j: alive.observed_energy_j,
         })

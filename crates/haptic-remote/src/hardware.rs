@@ -30,6 +30,12 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
         let _ = periods;
     }
 
+    /// Periods up to now, skipped ones and others, that a position of the next [`read`](Device::read) may be older than one: it may have
+    /// moved further meanwhile, which is no jump.
+    fn unmeasured(&self) -> u32 {
+        0
+    }
+
     /// A run begins: a simulated plant goes back to its start.
     fn restart(&mut self);
 

@@ -39,8 +39,13 @@ pub enum LinkError {
     Faulted(FaultReport),
     /// The device does not know this connection any more.
     Rebooted,
-    /// No sample in the middle of a run for so long.
+    /// No sample in the middle of a run for so long, and no answer to a question after that.
     NoSamples {
+        /// Waited, ms.
+        waited_ms: u64,
+    },
+    /// No sample in the middle of a run for so long, though the device answers a question after that: it was let go.
+    HeldUp {
         /// Waited, ms.
         waited_ms: u64,
     },
@@ -90,7 +95,13 @@ impl fmt::Display for LinkError {
             ),
             Self::NoSamples { waited_ms } => write!(
                 f,
-                "no sample came for {waited_ms} ms in the middle of a run: the line or the device is stuck"
+                "no sample came for {waited_ms} ms in the middle of a run, and the device does not answer either: look at its plug and \
+                 supply, then reset it"
+            ),
+            Self::HeldUp { waited_ms } => write!(
+                f,
+                "no sample came for {waited_ms} ms in the middle of a run, though the device answers: this machine or the line was held \
+                 up: close other programs on this machine, or take a better line"
             ),
             Self::Gone => f.write_str("the line is gone: look at the plug and the supply of the device"),
         }
@@ -129,7 +140,10 @@ fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Resu
         LineCounters { received: 0, .. } => f.write_str(
             "nothing came; is this the right port, and is the device switched on and flashed?",
         ),
-        _ => f.write_str("other frames came, so the line works, but the device does not answer"),
+        _ => f.write_str(
+            "other frames came, so the line works, but the device does not answer: leave this machine to itself, take a better line, \
+             or reset the device",
+        ),
     }
 }
 

@@ -4,7 +4,7 @@ use super::attendant::{Attendant, Notice};
 use super::bounds::Bounds;
 use super::promise::Promise;
 use super::settings::{EmergencyStop, SelfTest};
-use haptic_experiment::device::at_port;
+use haptic_experiment::device::{self, at_port};
 use haptic_experiment::failure::Failure;
 use haptic_link::{Configuration, Limits, LoopMode, Scope, Start, State};
 use haptic_remote::LinkError;
@@ -163,9 +163,9 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Words of a board from which nothing comes any more.
+    /// Words of a board from which nothing comes any more, and what is to be feared of it.
     pub(super) fn lost_board(&self) -> Option<String> {
-        self.link.as_ref()?.lost_board()
+        device::lost_board(self.link.as_ref()?)
     }
 
     /// The device let go because this machine was silent or late, in these words.

@@ -16,6 +16,8 @@ pub(super) struct Followed {
     pub(super) begun: bool,
     /// The run has ended otherwise.
     pub(super) ended: bool,
+    /// No sample came for long, though the device answers: this machine or the line was held up, and the run was given up.
+    pub(super) held_up: bool,
     /// Tick of the newest sample when the device had taken a stop.
     pub(super) stop_asked: Option<u32>,
 }

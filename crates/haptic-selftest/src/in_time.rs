@@ -1,13 +1,14 @@
 //! Promises that this machine was too late to try: tried again, and at last not judged.
 //!
 //! The host's half of a trial runs on this machine, and so does the device half of a board of another maker. Where it is too busy, the
-//! device hears nothing, or its answer waits here, and a fault ends the trial: that breaks no promise of the device.
+//! device hears nothing, or its answers and samples wait here, and a fault or a silence ends the trial: that breaks no promise of the device.
 
 use super::bench::{Bench, Broken};
 use super::promise::Check;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
-use haptic_remote::serial::TroubleCause;
+use haptic_remote::serial::{SerialError, TroubleCause};
+use std::time::Duration;
 
 /// Attempts at a promise that a busy machine spoils.
 const ATTEMPTS: u32 = 5;
@@ -24,7 +25,13 @@ pub(super) fn in_time<T>(
     let mut attempt = 1;
     loop {
         let late_before = bench.late_ticks()?;
-        let (rows, told) = trial(bench)?;
+        let (rows, told) = match trial(bench) {
+            Err(Broken::Link(error)) if attempt < ATTEMPTS && bench.answers_again(&error)? => {
+                attempt += 1;
+                continue;
+            }
+            tried => tried?,
+        };
         let (board, host) = (bench.board_excuse(late_before)?, bench.take_late());
         if board.is_some() {
             // Opened anew, the board knows nothing of the fault.
@@ -54,6 +61,22 @@ fn excuse(rows: &[Check], board: Option<String>, host: Option<String>) -> Option
 }
 
 impl Bench<'_> {
+    /// True if the device answers again after a question that it did not answer, and is without force: it was not heard in time.
+    fn answers_again(&mut self, error: &SerialError) -> Result<bool, Broken> {
+        if !matches!(error, SerialError::Link(LinkError::NoAnswer { .. })) {
+            return Ok(false);
+        }
+        let held_up = matches!(
+            self.link()?.silent(Duration::ZERO),
+            LinkError::HeldUp { .. }
+        );
+        if held_up {
+            self.calm()?;
+            self.take_late();
+        }
+        Ok(held_up)
+    }
+
     /// Ticks so far that were a period late, on the clock of whoever serves the device.
     fn late_ticks(&self) -> Result<u32, Broken> {
         Ok(self.link()?.statistics()?.overruns)

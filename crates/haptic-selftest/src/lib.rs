@@ -87,7 +87,7 @@ impl SelfTest {
             firmware,
             simulated,
             force_limit_n: bench.limits().force_n,
-            holds: (checks.iter()).all(|check| check.ok != Some(false) && !check.host_late),
+            holds: (checks.iter()).all(|check| check.ok != Some(false) && !check.not_judged),
             checks,
             link_lost,
         })
@@ -119,11 +119,28 @@ fn try_all(bench: &mut Bench<'_>, checks: &mut Vec<Check>) -> Result<(), Broken>
     Ok(())
 }
 
-/// Rows for the promises that could not be tried to their end.
+/// Rows for the promises that could not be tried to their end: nobody knows if the device keeps them.
 fn not_reached(checks: &mut Vec<Check>, error: &str) {
     for promise in Promise::ALL.into_iter().skip(checks.len()) {
         let first = !checks.iter().any(|check| check.promised.is_empty());
         let seen = if first { error } else { "not reached" };
-        checks.push(Check::judged(promise, "", seen, false));
+        checks.push(Check::not_judged(promise, "", seen));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_tried_is_neither_kept_nor_broken() {
+        let mut checks = vec![Check::judged(Promise::Arm, "no force", "none", true)];
+        not_reached(&mut checks, "the line is gone");
+        assert_eq!(checks.len(), Promise::ALL.len());
+        assert_eq!(checks[1].seen, "the line is gone");
+        for check in &checks[1..] {
+            assert!(check.ok.is_none() && check.not_judged, "{check:?}");
+            assert!(!check.host_late, "{check:?}");
+        }
     }
 }

@@ -65,6 +65,8 @@ pub struct Check {
     pub seen: String,
     /// True if it was kept; `None` if this device has nothing of the kind, or if it could not be judged.
     pub ok: Option<bool>,
+    /// It could not be judged, which is neither kept nor broken: see `host_late`, or the link was lost, or an earlier trial failed.
+    pub not_judged: bool,
     /// It could not be judged: this machine was late in every attempt, and the board let go because of that.
     pub host_late: bool,
     /// What was seen breaks it, whatever this machine did meanwhile.
@@ -84,6 +86,7 @@ impl Check {
             promised: promised.into(),
             seen: seen.into(),
             ok: Some(ok),
+            not_judged: false,
             host_late: false,
             certain: false,
         }
@@ -106,11 +109,24 @@ impl Check {
         }
     }
 
+    /// One that was not tried to its end.
+    pub(super) fn not_judged(
+        check: Promise,
+        promised: impl Into<String>,
+        seen: impl Into<String>,
+    ) -> Self {
+        Self {
+            not_judged: true,
+            ..Self::absent(check, promised, seen)
+        }
+    }
+
     /// One that this machine was too late for, whatever was seen.
     pub(super) fn too_late(self, why: &str) -> Self {
         Self {
             seen: format!("not judged: {why}; {}", self.seen),
             ok: None,
+            not_judged: true,
             host_late: true,
             ..self
         }

@@ -133,8 +133,14 @@ impl Bench<'_> {
                     }
                 }
                 None if last.elapsed() >= SILENCE && !followed.is_over() => {
-                    let waited_ms = SILENCE.as_millis() as u64;
-                    return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
+                    return match self.link()?.silent(SILENCE) {
+                        held @ LinkError::HeldUp { .. } => {
+                            self.was_late(held.to_string());
+                            followed.held_up = true;
+                            Ok(followed)
+                        }
+                        error => Err(Broken::Link(error.into())),
+                    };
                 }
                 None => {}
             }
@@ -217,7 +223,7 @@ impl Followed {
     }
 
     fn is_over(&self) -> bool {
-        self.ended || self.fault.is_some()
+        self.ended || self.held_up || self.fault.is_some()
     }
 
     /// True if the device let go because nothing came from here.

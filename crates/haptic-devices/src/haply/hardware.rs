@@ -8,7 +8,7 @@ use super::plane::{Plane, middle};
 use super::plausible::Trouble;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, Line, ServedHardware};
+use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause};
 use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use nalgebra::{SMatrix, SVector, Vector2};
 
@@ -136,6 +136,10 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
         self.planar.skipped(periods);
     }
 
+    fn unmeasured(&self) -> u32 {
+        self.planar.unmeasured()
+    }
+
     fn restart(&mut self) {}
 
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
@@ -161,10 +165,17 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
 impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
     fn trouble(&self) -> Option<BoardTrouble> {
         let trouble = self.planar.trouble()?;
+        let told = match (self.planar.was_told(), trouble.cause()) {
+            (false, _) => "the 2DIY cannot be told to let go",
+            (true, TroubleCause::Gone) => {
+                "the 2DIY does not answer; it was told to let go and to reset itself"
+            }
+            (true, _) => "the 2DIY was told to let go and to reset itself",
+        };
         Some(BoardTrouble {
             words: format!(
-                "the 2DIY was told to let go and was reset: {trouble}; it has lost the place of its home: hold the handle there when \
-                 the next command opens it, without home=before"
+                "{told}: {trouble}; the place of its home is not sure any more: hold the handle there when the next command opens \
+                 it, without home=before"
             ),
             cause: trouble.cause(),
         })

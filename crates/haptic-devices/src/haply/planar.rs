@@ -37,9 +37,14 @@ pub struct Planar<L: Line> {
     late: u8,
     /// Periods without a tick since the last posture.
     skipped: u32,
+    /// Periods without a posture before the last one. The board measures when it hears a frame, sooner than its answer is read: the
+    /// motion of a pause may show in the posture after it, or in the next.
+    before: u32,
     posture: Posture,
     tick: u64,
     trouble: Option<Trouble>,
+    /// The line took every byte that told a board in trouble to let go.
+    told: bool,
     /// Torques beyond the board's, scaled down.
     scaled: u64,
 }
@@ -56,9 +61,11 @@ impl<L: Line> Planar<L> {
             awaiting: false,
             late: 0,
             skipped: 0,
+            before: 0,
             posture,
             tick: 0,
             trouble: None,
+            told: false,
             scaled: 0,
         }
     }
@@ -81,6 +88,12 @@ impl<L: Line> Planar<L> {
         self.trouble
     }
 
+    /// True if a board in trouble was told to let go: the line took every byte of that. A port that is gone takes none.
+    #[must_use]
+    pub const fn was_told(&self) -> bool {
+        self.told && !matches!(self.trouble, Some(Trouble::Gone))
+    }
+
     /// Ticks whose torques were scaled down to what the board makes.
     #[must_use]
     pub const fn scaled(&self) -> u64 {
@@ -100,6 +113,16 @@ impl<L: Line> Planar<L> {
     /// So many periods have passed without a tick: the handle may have gone on meanwhile.
     pub(super) const fn skipped(&mut self, periods: u32) {
         self.skipped = self.skipped.saturating_add(periods);
+    }
+
+    /// Periods without a posture since the last one.
+    const fn paused(&self) -> u32 {
+        self.skipped.saturating_add(self.late as u32)
+    }
+
+    /// Periods beyond one between the moments of the last posture and of the next, at most.
+    pub(super) const fn unmeasured(&self) -> u32 {
+        self.paused().saturating_add(self.before)
     }
 
     /// Takes in what came, and judges it.
@@ -137,9 +160,10 @@ impl<L: Line> Planar<L> {
         }
         let mut answer = [0; ANSWER_BYTES];
         answer.copy_from_slice(&self.bytes[..ANSWER_BYTES]);
-        let passed_s = (f64::from(1 + self.late) + f64::from(self.skipped)) * self.period_s;
+        let passed_s = (1.0 + f64::from(self.unmeasured())) * self.period_s;
         let (_, posture) = judged(&self.model, answer, Some((&self.posture, passed_s)))?;
         self.posture = posture;
+        self.before = self.paused();
         (self.filled, self.awaiting, self.late, self.skipped) = (0, false, 0, 0);
         Ok(())
     }
@@ -202,10 +226,11 @@ impl<L: Line> Planar<L> {
         if self.trouble.is_none() {
             return;
         }
-        let _ = self.line.write_all(&resynchronise());
-        let _ = self.line.write_all(&configuration(&self.model));
-        let _ = self.line.write_all(&nothing);
-        let _ = self.line.write_all(&reset());
+        let told = (self.line.write_all(&resynchronise()))
+            .and_then(|()| self.line.write_all(&configuration(&self.model)))
+            .and_then(|()| self.line.write_all(&nothing))
+            .and_then(|()| self.line.write_all(&reset()));
+        self.told |= told.is_ok();
     }
 }
 

@@ -52,6 +52,10 @@ pub struct MoteusAxis<S: Read + Write> {
     newest: Reply,
     /// Ticks in a row without an answer.
     lost: u32,
+    /// Periods without a tick since the last answer.
+    skipped: u32,
+    /// Periods without an answer before the last one: the servo measures sooner than its answer is read.
+    before: u32,
     instead: Instead,
     /// Frames in a row that asked for a torque; 0 while stopped.
     driven: u32,
@@ -86,6 +90,8 @@ impl<S: Read + Write> MoteusAxis<S> {
                 fault: 0,
             },
             lost: 0,
+            skipped: 0,
+            before: 0,
             instead: Instead::default(),
             driven: 0,
             tick: 0,
@@ -169,7 +175,8 @@ impl<S: Read + Write> MoteusAxis<S> {
             }
         }
         if answered {
-            (self.lost, self.instead) = (0, Instead::default());
+            self.before = self.paused();
+            (self.lost, self.skipped, self.instead) = (0, 0, Instead::default());
             return if self.driven > 0 {
                 self.judge_mode(self.driven > PREPARING_MOST)
             } else {
@@ -215,11 +222,16 @@ impl<S: Read + Write> MoteusAxis<S> {
         }
     }
 
+    /// Periods without an answer since the last one.
+    const fn paused(&self) -> u32 {
+        self.lost.saturating_add(self.skipped)
+    }
+
     /// Whether a position can have been reached since the last one.
     fn believed(&mut self, reply: &Reply) -> bool {
         let speed = reply.velocity_rev_per_s.abs();
         let fastest = f64::from(speed.max(self.newest.velocity_rev_per_s.abs()));
-        let passed_s = self.period_s * f64::from(self.lost + 1);
+        let passed_s = self.period_s * (1.0 + f64::from(self.unmeasured()));
         let step = f64::from(reply.position_rev) - f64::from(self.newest.position_rev);
         let believed =
             speed <= SPEED_MOST_REV_PER_S && step.abs() <= STEP_MOST_REV + 2.0 * fastest * passed_s;
@@ -326,6 +338,14 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
 
     fn install(&mut self, (): (), tick_period_us: u32) {
         self.period_s = f64::from(tick_period_us) * 1e-6;
+    }
+
+    fn skipped(&mut self, periods: u32) {
+        self.skipped = self.skipped.saturating_add(periods);
+    }
+
+    fn unmeasured(&self) -> u32 {
+        self.paused().saturating_add(self.before)
     }
 
     fn restart(&mut self) {

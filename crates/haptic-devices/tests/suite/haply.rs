@@ -2,6 +2,7 @@
 
 mod corruption;
 mod driver;
+mod late_host;
 mod plane;
 mod relaxation;
 mod wire;

@@ -2,8 +2,9 @@
 
 use crate::ended::LetGo;
 use crate::failure::Failure;
+use haptic_loop::Fault;
 use haptic_remote::LinkError;
-use haptic_remote::serial::{SerialError, SerialLink};
+use haptic_remote::serial::{BoardTrouble, SerialError, SerialLink, TroubleCause};
 
 /// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.
 #[must_use]
@@ -33,14 +34,32 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
 /// refused after it: exit code 3.
 #[must_use]
 pub fn at_link(link: &SerialLink, failure: Failure) -> Failure {
-    match link.lost_board() {
-        Some(words) => Failure::Device(anyhow::anyhow!(
-            "{}: {words}; {}",
-            link.path(),
-            LetGo::Told.words()
-        )),
+    match lost_board(link) {
+        Some(words) => Failure::Device(anyhow::anyhow!("{}: {words}", link.path())),
         None => failure,
     }
+}
+
+/// Words of a board from which nothing comes any more, and what is to be feared of it.
+#[must_use]
+pub fn lost_board(link: &SerialLink) -> Option<String> {
+    link.lost_board().map(|words| feared(&words))
+}
+
+/// Words of a board about its last fault; of one that failed with what is to be feared of it.
+#[must_use]
+pub fn trouble(link: &SerialLink) -> Option<String> {
+    let BoardTrouble { words, cause } = link.trouble()?;
+    // A fault that nobody has heard of yet is no fault of the status.
+    let failed = link.status().fault == Fault::BoardFailed.code() || cause == TroubleCause::Gone;
+    Some(match failed {
+        true => feared(&words),
+        false => words,
+    })
+}
+
+fn feared(words: &str) -> String {
+    format!("{words}; {}", LetGo::Told.words())
 }
 
 #[cfg(test)]

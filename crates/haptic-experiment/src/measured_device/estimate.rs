@@ -293,6 +293,6 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         warnings: Vec::new(),
         curve: Vec::new(),
     };
-    measured.warn();
+    measured.warn(record.len());
     measured
 }

@@ -10,6 +10,10 @@ const TELLS_APART: f64 = 1.02;
 const NOTHING_M: f64 = 1e-15;
 /// Residuals beyond so many times what the sensor explains are worth a warning.
 const UNEXPLAINED: f64 = 2.0;
+/// Residuals below it, m, are none, whatever the sensor explains: finer than the sensor of a desktop device.
+const UNNOTICED_M: f64 = 1e-7;
+/// One lost sample in so many is worth a warning.
+const LOST: usize = 1000;
 
 /// A number and the interval in which it lies in 95 of 100 cases, if the model is right.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -117,37 +121,166 @@ impl Measured {
         found
     }
 
-    /// What a user should know.
-    pub(super) fn warn(&mut self) {
+    /// What a user should know. `ticks` are those of the whole record.
+    pub(super) fn warn(&mut self, ticks: usize) {
+        self.warn_of_losses(ticks);
+        self.warn_of_the_unexplained();
+        self.warn_of_the_unsure();
+    }
+
+    fn warn_of_losses(&mut self, ticks: usize) {
+        let lost = self.lost_samples;
+        if lost * LOST >= ticks && lost > 0 {
+            self.warnings.push(format!(
+                "{lost} of {ticks} samples were lost, and what the line lost on its way to the device nobody counted: free the machine or \
+                 the line, or give a longer `sample_time_s`"
+            ));
+        }
+    }
+
+    fn warn_of_the_unexplained(&mut self) {
         let micro = |x: f64| 1e6 * x;
         let (left, expected) = (self.residual_rms_m, self.expected_residual_rms_m);
-        if expected > 0.0 && left > UNEXPLAINED * expected {
+        if left > UNEXPLAINED * expected && left > UNNOTICED_M {
             self.warnings.push(format!(
-                "the model is off by {:.3} µm rms, of which the sensor explains {:.3} µm: play, friction that changes with the place, or a hand \
-                 that moves; the intervals allow for it as far as it comes and goes",
+                "the model is off by {:.3} µm rms, of which the sensor explains {:.3} µm: a line that loses frames, play, friction that \
+                 changes with the place, or a hand that moves; the intervals allow for it as far as it comes and goes",
                 micro(left),
                 micro(expected)
             ));
         }
-        let wide = [
+    }
+
+    /// Intervals about as wide as their value; one of the mass is refused. A delay or lag much shorter than a sample, and a friction far below that at rest, may be
+    /// as unsure as they like.
+    fn warn_of_the_unsure(&mut self) {
+        let half = |number: &Estimate| 0.5 * (number.high - number.low);
+        let sample_s = self.sample_time_s;
+        let at_rest_n = self.breakaway_n.unwrap_or(f64::INFINITY);
+        let named = [
             (
                 "damping",
-                self.damping_n_s_per_m.relative(),
+                &self.damping_n_s_per_m,
                 self.damping_n_s_per_m.value > 0.0,
             ),
             (
+                "friction",
+                &self.friction_n,
+                half(&self.friction_n) > UNSURE * at_rest_n,
+            ),
+            (
+                "delay",
+                &self.delay_s,
+                half(&self.delay_s) > UNSURE * sample_s,
+            ),
+            (
                 "current lag",
-                self.current_lag_s.relative(),
-                self.current_lag_s.low > 0.0,
+                &self.current_lag_s,
+                self.current_lag_s.low > 0.0 || half(&self.current_lag_s) > UNSURE * sample_s,
             ),
         ];
-        for (what, relative, counts) in wide {
-            if counts && relative > UNSURE {
+        for (what, number, counts) in named {
+            let relative = number.relative();
+            if counts && (relative > UNSURE || relative.is_nan()) {
+                let known = match relative.is_finite() && relative < 10.0 {
+                    true => format!("to ±{:.0} % only", 100.0 * relative),
+                    false => "not at all".to_owned(),
+                };
                 self.warnings.push(format!(
-                    "the {what} is known to ±{:.0} % only: a larger `force_limit_n`, a larger `box_m` or a longer `duration_s` tells more",
-                    100.0 * relative
+                    "the {what} is known {known}: a larger `force_limit_n`, a larger `box_m` or a longer `duration_s` tells more"
                 ));
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn about(value: f64, half: f64) -> Estimate {
+        Estimate {
+            value,
+            low: (value - half).max(0.0),
+            high: value + half,
+        }
+    }
+
+    /// A device that was measured well.
+    fn sound() -> Measured {
+        Measured {
+            mass_kg: about(0.065, 1e-4),
+            damping_n_s_per_m: about(3.5, 0.01),
+            friction_n: about(0.05, 1e-3),
+            hand_stiffness_n_per_m: None,
+            delay_s: about(1e-3, 1e-5),
+            current_lag_s: about(0.0, 1e-4),
+            encoder_resolution_m: 1e-5,
+            sensor_noise_m: about(0.0, 1e-7),
+            bias_n: about(0.0, 1e-3),
+            breakaway_n: Some(0.06),
+            residual_rms_m: 3e-6,
+            expected_residual_rms_m: 2.9e-6,
+            delay_lag_correlation: 0.0,
+            sample_time_s: 1e-3,
+            samples: 8000,
+            lost_samples: 0,
+            warnings: Vec::new(),
+            curve: Vec::new(),
+        }
+    }
+
+    type Defect = fn(&mut Measured);
+
+    fn said(change: impl Fn(&mut Measured)) -> Vec<String> {
+        let mut found = sound();
+        change(&mut found);
+        found.warn(10_000);
+        found.warnings
+    }
+
+    #[test]
+    fn a_sound_measurement_has_no_warnings_and_each_defect_has_one() {
+        assert_eq!(said(|found| found.lost_samples = 9), [""; 0]);
+        // Residuals of the arithmetic, where the sensor explains nothing.
+        let exact = |found: &mut Measured| {
+            (found.residual_rms_m, found.expected_residual_rms_m) = (1e-9, 0.0);
+        };
+        assert_eq!(said(exact), [""; 0]);
+        let defects: [(&str, Defect); 7] = [
+            ("10 of 10000 samples were lost", |found| {
+                found.lost_samples = 10;
+            }),
+            (
+                "off by 107.700 µm rms, of which the sensor explains 0.000",
+                |found| {
+                    (found.residual_rms_m, found.expected_residual_rms_m) = (107.7e-6, 0.0);
+                },
+            ),
+            ("off by 9.000 µm", |found| found.residual_rms_m = 9e-6),
+            ("the delay is known not at all", |found| {
+                found.delay_s = about(1e-3, 1.47);
+            }),
+            ("the delay is known to ±60 %", |found| {
+                found.delay_s = Estimate {
+                    value: 1e-3,
+                    low: 0.4e-3,
+                    high: 1.6e-3,
+                };
+            }),
+            ("the current lag is known not at all", |found| {
+                found.current_lag_s = about(0.0, 2e-3);
+            }),
+            ("the friction is known not at all", |found| {
+                found.friction_n = about(1e-3, 0.07);
+            }),
+        ];
+        for (words, change) in defects {
+            let said = said(change);
+            assert!(
+                said.len() == 1 && said[0].contains(words),
+                "{words}: {said:?}"
+            );
         }
     }
 }

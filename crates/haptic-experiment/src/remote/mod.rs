@@ -14,7 +14,7 @@ mod summary;
 use fracdiff::parameter::Shown;
 pub use run::RemoteRun;
 pub use samples::blank;
-pub use summary::{FrameCounts, LinkSummary};
+pub use summary::{FrameCounts, LinkSummary, round_trip};
 
 use super::refused::single;
 use super::safety::{GuardChoice, GuardedDevice, Safety};

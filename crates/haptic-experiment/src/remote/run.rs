@@ -211,7 +211,12 @@ impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
         let delay = match self.device.loop_mode {
             LoopMode::Device => 0,
             LoopMode::Host => {
-                let round_trip_us = link.measure_round_trip(MEASURED).value_at_quantile(0.9);
+                let measured = link.measure_round_trip(MEASURED);
+                // Without any answer in that time it is as long at least.
+                let round_trip_us = match measured.is_empty() {
+                    true => MEASURED.as_micros() as u64,
+                    false => measured.value_at_quantile(0.9),
+                };
                 delay_samples(round_trip_us, self.schedule.sample_time_s)
             }
         };

@@ -62,8 +62,8 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         // Only a device that has let go answers so; its force falls within its own stop time.
         let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
-        let after = link.statistics().unwrap_or(before);
-        let mut summary = summarise(&link, loop_mode, after.since(&before), samples_lost);
+        let counted = link.statistics().ok().map(|after| after.since(&before));
+        let mut summary = summarise(&link, loop_mode, counted, samples_lost);
         // A sample without room here is missing by its number too.
         summary.samples_lost = samples_lost.saturating_sub(summary.samples_dropped);
         drop(link);
@@ -132,10 +132,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 }
                 Some(Heard::Over(error)) => return Err(error.into()),
                 None if self.record.ended.is_some_and(Ended::is_fault) => break,
-                None => {
-                    let waited_ms = SILENCE.as_millis() as u64;
-                    return Err(LinkError::NoSamples { waited_ms }.into());
-                }
+                None => return Err(self.link.silent(SILENCE).into()),
             }
             if self.recorder.flight().is_full() {
                 break;

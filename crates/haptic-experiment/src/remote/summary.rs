@@ -7,7 +7,7 @@ use haptic_remote::serial::SerialLink;
 use std::collections::BTreeMap;
 
 /// Counts of the link of a run.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct LinkSummary {
     /// Board.
     pub board: String,
@@ -30,7 +30,11 @@ pub struct LinkSummary {
     pub forces_dropped: u64,
     /// Forces that were not sent because a newer sample had come already.
     pub forces_skipped: u64,
-    /// Ticks of the device that were late.
+    /// False where the device could not be asked at the end: what it has counted is not known then, and stands as 0.
+    pub device_answered: bool,
+    /// Ticks of the device since it was asked before the run: those between arming and start, and of the fall of the force, too.
+    pub ticks: u32,
+    /// Of them, those that were late.
     pub overruns: u32,
     /// Longest tick of the device, processor cycles; 0 if it cannot count them.
     pub tick_cycles_max: u32,
@@ -40,11 +44,29 @@ pub struct LinkSummary {
     pub to_device: FrameCounts,
     /// Requests that were sent again.
     pub retries: u32,
-    /// From a keep-alive to its answer, µs: median, 99 of 100, longest.
+    /// From a keep-alive to its answer, µs: median, 99 of 100, longest; 0 if no answer came.
     pub round_trip_us: [u64; 3],
 }
 
 impl LinkSummary {
+    /// What came to the device, in words.
+    #[must_use]
+    pub fn arrived(&self) -> String {
+        match self.device_answered {
+            true => format!("{} to it", self.to_device.received),
+            false => format!(
+                "{} were sent to it, and it cannot tell any more how many came",
+                self.to_device.sent
+            ),
+        }
+    }
+
+    /// The round trip in words.
+    #[must_use]
+    pub fn round_trip(&self) -> String {
+        round_trip(self.round_trip_us)
+    }
+
     /// Samples of the device that did not get to the log because of the line.
     #[must_use]
     pub fn samples_missing(&self) -> u64 {
@@ -52,8 +74,17 @@ impl LinkSummary {
     }
 }
 
+/// Median, 99 of 100 and longest of round trips, µs, in words; all are 0 where none was measured.
+#[must_use]
+pub fn round_trip([p50, p99, max]: [u64; 3]) -> String {
+    match max {
+        0 => "not measured, no answer came".to_owned(),
+        _ => format!("{p50} µs median, {p99} µs 99 %, {max} µs longest"),
+    }
+}
+
 /// Frames of one direction.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct FrameCounts {
     /// Sent.
     pub sent: u32,
@@ -69,13 +100,15 @@ pub struct FrameCounts {
     pub late: u32,
 }
 
-/// `counted` is what the device counted over the run.
+/// `counted` is what the device counted over the run; `None` if it could not be asked.
 pub(super) fn summarise(
     link: &SerialLink,
     loop_mode: LoopMode,
-    counted: Statistics,
+    counted: Option<Statistics>,
     samples_lost: u64,
 ) -> LinkSummary {
+    let device_answered = counted.is_some();
+    let counted = counted.unwrap_or_default();
     let report = link.report();
     let host = report.host;
     let round_trip = &report.round_trip_us;
@@ -91,6 +124,8 @@ pub(super) fn summarise(
         stale_forces: counted.stale_forces,
         forces_dropped: report.forces_dropped,
         forces_skipped: report.forces_skipped,
+        device_answered,
+        ticks: counted.ticks,
         overruns: counted.overruns,
         tick_cycles_max: counted.tick_cycles_max,
         from_device: FrameCounts {
@@ -139,4 +174,24 @@ pub(super) fn flat(summary: &LinkSummary) -> BTreeMap<String, String> {
         }
     }
     flat
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_counted_or_measured_is_no_zero() {
+        let mut link = LinkSummary::default();
+        link.to_device.sent = 3500;
+        assert!(link.arrived().starts_with("3500 were sent to it"));
+        assert!(!link.round_trip().contains('0'), "{}", link.round_trip());
+        (link.device_answered, link.to_device.received) = (true, 3499);
+        link.round_trip_us = [200, 300, 400];
+        assert_eq!(link.arrived(), "3499 to it");
+        assert_eq!(
+            link.round_trip(),
+            "200 µs median, 300 µs 99 %, 400 µs longest"
+        );
+    }
 }

@@ -135,6 +135,7 @@ impl TouchExperiment {
             ramp => warnings.limited_in(
                 ran.record.limited - ramp,
                 ran.record.limiters & !Limiters::STARTUP.bits(),
+                ran.record.link.is_some(),
             ),
         }
         if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {

@@ -14,7 +14,8 @@
 //!   holds back a force that grows, not one that this guard takes away: zero must always be possible.
 //! - *Magnitude, norm and rate at once*: the force moves straight towards the wanted one, which is first scaled into the set of allowed
 //!   forces; that set is convex, so no step leaves it. The rate is that of the vector, and no limit turns a force off its line.
-//! - *Velocity*: v ← v + (1 − e^(−ωT))·(Δ/T − v), first order with the bandwidth of [`Limits`].
+//! - *Velocity*: v ← v + (1 − e^(−ωT))·(Δ/T − v), first order with the bandwidth of [`Limits`]. After ticks that did not come Δ is
+//!   over the time since the last position: a late host is no fast hand.
 //! - *After a fault or stop* braking −b·v is wanted, which fades out with the envelope. None after a position that
 //!   is not finite, stands still or jumps, nor after [`Fault::CurrentMismatch`]: a damper needs its sensor and its
 //!   actuator.
@@ -151,6 +152,13 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         if let Some(released) = &mut self.released {
             released.skip(ticks);
         }
+    }
+
+    /// The position of the next tick is the first that is measured after so many ticks that came without one: it may have moved
+    /// further.
+    #[inline(never)]
+    pub fn unmeasured(&mut self, ticks: u32) {
+        self.motion.skip(F::from_f64(f64::from(ticks)));
     }
 
     /// Clears the fault and the wish to stop. The force goes on from where it is, and rises as after a

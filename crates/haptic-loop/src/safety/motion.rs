@@ -164,14 +164,25 @@ impl<F: Real> MotionLimits<F> {
         self.workspace.as_ref()
     }
 
-    /// Takes a finite position: Δ, and v ← v + (1 − e^(−ωT))·(Δ/T − v). A velocity beyond the number type is a
-    /// fault and counts as none.
+    /// 1/T; after samples that did not come 1 over the time since the last.
+    #[inline]
+    fn rate_after(&self, missed: F) -> F {
+        if missed > F::ZERO {
+            self.rate / (F::ONE + missed)
+        } else {
+            self.rate
+        }
+    }
+
+    /// Takes a finite position: Δ, and v ← v + (1 − e^(−ωT))·(Δ/T − v), where T is the time since the last position. A velocity
+    /// beyond the number type is a fault and counts as none.
     #[inline]
     pub(super) fn follow<const D: usize>(
         &self,
         motion: &mut Motion<F, D>,
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
+        let rate = self.rate_after(motion.missed);
         let last = motion.last.replace(*position_m);
         motion.known = last.is_some();
         let last = last.unwrap_or(*position_m);
@@ -179,7 +190,7 @@ impl<F: Real> MotionLimits<F> {
         for axis in 0..D {
             let moved = position_m[axis] - last[axis];
             let velocity = motion.velocity[axis];
-            let velocity = velocity + self.follow * (moved * self.rate - velocity);
+            let velocity = velocity + self.follow * (moved * rate - velocity);
             let finite = velocity.is_finite() && moved.is_finite();
             let or_none = |value| if finite { value } else { F::ZERO };
             motion.moved[axis] = or_none(moved);

@@ -254,6 +254,35 @@ fn a_position_that_jumps_is_a_fault_before_its_force_is() {
     state.skip(3);
     chain.apply(&mut state, &vector![3e-3], &vector![0.0]);
     assert_eq!(state.fault(), None);
+    assert!(state.velocity_m_per_s()[0] < 0.75, "over four ticks");
+}
+
+#[test]
+fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
+    for speed in [1.4, -1.4, 1.7] {
+        for told in [
+            SafetyState::skip,
+            |state: &mut SafetyState<f64, 1>, ticks| {
+                state.unmeasured(ticks as u32);
+            },
+        ] {
+            let chain = chain(&Limits::default());
+            let mut state = SafetyState::<f64, 1>::default();
+            let mut tick = 0_u64;
+            for n in 0..300 {
+                let missed = if n % 7 == 3 { n % 11 } else { 0 };
+                if missed > 0 {
+                    told(&mut state, missed);
+                }
+                tick += 1 + missed;
+                let position = speed * 1e-3 * tick as f64;
+                chain.apply(&mut state, &vector![position], &vector![0.0]);
+            }
+            let fast = speed.abs() > 1.5;
+            assert_eq!(state.fault().is_some(), fast, "{speed} m/s");
+            assert!((state.velocity_m_per_s()[0] - speed).abs() < 1e-9 || fast);
+        }
+    }
 }
 
 #[test]

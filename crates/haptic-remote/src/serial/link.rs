@@ -26,7 +26,7 @@ pub struct LinkReport {
     pub forces_dropped: u64,
     /// Forces that were not sent because a newer sample had come already.
     pub forces_skipped: u64,
-    /// From sending a keep-alive to hearing the answer, µs.
+    /// From sending a keep-alive to hearing the answer, µs; empty if none was heard.
     pub round_trip_us: Histogram<u64>,
 }
 

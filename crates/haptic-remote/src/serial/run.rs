@@ -6,7 +6,7 @@ use super::shared::{Command, Heard};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{
-    AXES_MAX, Event, EventKind, FaultReport, Forces, Request, Sample, State, VectorSample,
+    AXES_MAX, Event, EventKind, FaultReport, Forces, Refusal, Request, Sample, State, VectorSample,
 };
 use haptic_loop::{Device, Reading, SafeForce};
 use nalgebra::SVector;
@@ -40,6 +40,36 @@ impl SerialLink {
             if began.elapsed() >= patience {
                 return None;
             }
+        }
+    }
+
+    /// What a silence of so long in the middle of a run means. The device is let go first of all: if it answers that, the silence was
+    /// none of its own. Asks for some seconds, as a busy machine or a bad line may need them.
+    #[must_use]
+    pub fn silent(&self, waited: Duration) -> LinkError {
+        /// Time for its answer, of several questions.
+        const PATIENCE: Duration = Duration::from_secs(4);
+        let waited_ms = waited.as_millis() as u64;
+        let began = Instant::now();
+        loop {
+            return match self.ask(Request::Disarm) {
+                Err(SerialError::Link(LinkError::NoAnswer { .. }))
+                    if began.elapsed() < PATIENCE =>
+                {
+                    continue;
+                }
+                Err(SerialError::Link(LinkError::NoAnswer { .. })) => {
+                    LinkError::NoSamples { waited_ms }
+                }
+                Ok(_) => LinkError::HeldUp { waited_ms },
+                Err(SerialError::Link(LinkError::Refused { refusal, .. }))
+                    if refusal != Refusal::Connection =>
+                {
+                    LinkError::HeldUp { waited_ms }
+                }
+                Err(SerialError::Link(error)) => error,
+                Err(_) => LinkError::Gone,
+            };
         }
     }
 
@@ -184,10 +214,7 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
                 Some(Heard::Over(error)) => return Err(error.into()),
                 Some(Heard::Fault(report)) => return Err(LinkError::Faulted(report).into()),
                 Some(Heard::Event(_)) => {}
-                None => {
-                    let waited_ms = SAMPLE_TIMEOUT.as_millis() as u64;
-                    return Err(LinkError::NoSamples { waited_ms }.into());
-                }
+                None => return Err(self.silent(SAMPLE_TIMEOUT).into()),
             }
         }
     }

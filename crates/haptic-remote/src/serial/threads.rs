@@ -54,12 +54,16 @@ impl Reader {
             }
             Incoming::Alive {
                 round_trip_us,
+                newest,
                 status,
                 observed_energy_j,
             } => {
+                lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
+                if !newest {
+                    return;
+                }
                 let bits = observed_energy_j.to_bits();
                 self.shared.energy_bits.store(bits, Ordering::Relaxed);
-                lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
                 *lock(&self.shared.status) = status;
                 self.shared.alives.fetch_add(1, Ordering::Release);
             }

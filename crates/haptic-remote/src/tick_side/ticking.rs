@@ -44,6 +44,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// a run, but no samples, so that a tick's number is its time whatever happened.
     pub fn skip(&mut self, periods: u32) {
         self.hardware.skipped(periods);
+        self.controller.skip(u64::from(periods));
         self.tick = self.tick.wrapping_add(periods);
         if let Some(left) = &mut self.ticks_left {
             *left = left.saturating_sub(periods);
@@ -150,6 +151,10 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 Some(SVector::from(self.commanded_n))
             }
         };
+        let unmeasured = self.hardware.unmeasured();
+        if unmeasured > 0 {
+            self.controller.unmeasured(unmeasured);
+        }
         let done = self
             .controller
             .tick_either(&mut self.hardware, commanded.as_ref())?;

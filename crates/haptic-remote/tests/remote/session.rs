@@ -5,11 +5,11 @@ mod transactions;
 
 use crate::line::{Bench, START, spring};
 use haptic_link::{
-    EventKind, LoopMode, OperatorForm, OperatorShape, Refusal, Report, Request, SimulationKind,
-    Start, State,
+    Alive, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
+    Request, SimulationKind, Start, State, Status, encode,
 };
 use haptic_loop::Fault;
-use haptic_remote::{DeviceOperator, LinkError};
+use haptic_remote::{Conversation, DeviceOperator, Incoming, LinkError};
 
 fn events(bench: &Bench) -> Vec<EventKind> {
     let events = bench.told.iter().filter_map(|report| match report {
@@ -325,4 +325,47 @@ impl Bench {
         bench.hello();
         bench.done(Request::GetConfiguration)
     }
+}
+
+#[test]
+fn a_round_trip_longer_than_the_time_between_two_keep_alives_is_measured() {
+    let mut host = Conversation::new(50_000);
+    let mut line = [0; FRAME_MAX];
+    host.set_keep_alive(Some(5_000));
+    // Each answer comes 13 ms after its question, when two more have been asked.
+    let mut measured = Vec::new();
+    for ms in 0..100_u32 {
+        let now_us = 1000 * u64::from(ms);
+        host.due(now_us, &mut line).expect("nothing was asked");
+        let Some(answered) = ms
+            .checked_sub(13)
+            .filter(|asked| asked % 5 == 0 && *asked > 0)
+        else {
+            continue;
+        };
+        let alive = Report::Alive(Alive {
+            token: answered / 5,
+            time_us: 1000 * u64::from(answered),
+            status: Status {
+                state: State::Idle,
+                fault: 0,
+                faults: 0,
+            },
+            observed_energy_j: 0.0,
+        });
+        let header = Header::from_device(answered as u16);
+        let length = encode(&alive, header, &mut line).expect("it fits");
+        for &byte in &line[..length] {
+            match host.receive(byte, now_us) {
+                Some(Incoming::Alive {
+                    round_trip_us,
+                    newest,
+                    ..
+                }) => measured.push((round_trip_us, newest)),
+                other => assert_eq!(other, None),
+            }
+        }
+    }
+    // What is said of an older question is not how far the device is.
+    assert_eq!(measured, vec![(13_000, false); 17]);
 }

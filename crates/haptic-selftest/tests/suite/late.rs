@@ -18,6 +18,8 @@ use std::time::Duration;
 enum Mishap {
     /// The host says nothing for longer than the servo's watchdog waits.
     Stall,
+    /// What serves the device stands still for longer than the test waits for a sample.
+    Standstill,
     /// Nothing comes any more.
     Gone,
     /// The same before anything was armed.
@@ -60,6 +62,7 @@ impl Troubled {
                 let now_us = self.time.now_us() + 150_000;
                 adapter.servo.advance(now_us);
             }
+            Mishap::Standstill => std::thread::sleep(Duration::from_secs(4)),
             Mishap::Gone | Mishap::GoneAtRest => self.gone = true,
         }
     }
@@ -163,12 +166,28 @@ pub(crate) fn a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for
 }
 
 pub(crate) fn an_adapter_that_goes_away_is_a_link_that_is_lost() {
-    for (mishap, arm) in [(Mishap::Gone, true), (Mishap::GoneAtRest, false)] {
+    for (mishap, arm) in [(Mishap::Gone, Some(true)), (Mishap::GoneAtRest, None)] {
         let report = tested_with(mishap, u32::MAX);
         let lost = report.link_lost.as_deref().unwrap_or_default();
         assert!(lost.starts_with("the adapter is gone: "), "{report:#?}");
-        // What a board that says nothing any more was seen to do is no promise kept.
-        assert_eq!(verdicts(&report).0[0], (Promise::Arm, arm), "{report:#?}");
+        assert!(
+            lost.contains("it may still push: switch its supply off"),
+            "{lost}"
+        );
+        // What was not tried to its end is neither kept nor broken.
+        assert_eq!(report.checks[0].ok, arm, "{report:#?}");
+        let rest = &report.checks[1..];
+        assert!(
+            rest.iter()
+                .all(|check| check.ok.is_none() && check.not_judged)
+        );
         assert!(!report.holds);
     }
+}
+
+pub(crate) fn a_silence_of_a_device_that_answers_again_is_tried_again() {
+    let report = tested_with(Mishap::Standstill, 1);
+    let (judged, late) = verdicts(&report);
+    assert!(report.holds, "{report:#?}");
+    assert!(late.is_empty() && judged.len() == 7, "{report:#?}");
 }

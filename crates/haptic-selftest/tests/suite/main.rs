@@ -88,6 +88,10 @@ fn what_each_device_keeps_and_breaks_is_seen() {
             "late::an_adapter_that_goes_away_is_a_link_that_is_lost",
             late::an_adapter_that_goes_away_is_a_link_that_is_lost,
         ),
+        (
+            "late::a_silence_of_a_device_that_answers_again_is_tried_again",
+            late::a_silence_of_a_device_that_answers_again_is_tried_again,
+        ),
     ];
     at_once(cases.iter().copied());
 }

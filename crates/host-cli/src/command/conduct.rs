@@ -9,7 +9,7 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::report::RunReport;
 use haptic_experiment::{Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -125,12 +125,38 @@ pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
         ProgressDrawTarget::stderr()
     };
     let bar = ProgressBar::with_draw_target(Some(samples), target);
-    let template = "{bar:40} {percent:>3} %  {human_pos} of {human_len}  {eta} left  {msg}";
+    let template = "{bar:40} {percent:>3} %  {human_pos} of {human_len}  {left}  {msg}";
     // The template is a constant; the default serves if it were wrong.
-    bar.set_style(
-        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
+    let style =
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    bar.set_style(style.with_key(
+        "left",
+        |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            // A line that cannot be written to is not a line that somebody reads.
+            let _ = out.write_str(&left(state.pos(), state.eta()));
+        },
+    ));
     // Draws from a thread of its own, not from the loop.
     bar.enable_steady_tick(std::time::Duration::from_millis(100));
     bar
+}
+
+/// Time that is left in words; before anything is done nobody knows it.
+fn left(done: u64, estimate: std::time::Duration) -> String {
+    match done {
+        0 => "time left: not known yet".to_owned(),
+        _ => format!("{:#} left", HumanDuration(estimate)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn before_anything_is_done_nobody_knows_how_long_it_takes() {
+        assert!(!left(0, Duration::ZERO).contains('0'));
+        assert_eq!(left(1, Duration::from_secs(42)), "42s left");
+    }
 }

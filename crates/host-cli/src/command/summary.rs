@@ -121,7 +121,7 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         Some(reason) => writeln!(out, "  operator          not compared: {reason}")?,
         None => writeln!(
             out,
-            "  operator          off by {} at most from the full history of what was recorded{}{}",
+            "  operator          off by {} at most from the full history of what was recorded{}{}{}",
             number(errors.max_relative_error),
             window(
                 errors.max_relative_error_from_s,
@@ -131,7 +131,11 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
                 .reference_tolerance
                 .map_or_else(String::new, |tolerance| {
                     format!(" (by an operator, to {tolerance:.0e})")
-                })
+                }),
+            match report.run.limited_samples {
+                0 => String::new(),
+                limited => format!("; {limited} samples of it were limited, see the warning"),
+            }
         )?,
     }
     match &errors.closed_form_error_reason {
@@ -197,17 +201,16 @@ pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
         crate::command::realtime::print(out, realtime)?;
     }
     if let Some(link) = &end.link {
-        let [p50, p99, max] = link.round_trip_us;
         writeln!(
             out,
-            "  link              board {}, loop on the {}; {} samples lost; frames {} from it, {} to it, {} \
-             damaged; round trip {p50} µs median, {p99} µs 99 %, {max} µs longest",
+            "  link              board {}, loop on the {}; {} samples lost; frames {} from it, {}, {} damaged; round trip {}",
             link.board,
             link.loop_mode,
             link.samples_lost + link.samples_dropped,
             link.from_device.received,
-            link.to_device.received,
-            link.from_device.corrupt + link.to_device.corrupt
+            link.arrived(),
+            link.from_device.corrupt + link.to_device.corrupt,
+            link.round_trip()
         )?;
     }
     if let Some(verdict) = &end.preflight {

@@ -7,6 +7,7 @@ use haptic_devices::haply::{
 };
 use haptic_link::State;
 use haptic_loop::{Fault, Limiters};
+use haptic_remote::serial::ServedHardware as _;
 
 /// A board of a version that a host has configured as another and led for so long, s.
 fn configured(version: Version, as_version: Version, hand: Hand, for_s: f64) -> (Board, u64) {
@@ -110,6 +111,27 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
     }
     // Armed again it is not, however often: what came last is not known to be true.
     assert!(running.device.arm(running.device.status().faults).is_err());
+}
+
+#[test]
+fn a_port_that_is_gone_is_not_said_to_have_told_the_board_anything() {
+    for (silent, told) in [(false, "cannot be told to let go"), (true, "was told to")] {
+        let mut running = with_torque(Version::V3);
+        running.wire.with(|world| {
+            world.dead = silent;
+            world.gone = !silent;
+        });
+        for _ in 0..10 {
+            running.tick();
+        }
+        assert_eq!(running.device.status().fault, Fault::BoardFailed.code());
+        // What is said is true: behind a port that is gone the motors still push.
+        assert!(running.torque() > 0.0);
+        let words = running.device.hardware().trouble().expect("failed").words;
+        assert!(words.contains(told), "{words}");
+        assert_eq!(words.contains("its port is gone"), !silent, "{words}");
+        assert!(silent || !words.contains("reset"), "{words}");
+    }
 }
 
 #[test]

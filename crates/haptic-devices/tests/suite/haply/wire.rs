@@ -43,6 +43,8 @@ pub(crate) struct World {
     pub(crate) planned: Option<(Way, u32, Damage)>,
     /// Bytes of the host are not heard: the board has stopped.
     pub(crate) dead: bool,
+    /// The port is gone, with whatever the board does behind it.
+    pub(crate) gone: bool,
     /// The last frames of the host, as it sent them.
     pub(crate) frames: VecDeque<[u8; TORQUES_BYTES]>,
     /// Largest torque in any of them, N·m.
@@ -58,6 +60,7 @@ impl World {
             to_host: VecDeque::new(),
             planned: None,
             dead: false,
+            gone: false,
             frames: VecDeque::new(),
             largest_nm: 0.0,
         }
@@ -115,6 +118,9 @@ impl Wire {
 impl Read for Wire {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         self.with(|world| {
+            if world.gone {
+                return Err(ErrorKind::BrokenPipe.into());
+            }
             if world.to_host.is_empty() {
                 return Err(ErrorKind::TimedOut.into());
             }
@@ -126,6 +132,9 @@ impl Read for Wire {
 impl Write for Wire {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.with(|world| {
+            if world.gone {
+                return Err(ErrorKind::BrokenPipe.into());
+            }
             if let Ok(frame) = bytes.try_into() {
                 world.frames.push_front(frame);
                 let torques = numbers(&world.board, &frame).map(f64::abs);
@@ -146,8 +155,8 @@ impl Write for Wire {
                     world.to_host.extend(&through[..count]);
                 }
             }
-        });
-        Ok(bytes.len())
+            Ok(bytes.len())
+        })
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -210,6 +219,7 @@ pub(crate) struct Law {
     pub(crate) operator: (OperatorShape, Vec<f32>),
     pub(crate) one_sided: bool,
     pub(crate) tick_us: u32,
+    pub(crate) limits: Limits,
 }
 
 impl Default for Law {
@@ -222,6 +232,10 @@ impl Default for Law {
             operator: (Configuration::PASSIVE.operator, vec![0.0]),
             one_sided: false,
             tick_us: TICK_US,
+            limits: Limits {
+                watchdog_ms: 1000,
+                ..Limits::bare(FORCE_N, 1000.0)
+            },
         }
     }
 }
@@ -247,6 +261,7 @@ impl Running {
             order: law.order,
             one_sided: law.one_sided,
             operator: law.operator.0,
+            limits: law.limits,
             ..limited(law.tick_us)
         };
         let device = started(hardware.expect("answers"), configuration, &law.operator.1);
@@ -287,10 +302,7 @@ impl Running<2> {
 fn limited(tick_period_us: u32) -> Configuration {
     Configuration {
         tick_period_us,
-        limits: Limits {
-            watchdog_ms: 1000,
-            ..Limits::bare(FORCE_N, 1000.0)
-        },
+        limits: Law::default().limits,
         ..Configuration::PASSIVE
     }
 }
@@ -314,7 +326,15 @@ fn started<const D: usize>(
 impl<const D: usize> Running<D> {
     /// The next tick, a period later.
     pub(crate) fn tick(&mut self) {
-        let period_us = self.tick_us;
+        self.tick_after(0);
+    }
+
+    /// The next tick, after so many periods in which this machine was too busy for one.
+    pub(crate) fn tick_after(&mut self, skipped: u32) {
+        let period_us = self.tick_us * (1 + u64::from(skipped));
+        if skipped > 0 {
+            self.device.skip(skipped);
+        }
         let now_us = self.wire.with(|world| {
             world.now_us += period_us;
             world.board.advance(world.now_us);

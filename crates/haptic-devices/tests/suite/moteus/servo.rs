@@ -27,6 +27,22 @@ fn a_force_is_a_torque_at_the_radius() {
 }
 
 #[test]
+fn ticks_that_are_skipped_are_no_jump_of_the_position() {
+    let mut rig = Rig::new(0.0);
+    rig.start();
+    let mut at_m = 0.0;
+    for n in 0..60 {
+        let skipped = if n % 10 == 5 { 6 } else { 0 };
+        at_m += 4e-4 * f64::from(1 + skipped);
+        rig.place(at_m);
+        rig.tick_after(skipped);
+        assert_eq!(rig.fault(), None, "tick {n} at {at_m} m: {}", rig.trouble());
+    }
+    let newest = f64::from(rig.device.newest().position_m[0]);
+    assert!((newest - at_m).abs() < 1e-3, "{newest} m of {at_m} m");
+}
+
+#[test]
 fn a_radius_below_zero_turns_the_direction_round() {
     let wire = Wire::new(Shaft::LEVER);
     let settings = MoteusSettings {

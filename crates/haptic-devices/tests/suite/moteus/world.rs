@@ -191,11 +191,19 @@ impl Rig {
     }
 
     pub(crate) fn tick(&mut self) {
+        self.tick_after(0);
+    }
+
+    /// The next tick, after so many periods in which this machine was too busy for one.
+    pub(crate) fn tick_after(&mut self, skipped: u32) {
         let now_us = {
             let mut world = self.wire.world();
-            world.now_us += self.period_us;
+            world.now_us += self.period_us * (1 + u64::from(skipped));
             world.now_us
         };
+        if skipped > 0 {
+            self.device.skip(skipped);
+        }
         // A host keeps its watchdog quiet.
         self.device.heard(now_us, true);
         self.device.tick(now_us);

@@ -3,7 +3,7 @@
 use super::port::PortArguments;
 use crate::output::Output;
 use clap::Args;
-use haptic_experiment::device::{at_port, firmware_version};
+use haptic_experiment::device::{at_port, firmware_version, trouble};
 use haptic_experiment::failure::Failure;
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
@@ -147,7 +147,7 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
         flight_samples: can.flight_samples,
         state: status.state.to_string(),
         fault: fault_in_words(status),
-        fault_reason: (link.trouble().filter(|_| status.fault > 0)).map(|trouble| trouble.words),
+        fault_reason: trouble(link).filter(|_| status.fault > 0),
         faults: status.faults,
         latency_ms: link.latency_ms(),
         round_trip_us: RoundTrip {
@@ -192,8 +192,12 @@ fn print(out: &mut dyn Write, info: &Info) -> io::Result<()> {
     )?;
     writeln!(
         out,
-        "  round trip        {} µs median, {} µs 99 %, {} µs longest",
-        info.round_trip_us.p50, info.round_trip_us.p99, info.round_trip_us.max
+        "  round trip        {}",
+        haptic_experiment::remote::round_trip([
+            info.round_trip_us.p50,
+            info.round_trip_us.p99,
+            info.round_trip_us.max
+        ])
     )?;
     let counted = &info.statistics;
     writeln!(

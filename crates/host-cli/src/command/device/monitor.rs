@@ -9,6 +9,7 @@ use crate::output::{Output, note};
 use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
+use haptic_experiment::device::trouble;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_experiment::recorder::{Recorded, Recorder};
@@ -214,6 +215,11 @@ impl Watch<'_> {
         if let Err(error) = link.stream(self.every, batch) {
             return Some(error.to_string());
         }
+        // What failed before anybody listened is told by no message any more.
+        if let Some(trouble) = trouble(link) {
+            let _ = recorder.event(0.0, "link", trouble.clone());
+            return Some(trouble);
+        }
         let period_s = link.period_s();
         let mut next_tick = None;
         let over = loop {
@@ -271,9 +277,9 @@ impl Watch<'_> {
         let time_s = f64::from(report.tick) * link.period_s();
         // Nobody drives a device that this process serves: its board has failed, and what samples tell from now on is its last
         // position. A recorder that has ended is seen when it is closed.
-        if let Some(trouble) = link.trouble() {
-            let _ = recorder.event(time_s, "link", trouble.words.clone());
-            return Some(trouble.words);
+        if let Some(trouble) = trouble(link) {
+            let _ = recorder.event(time_s, "link", trouble.clone());
+            return Some(trouble);
         }
         self.watched.faults += 1;
         let text = fault_in_words(report.status).unwrap_or_default();

@@ -112,7 +112,7 @@ fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
         let ok = match check.ok {
             Some(true) => "ok",
             Some(false) => "NO",
-            None if check.host_late => "??",
+            None if check.not_judged => "??",
             None => "–",
         };
         let name = check.check.to_string();

@@ -88,6 +88,18 @@ fn says_that_it_is_gone(ended: &Ended) {
         "{ended}"
     );
     assert!(!ended.error().contains("implausible"), "{ended}");
+    says_only_what_can_be(ended.error());
+}
+
+/// A board is not said to have been told or reset through a port that is gone, and one that may still push is feared.
+fn says_only_what_can_be(words: &str) {
+    if words.contains("its port is gone") {
+        assert!(!words.contains("was told"), "{words}");
+        assert!(
+            words.contains("it may still push: switch its supply off"),
+            "{words}"
+        );
+    }
 }
 
 #[test]
@@ -239,6 +251,7 @@ fn times_lost(kind: &str, said: &str) -> usize {
             gone.iter().any(|words| pair[0].contains(words)),
             "{kind}: {said}"
         );
+        says_only_what_can_be(pair[0]);
         // A busy machine may lose it once more at the end.
         let back = pair.get(1).unwrap_or(&"the device is there again");
         assert!(back.contains("the device is there again"), "{kind}: {said}");
