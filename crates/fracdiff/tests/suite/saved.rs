@@ -115,6 +115,6 @@ fn positions_outside_a_history_and_other_lengths_are_refused() {
     assert!(postcard::from_bytes::<History>(&bytes).is_err());
     // A list of two is no history of three.
     let two = Fir::<f32, 2>::new([1.0, 1.0]).expect("finite").at_rest();
-    let bytes = postcard::to_stdvec(&two).expect("is data");
+    let bytes = saved(&two);
     assert!(postcard::from_bytes::<FirHistory<f32, 3>>(&bytes).is_err());
 }
