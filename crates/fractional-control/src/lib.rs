@@ -50,6 +50,8 @@ mod transfer;
 pub mod tuning;
 #[cfg(feature = "std")]
 mod verdict;
+#[cfg(feature = "std")]
+mod wide;
 
 pub use controller::{Actuator, Controller, Mode, Station};
 #[cfg(feature = "std")]

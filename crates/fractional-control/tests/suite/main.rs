@@ -2,9 +2,12 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod any_pole;
 mod boundary;
 mod controllers;
 mod defining_sums;
+mod draw;
+mod fast_poles;
 mod golden;
 mod identification;
 mod margins;
