@@ -16,6 +16,8 @@ mod function_controller;
 #[cfg(feature = "std")]
 mod gains;
 #[cfg(feature = "std")]
+mod held_response;
+#[cfg(feature = "std")]
 mod identify;
 #[cfg(feature = "std")]
 mod law;
@@ -58,6 +60,8 @@ pub use controller::{Actuator, Controller, Mode, Station};
 pub use curves::ControllerParameters;
 pub use error::ControlError;
 pub use function_controller::{FunctionController, FunctionHistory};
+#[cfg(feature = "std")]
+pub use held_response::RuleError;
 #[cfg(feature = "std")]
 pub use identify::{
     FreeNumber, Identified, Record, WholeGuess, WholeShape, identify, identify_coefficients,

@@ -3,6 +3,7 @@
 use crate::StateSpace;
 use crate::curves::transfer_fraction;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::held_response::HeldResponse;
 use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::{SampledStates, StatesInV};
@@ -46,6 +47,8 @@ pub struct SampledPlant {
     curve: Fraction,
     /// How far back it remembers, s, where it follows a rule.
     memory_s: Option<f64>,
+    /// What it would be without the rule.
+    held: Option<HeldResponse>,
     sample_time: Seconds,
 }
 
@@ -112,6 +115,7 @@ impl SampledPlant {
             path,
             direct: (0.0, 1),
             memory_s: curve.remembers().then_some(memory.horizon_s()),
+            held: HeldResponse::new(plant, sample_time.0),
             curve,
             sample_time,
         })
@@ -136,6 +140,7 @@ impl SampledPlant {
                 ..curve
             },
             memory_s: None,
+            held: None,
             sample_time,
         })
     }
@@ -156,6 +161,11 @@ impl SampledPlant {
     /// How far back its memory reaches, s; `None` without one.
     pub(crate) fn memory_s(&self) -> Option<f64> {
         self.memory_s
+    }
+
+    /// The plant without a rule; `None` of one that follows none.
+    pub(crate) fn held_response(&self) -> Option<&HeldResponse> {
+        self.held.as_ref()
     }
 
     /// Numerator and denominator on the circle.

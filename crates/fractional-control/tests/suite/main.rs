@@ -13,6 +13,7 @@ mod identification;
 mod margins;
 mod notation;
 mod plants;
+mod rules;
 mod spectrum;
 mod streaming;
 mod tuning;
