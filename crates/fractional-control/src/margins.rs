@@ -20,6 +20,8 @@ const FLAT: f64 = 1e-3;
 /// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
 const NARROWED: usize = 60;
 
+/// ln |L| that is 0 but for rounding.
+const ROUNDING: f64 = 1e-13;
 /// Times a delay margin is made better at most, by secants.
 const REFINED: usize = 8;
 /// What is left of a delay margin, as a share of it, that is nothing.
@@ -113,7 +115,11 @@ impl SampledLoop {
 
     /// The phase margin of each crossover, rad, −π to π.
     fn phase_margins(&self, grid: &[Point]) -> Vec<Crossing> {
-        let crossovers = self.where_zero(grid, |l| libm::log(l.norm()), |_| true);
+        // A loop that comes to rest at 1 crosses it by rounding only.
+        let log = |l: Complex<f64>| libm::log(l.norm());
+        let apart = grid.iter().filter(|(_, l)| log(*l).abs() > ROUNDING);
+        let apart: Vec<Point> = apart.copied().collect();
+        let crossovers = self.where_zero(&apart, log, |_| true);
         let rate = self.rate();
         let margin = |&(theta, l): &Point| Crossing {
             omega_rad_s: theta * rate,
