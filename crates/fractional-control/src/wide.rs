@@ -155,7 +155,7 @@ pub(crate) fn in_v(
     (shifted(&denominator), numerators.collect())
 }
 
-/// Σ c_k w^k in powers of v = 1 − w, by Horner's scheme: p ← (1 − v)p + c.
+/// `Σ c_k w^k` in powers of v = 1 − w, by Horner's scheme: p ← (1 − v)p + c.
 fn shifted(coefficients: &[Wide]) -> Vec<Wide> {
     let mut in_v = vec![Wide::ZERO; coefficients.len()];
     for coefficient in coefficients.iter().rev() {

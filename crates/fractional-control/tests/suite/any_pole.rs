@@ -192,7 +192,7 @@ fn drawn(draw: &mut Draw, index: usize) -> Loop {
         times,
         delay,
         proportional: draw.scale(0.1, 3.0),
-        integral: if index % 3 == 0 {
+        integral: if index.is_multiple_of(3) {
             draw.scale(1e-3, 0.3) / slow
         } else {
             0.0

@@ -3,7 +3,7 @@
 use fracdiff::Seconds;
 use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
 
-/// A loop by its notation: plant, K_p, K_i, T.
+/// A loop by its notation: plant, `K_p`, `K_i`, T.
 fn judged(plant: &str, (proportional, integral): (f64, f64), t: f64) -> SampledLoop {
     let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6 * t).expect("valid");
     let plant: Plant = plant.parse().expect("valid");

@@ -114,7 +114,15 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
         (margins.delay_s).filter(|delay| closed.memory_s().is_none_or(|held| delay.value < held));
     margins.delay_s = margins.delay_s.map(|delay| exact_delay(file, plant, delay));
     if let Some(plant) = closed.of_plant() {
-        margins.gain_up = true_gain(&closed, &plant, margins.gain_up);
+        let truth = plant.margins();
+        margins.gain_up = true_gain(&closed, margins.gain_up, truth.gain_up);
+        // Near half the sample rate the rule knows no peaks.
+        if truth.sensitivity.value > margins.sensitivity.value * (1.0 + BESIDE) {
+            margins.sensitivity = truth.sensitivity;
+        }
+        if truth.complementary.value > margins.complementary.value * (1.0 + BESIDE) {
+            margins.complementary = truth.complementary;
+        }
     }
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
@@ -153,16 +161,16 @@ fn exact_delay(file: &ControllerFile, plant: &Plant, first: Crossing) -> Crossin
 /// the plant behind its hold.
 fn true_gain(
     closed: &SampledLoop,
-    plant: &SampledLoop,
     of_rule: Option<Crossing>,
+    of_plant: Option<Crossing>,
 ) -> Option<Crossing> {
     let most = of_rule.map_or(WITHIN, |gain| gain.value * (1.0 - BESIDE));
-    let holds = closed
-        .rule_error()
-        .is_none_or(|rule| rule.within([1.0, most])[1] >= most);
-    match (of_rule, holds) {
-        (Some(gain), true) => Some(gain),
-        _ => plant.margins().gain_up,
+    let rule = closed.rule_error();
+    let holds = rule.is_none_or(|rule| rule.within([1.0, most])[1] >= most);
+    if holds {
+        of_rule.or(of_plant)
+    } else {
+        of_plant
     }
 }
 
