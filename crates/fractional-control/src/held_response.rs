@@ -1,11 +1,9 @@
-//! The response of a plant behind a hold at the samples, without a rule: how far a rule is from it.
+//! The response of a plant behind a hold at the samples, without a rule.
 
-use crate::enclosure::{Arc, count};
+use crate::Plant;
 use crate::plant::Model;
-use crate::{Plant, SampledLoop};
 use core::f64::consts::PI;
 use num_complex::Complex;
-use std::vec::Vec;
 
 /// Terms on either side before the rest is a power law.
 const TERMS: usize = 64;
@@ -13,13 +11,6 @@ const TERMS: usize = 64;
 const ORDER_LEAST: f64 = 1.02;
 /// A dead time this near to whole samples has the rest of one of whole samples.
 const WHOLE: f64 = 0.02;
-/// Share of |1 + L| by which the rule may be off for the loop to turn as its plant does. Below 1 it does (E. Rouché); the rest is for what lies
-/// between the angles that are looked at.
-const HOLDS: f64 = 0.7;
-/// Angles looked at, from the first on to π: below it a rule is right as long as its memory lasts.
-const ANGLES: usize = 800;
-const FIRST: f64 = 1e-4;
-
 /// ```text
 /// G_d(θ) = Σ_k G(jω_k)·e^(−jω_k τ)·(1 − e^(−jθ))/(jω_k T),   ω_k = (θ + 2πk)/T     (S. D. Poisson)
 /// ```
@@ -63,6 +54,11 @@ impl HeldResponse {
         sum * one_less_w / self.sample_time_s + passed
     }
 
+    /// The number of poles of the plant that grow, where it is known.
+    pub(crate) fn growing_poles(&self) -> Option<usize> {
+        self.plant.function()?.growing_poles()
+    }
+
     /// (G − D)/(jω) at the angle x = ωT.
     fn term(&self, x: f64) -> Complex<f64> {
         let omega = x / self.sample_time_s;
@@ -102,69 +98,5 @@ impl HeldResponse {
             by * (z * by * (z * by * twice + once) + 1.0)
         };
         sum + begin * late(x) * rest
-    }
-}
-
-/// What the loop of a plant that follows a rule is, and what it would be without: both open loops at many angles.
-#[derive(Clone, Debug)]
-pub struct RuleError {
-    pairs: Vec<[Complex<f64>; 2]>,
-    same_poles: bool,
-}
-
-impl RuleError {
-    /// True if with this times the gain the loop of the rule turns about −1 as often as that of the plant: its verdict is that of the plant.
-    #[must_use]
-    pub fn holds(&self, gain: f64) -> bool {
-        let near = |[rule, truth]: &[Complex<f64>; 2]| {
-            (truth - rule).norm() * gain < HOLDS * (rule * gain + 1.0).norm()
-        };
-        self.same_poles && self.pairs.iter().all(near)
-    }
-
-    /// The gains from 1 down and up to these at which it [`holds`](Self::holds); 1 alone where it does not there.
-    #[must_use]
-    pub fn within(&self, [low, high]: [f64; 2]) -> [f64; 2] {
-        let step = 1.02;
-        let reached = |end: f64| {
-            let count = libm::ceil(libm::log(end).abs() / libm::log(step)) as i32;
-            let gain = |k: i32| libm::pow(end, f64::from(k) / f64::from(count.max(1)));
-            let last = (0..=count).take_while(|k| self.holds(gain(*k))).last();
-            last.map_or(1.0, gain)
-        };
-        [reached(low), reached(high)]
-    }
-}
-
-impl SampledLoop {
-    /// How far the rule of its plant is from the plant behind its hold; `None` of a plant that is sampled exactly.
-    #[must_use]
-    pub fn rule_error(&self) -> Option<RuleError> {
-        let plant = self.of_plant()?;
-        let angle = |k: usize| {
-            let share = k as f64 / ANGLES as f64;
-            // As many on a logarithmic scale as on an even one.
-            match k % 2 {
-                0 => FIRST * libm::pow(PI / FIRST, share),
-                _ => PI * share,
-            }
-        };
-        let angles = (0..=ANGLES).map(angle);
-        let pairs = angles.map(|theta| [self.open(theta), plant.open(theta)]);
-        Some(RuleError {
-            pairs: pairs.collect(),
-            same_poles: self.plant_grows_alike(),
-        })
-    }
-
-    /// False if the rule has another number of growing poles than its plant.
-    fn plant_grows_alike(&self) -> bool {
-        let Some(held) = self.held() else {
-            return true;
-        };
-        let poles = count(|arc: &Arc| self.plant_below(arc)).zeros;
-        let growing = (held.plant.function()).and_then(|function| function.growing_poles());
-        // With one at rest neither can be counted on the circle.
-        poles.zip(growing).is_none_or(|(rule, own)| rule == own)
     }
 }

@@ -39,6 +39,8 @@ mod polynomial;
 mod quotient;
 #[cfg(feature = "std")]
 mod records;
+#[cfg(feature = "std")]
+mod rule_error;
 mod sampled;
 #[cfg(feature = "std")]
 mod sampled_plant;
@@ -61,8 +63,6 @@ pub use curves::ControllerParameters;
 pub use error::ControlError;
 pub use function_controller::{FunctionController, FunctionHistory};
 #[cfg(feature = "std")]
-pub use held_response::RuleError;
-#[cfg(feature = "std")]
 pub use identify::{
     FreeNumber, Identified, Record, WholeGuess, WholeShape, identify, identify_coefficients,
     whole_guess,
@@ -84,6 +84,8 @@ pub use poles::Commensurate;
 pub use polynomial::{FractionalPolynomial, ORDER_MAX, TERMS_MAX, Term};
 #[cfg(feature = "std")]
 pub use records::{MODES, impulse_response, respond, step_response};
+#[cfg(feature = "std")]
+pub use rule_error::RuleError;
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
 #[cfg(feature = "std")]
 pub use sampled_plant::{PlantState, SampledPlant};
