@@ -16,6 +16,8 @@ mod function_controller;
 #[cfg(feature = "std")]
 mod gains;
 #[cfg(feature = "std")]
+mod held_response;
+#[cfg(feature = "std")]
 mod identify;
 #[cfg(feature = "std")]
 mod law;
@@ -37,6 +39,8 @@ mod polynomial;
 mod quotient;
 #[cfg(feature = "std")]
 mod records;
+#[cfg(feature = "std")]
+mod rule_error;
 mod sampled;
 #[cfg(feature = "std")]
 mod sampled_plant;
@@ -50,6 +54,8 @@ mod transfer;
 pub mod tuning;
 #[cfg(feature = "std")]
 mod verdict;
+#[cfg(feature = "std")]
+mod wide;
 
 pub use controller::{Actuator, Controller, Mode, Station};
 #[cfg(feature = "std")]
@@ -78,6 +84,8 @@ pub use poles::Commensurate;
 pub use polynomial::{FractionalPolynomial, ORDER_MAX, TERMS_MAX, Term};
 #[cfg(feature = "std")]
 pub use records::{MODES, impulse_response, respond, step_response};
+#[cfg(feature = "std")]
+pub use rule_error::RuleError;
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
 #[cfg(feature = "std")]
 pub use sampled_plant::{PlantState, SampledPlant};

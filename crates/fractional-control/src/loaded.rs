@@ -3,7 +3,7 @@
 use crate::ControlError;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
 use crate::law::{SampledLaw, SharedLaw};
-use crate::state_space::in_v;
+use crate::wide::{self, in_v};
 use fracdiff::Seconds;
 use fracdiff::parameter::{RangeError, range};
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -80,37 +80,34 @@ impl LoadedPlant {
     /// The plant with this law at its second port.
     ///
     /// # Errors
-    /// Matrices whose sizes do not fit or that are not finite, a transition that cannot be undone, a law that nothing answers.
+    /// Matrices whose sizes do not fit or that are not finite, a law that nothing answers.
     pub fn new(
         port: &TwoPort,
         law: Arc<dyn SampledLaw>,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
-        let (moved, inverse) = port.checked()?;
-        let pairs = [(&port.measured, &port.command), (&port.felt, &port.load)];
-        let (denominator, numerators) = in_v(&moved, &inverse, &pairs);
-        let [free, felt] = &numerators[..] else {
-            return Err(nothing_felt(0.0));
+        port.checked()?;
+        let n = port.felt.len();
+        let transition = wide::matrix(&port.transition);
+        let (command, load) = (wide::column(&port.command), wide::column(&port.load));
+        let felt = wide::row(&port.felt);
+        // With f = −q the plant is [N_yu + R]/[…] for the same R = w·M that stands behind Z.
+        let closed = &transition - &load * &felt;
+        let sees = (wide::row(&port.measured), command);
+        let (denominator, numerators) = in_v(&transition, &[sees.clone(), (felt, load)]);
+        let (_, with_law) = in_v(&closed, &[sees]);
+        let ([free, felt], [with_law]) = (&numerators[..], &with_law[..]) else {
+            return Err(nothing_felt());
         };
-        // The highest power of what the law feels of its own force.
-        let direct = felt.last().copied().unwrap_or(0.0);
-        if direct == 0.0 {
-            return Err(nothing_felt(direct));
+        let rest = with_law.iter().zip(free).map(|(with, free)| with - free);
+        let rest: vec::Vec<wide::Wide> = rest.collect();
+        let rounded = |numbers: &[wide::Wide]| wide::rounded(numbers, n);
+        let (denominator, free) = (rounded(&denominator), rounded(free));
+        let (felt, rest) = (rounded(felt), rounded(&rest));
+        if felt.iter().all(|power| *power == 0.0) {
+            return Err(nothing_felt());
         }
-        // With f = −g·q the plant is [N_yu + g·R]/[…] for the same R = w·M that stands behind Z; the monic denominator is that of
-        // the closed loop times 1 − g·direct = 2.
-        let gain = -1.0 / direct;
-        let closed = &port.transition - &port.load * gain * &port.felt;
-        let identity = DMatrix::identity(moved.nrows(), moved.nrows());
-        let closed_inverse = closed.clone().try_inverse();
-        let closed_inverse = closed_inverse.ok_or_else(|| nothing_felt(direct))?;
-        let (_, with_gain) = in_v(&(closed - identity), &closed_inverse, &pairs[..1]);
-        let rest: vec::Vec<f64> = with_gain[0]
-            .iter()
-            .zip(free)
-            .map(|(with, free)| (2.0 * with - free) / gain)
-            .collect();
         let law = Factor::Law(SharedLaw(law));
         let term = |factors| Product {
             scale: 1.0,
@@ -120,12 +117,12 @@ impl LoadedPlant {
         Ok(Self {
             curve: Fraction {
                 above: Sum(vec![
-                    term(vec![Factor::InV(free.clone()), late()]),
+                    term(vec![Factor::InV(free), late()]),
                     term(vec![Factor::InV(rest), late(), law.clone()]),
                 ]),
                 below: Sum(vec![
                     term(vec![Factor::InV(denominator)]),
-                    term(vec![Factor::InV(felt.clone()), late(), law]),
+                    term(vec![Factor::InV(felt), late(), law]),
                 ]),
             },
             sample_time,
@@ -145,8 +142,7 @@ impl LoadedPlant {
 }
 
 impl TwoPort {
-    /// Φ − 1 and Φ⁻¹.
-    fn checked(&self) -> Result<(DMatrix<f64>, DMatrix<f64>), ControlError> {
+    fn checked(&self) -> Result<(), ControlError> {
         let n = self.transition.nrows();
         let sizes = [
             self.transition.ncols(),
@@ -168,16 +164,11 @@ impl TwoPort {
         for value in self.transition.iter().chain(vectors).chain(rows) {
             range("element of a matrix", *value, true, "finite", "")?;
         }
-        let inverse = self.transition.clone().try_inverse();
-        let inverse = inverse.ok_or_else(|| {
-            let allowed = "above 0: leave a pole that decays within a sample out";
-            RangeError::new("determinant of the transition", 0.0, allowed, "")
-        })?;
-        Ok((&self.transition - DMatrix::identity(n, n), inverse))
+        Ok(())
     }
 }
 
-fn nothing_felt(direct: f64) -> ControlError {
+fn nothing_felt() -> ControlError {
     let allowed = "other than 0: let the law see what its force moves within a sample";
-    RangeError::new("answer of the plant to its load", direct, allowed, "").into()
+    RangeError::new("answer of the plant to its load", 0.0, allowed, "").into()
 }

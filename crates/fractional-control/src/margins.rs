@@ -20,10 +20,14 @@ const FLAT: f64 = 1e-3;
 /// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
 const NARROWED: usize = 60;
 
+/// ln |L| that is 0 but for rounding.
+const ROUNDING: f64 = 1e-13;
 /// Times a delay margin is made better at most, by secants.
 const REFINED: usize = 8;
 /// What is left of a delay margin, as a share of it, that is nothing.
 const SETTLED: f64 = 1e-9;
+/// A loop this share before its delay margin is stable.
+const WITHIN: f64 = 1e-3;
 
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,7 +115,11 @@ impl SampledLoop {
 
     /// The phase margin of each crossover, rad, −π to π.
     fn phase_margins(&self, grid: &[Point]) -> Vec<Crossing> {
-        let crossovers = self.where_zero(grid, |l| libm::log(l.norm()), |_| true);
+        // A loop that comes to rest at 1 crosses it by rounding only.
+        let log = |l: Complex<f64>| libm::log(l.norm());
+        let apart = grid.iter().filter(|(_, l)| log(*l).abs() > ROUNDING);
+        let apart: Vec<Point> = apart.copied().collect();
+        let crossovers = self.where_zero(&apart, log, |_| true);
         let rate = self.rate();
         let margin = |&(theta, l): &Point| Crossing {
             omega_rad_s: theta * rate,
@@ -127,6 +135,8 @@ impl SampledLoop {
     /// ```text
     /// φ(d)/ω_c(d) = 0,   φ the phase margin of the loop that is d late, at the crossover ω_c next to that before
     /// ```
+    /// Where the loop is not stable just before that, the delay from which it is not, by halving.
+    ///
     /// # Errors
     /// Those of `later`.
     pub fn delay_margin<E>(
@@ -155,6 +165,20 @@ impl SampledLoop {
             if left.abs() <= SETTLED * found.value {
                 break;
             }
+        }
+        // A plant that is fast for the samples loses a whole one where its dead time passes one.
+        let is_stable = |delay: f64| Ok(later(delay)?.verdict().stable);
+        if !is_stable(found.value * (1.0 - WITHIN))? && is_stable(0.0)? {
+            let (mut low, mut high) = (0.0, found.value);
+            for _ in 0..NARROWED {
+                let middle = 0.5 * (low + high);
+                if is_stable(middle)? {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            found.value = low;
         }
         Ok(found)
     }

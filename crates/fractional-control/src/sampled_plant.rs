@@ -3,9 +3,10 @@
 use crate::StateSpace;
 use crate::curves::transfer_fraction;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::held_response::HeldResponse;
 use crate::plant::Model;
 use crate::records::MODES;
-use crate::state_space::SampledStates;
+use crate::state_space::{SampledStates, StatesInV};
 use crate::{ControlError, Memory, Plant, SampledHistory, SampledTransferFunction};
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
@@ -18,8 +19,9 @@ const DELAY_MAX: f64 = 10_000.0;
 
 /// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
 ///
-/// - *Matrices, and transfer functions of whole orders* with more of them below than above: exactly, by matrix exponentials of the two
-///   parts of a sample. A function with a pole too fast for that is sampled as the others.
+/// - *Matrices, and transfer functions of whole orders up to 16*: exactly, by matrix exponentials of the two parts of a sample, in numbers of
+///   some hundred bits, so that a pole of any speed, from 1e-6 to 1e6 a sample, keeps its digits. What a function of as many powers above as
+///   below passes on at once is the command of ⌈d + h⌉ samples ago, and of one at least: a loop measures before it commands.
 /// - *Other transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
 ///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
 ///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.
@@ -40,9 +42,13 @@ pub struct SampledPlant {
     kind: Kind,
     delay: usize,
     path: [f64; 3],
+    /// Of a plant in states: what it passes on at once, and by how many samples more than d.
+    direct: (f64, usize),
     curve: Fraction,
     /// How far back it remembers, s, where it follows a rule.
     memory_s: Option<f64>,
+    /// What it would be without the rule.
+    held: Option<HeldResponse>,
     sample_time: Seconds,
 }
 
@@ -86,58 +92,57 @@ impl SampledPlant {
         let delay = libm::floor(samples);
         let h = samples - delay;
         let delay = delay as usize;
-        let (kind, path, curve) = match &plant.model {
-            Model::Transfer(function) => {
-                let exact = StateSpace::of_function(function)
-                    .and_then(|states| states.sampled(sample_time.0, h).ok());
-                if let Some(sampled) = exact {
-                    let curve = states_fraction(&sampled, function.denominator().lowest());
-                    return Ok(Self::of(
-                        (Kind::States(sampled), [0.0; 3], curve),
-                        delay,
-                        sample_time,
-                    ));
-                }
-                let running = SampledTransferFunction::new(function, memory, sample_time)?;
-                let path = [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h];
-                let curve = transfer_fraction(function, memory, sample_time)?;
-                let curve = Fraction {
-                    above: curve.above.with(&Factor::InW(path.to_vec())),
-                    below: curve.below,
-                };
-                (Kind::Transfer(std::boxed::Box::new(running)), path, curve)
-            }
+        let function = match &plant.model {
+            Model::Transfer(function) => function,
             Model::StateSpace(states) => {
-                let sampled = states.sampled(sample_time.0, h)?;
-                let curve = states_fraction(&sampled, 0.0);
-                (Kind::States(sampled), [0.0; 3], curve)
+                return Self::in_states((states, 0.0), (delay, h), 0.0, sample_time);
             }
             Model::Measured(_) => return Err(ControlError::Measured),
         };
-        let memory_s = curve.remembers().then_some(memory.horizon_s());
+        if let Some((states, direct)) = StateSpace::of_function(function) {
+            let integrators = function.denominator().lowest();
+            return Self::in_states((&states, direct), (delay, h), integrators, sample_time);
+        }
+        let running = SampledTransferFunction::new(function, memory, sample_time)?;
+        let path = [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h];
+        let curve = transfer_fraction(function, memory, sample_time)?;
+        let factors = [Factor::InW(path.to_vec()), Factor::Delay(delay)];
+        let above = factors.iter().fold(curve.above, Sum::with);
+        let curve = Fraction { above, ..curve };
         Ok(Self {
-            memory_s,
-            ..Self::of((kind, path, curve), delay, sample_time)
+            kind: Kind::Transfer(std::boxed::Box::new(running)),
+            delay,
+            path,
+            direct: (0.0, 1),
+            memory_s: curve.remembers().then_some(memory.horizon_s()),
+            held: HeldResponse::new(plant, sample_time.0),
+            curve,
+            sample_time,
         })
     }
 
-    fn of(
-        (kind, path, curve): (Kind, [f64; 3], Fraction),
-        delay: usize,
+    fn in_states(
+        (states, direct): (&StateSpace, f64),
+        (delay, h): (usize, f64),
+        integrators: f64,
         sample_time: Seconds,
-    ) -> Self {
-        let curve = Fraction {
-            above: curve.above.with(&Factor::Delay(delay)),
-            ..curve
-        };
-        Self {
-            kind,
+    ) -> Result<Self, ControlError> {
+        let (sampled, in_v) = states.held(sample_time.0, h)?;
+        let direct = (direct, usize::from(h > 0.0 || delay == 0));
+        let curve = states_fraction(in_v, integrators, direct);
+        Ok(Self {
+            kind: Kind::States(sampled),
             delay,
-            path,
-            curve,
+            path: [0.0; 3],
+            direct,
+            curve: Fraction {
+                above: curve.above.with(&Factor::Delay(delay)),
+                ..curve
+            },
             memory_s: None,
+            held: None,
             sample_time,
-        }
+        })
     }
 
     /// True if the samples are those of the plant behind a hold. If not, they follow a rule, which is right where the loop is slow for
@@ -156,6 +161,11 @@ impl SampledPlant {
     /// How far back its memory reaches, s; `None` without one.
     pub(crate) fn memory_s(&self) -> Option<f64> {
         self.memory_s
+    }
+
+    /// The plant without a rule; `None` of one that follows none.
+    pub(crate) fn held_response(&self) -> Option<&HeldResponse> {
+        self.held.as_ref()
     }
 
     /// Numerator and denominator on the circle.
@@ -200,7 +210,11 @@ impl SampledPlant {
             (Kind::Transfer(running), KindState::Transfer(own)) => {
                 running.output(own, self.held(state, command))
             }
-            (Kind::States(states), KindState::States(own)) => states.output(own),
+            (Kind::States(states), KindState::States(own)) => {
+                let (gain, later) = self.direct;
+                let past = state.commands.get(self.delay + later - 1);
+                states.output(own) + gain * past.copied().unwrap_or(0.0)
+            }
             _ => f64::NAN,
         }
     }
@@ -242,20 +256,24 @@ impl SampledPlant {
     }
 }
 
-/// w·(num₀ + w·num₁)/det in powers of v. A factor s^n of the plant's denominator is v^n of det, which rounding does not know.
-fn states_fraction(states: &SampledStates, integrators: f64) -> Fraction {
-    let (mut denominator, [newest, last]) = states.in_v();
+/// w·(num₀ + w·num₁)/det in powers of v, and what is passed on at once. A factor s^n of the plant's denominator is v^n of det, which rounding
+/// does not know.
+fn states_fraction(in_v: StatesInV, integrators: f64, (direct, later): (f64, usize)) -> Fraction {
+    let [newest, last] = in_v.above;
+    let mut denominator = in_v.below;
     let integrators = denominator.iter_mut().take(integrators as usize);
     integrators.for_each(|coefficient| *coefficient = 0.0);
-    let term = |numerator, delay| Product {
-        scale: 1.0,
+    let term = |scale, numerator, delay| Product {
+        scale,
         factors: vec![Factor::InV(numerator), Factor::Delay(delay)],
     };
+    let mut above = vec![term(1.0, newest, 1), term(1.0, last, 2)];
+    if direct != 0.0 {
+        above.push(term(direct, denominator.clone(), later));
+    }
+    let below = Sum(vec![term(1.0, denominator, 0)]);
     Fraction {
-        above: Sum(vec![term(newest, 1), term(last, 2)]),
-        below: Sum(vec![Product {
-            scale: 1.0,
-            factors: vec![Factor::InV(denominator)],
-        }]),
+        above: Sum(above),
+        below,
     }
 }

@@ -1,10 +1,11 @@
 //! Linear plants as matrices, and their exact samples behind a hold, a delay and a lag.
 
+use crate::wide::{self, Generator};
 use crate::{ControlError, FractionalTransferFunction};
 use fracdiff::parameter::{RangeError, not_negative, range};
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
 use num_complex::Complex;
-use std::vec;
 use std::vec::Vec;
 
 /// ẋ = Ax + Bu, y = Cx, strictly proper; u through an actuator of the time constant τ.
@@ -56,32 +57,40 @@ impl StateSpace {
         Ok(Self { a, b, c })
     }
 
-    /// The matrices of a function whose orders are whole, more of them below than above: `None` for any other.
-    pub(crate) fn of_function(function: &FractionalTransferFunction) -> Option<Self> {
+    /// The matrices of a function whose orders are whole and at most 16, and its gain at once, that of as many powers above as below:
+    /// `None` for any other. A gain alone has no states.
+    pub(crate) fn of_function(function: &FractionalTransferFunction) -> Option<(Self, f64)> {
         let (above, below) = (function.numerator(), function.denominator());
         let degree = below.degree();
         let terms = || above.terms().iter().chain(below.terms());
         let whole = terms().all(|term| (term.order - libm::round(term.order)).abs() <= 0.0);
-        if !whole || above.degree() >= degree || degree > STATES_MAX {
+        if !whole || above.degree() > degree || degree > STATES_MAX {
             return None;
         }
         let n = degree as usize;
         let leading = below.terms().first()?.coefficient;
+        let highest = above.terms().first()?;
+        let direct = if highest.order < degree {
+            0.0
+        } else {
+            highest.coefficient / leading
+        };
         // Controllable canonical form: xᵢ is the i-th derivative of the first.
         let mut a = DMatrix::zeros(n, n);
         for row in 1..n {
             a[(row - 1, row)] = 1.0;
         }
-        for term in below.terms().iter().skip(1) {
-            a[(n - 1, term.order as usize)] = -term.coefficient / leading;
-        }
-        let mut b = DVector::zeros(n);
-        b[n - 1] = 1.0;
         let mut c = RowDVector::zeros(n);
-        for term in above.terms() {
+        for term in above.terms().iter().filter(|term| term.order < degree) {
             c[term.order as usize] = term.coefficient / leading;
         }
-        Self::new(a, b, c).ok()
+        for term in below.terms().iter().skip(1) {
+            a[(n - 1, term.order as usize)] = -term.coefficient / leading;
+            c[term.order as usize] -= direct * (term.coefficient / leading);
+        }
+        let mut b = DVector::zeros(n);
+        b.iter_mut().skip(n.max(1) - 1).for_each(|last| *last = 1.0);
+        Some((Self { a, b, c }, direct))
     }
 
     /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.
@@ -199,21 +208,17 @@ impl StateSpace {
         )
     }
 
-    /// The exact samples behind a hold, for a delay of `fraction` of a sample.
-    pub(crate) fn sampled(
-        &self,
-        sample_time: f64,
-        fraction: f64,
-    ) -> Result<SampledStates, ControlError> {
+    /// The samples behind a hold, for a delay of `fraction` of a sample, in 53 bits: for fits, which try thousands, and for poles that are not
+    /// faster than 30 time constants a sample. Loops take [`held`](Self::held).
+    fn sampled(&self, sample_time: f64, fraction: f64) -> Result<SampledStates, ControlError> {
         let n = self.a.nrows();
         let (moved, _) = self.motion(sample_time);
         let (late_moved, newest) = self.motion((1.0 - fraction) * sample_time);
         let (_, early) = self.motion(fraction * sample_time);
         let last = &early + &late_moved * &early;
         let transition = &moved + DMatrix::identity(n, n);
-        let inverse = transition.clone().try_inverse();
-        let norm = inverse
-            .as_ref()
+        let norm = transition
+            .try_inverse()
             .map_or(f64::INFINITY, |inverse| inverse.norm());
         if norm.is_nan() || norm >= 1e13 {
             let allowed = "at most 30 time constants of the fastest pole: leave that pole or lag out, or sample faster";
@@ -224,8 +229,76 @@ impl StateSpace {
             newest,
             last,
             c: self.c.clone(),
-            inverse: inverse.unwrap_or_else(|| DMatrix::identity(n, n)),
         })
+    }
+
+    /// The samples behind a hold, for a delay of `fraction` of a sample, whatever the speed of the poles, and the same as a function of v.
+    /// The states are scaled.
+    ///
+    /// # Errors
+    /// A pole that moves by more than e^(10^8) in a sample, or grows beyond all numbers.
+    pub(crate) fn held(
+        &self,
+        sample_time: f64,
+        fraction: f64,
+    ) -> Result<(SampledStates, StatesInV), ControlError> {
+        let refused = || {
+            let allowed = "within 1e8 time constants of the fastest pole, 500 of one that grows: leave that pole or lag out, or sample faster";
+            RangeError::new("sample time", sample_time, allowed, "s")
+        };
+        let own = self.balanced().ok_or_else(refused)?;
+        let n = own.a.nrows();
+        let generator = Generator::new(&own.a, &own.b).ok_or_else(refused)?;
+        let (late_moved, newest) =
+            (generator.motion((1.0 - fraction) * sample_time)).ok_or_else(refused)?;
+        let (early_moved, early) =
+            (generator.motion(fraction * sample_time)).ok_or_else(refused)?;
+        let last = &early + &late_moved * &early;
+        let moved = &late_moved + &early_moved + &late_moved * &early_moved;
+        let c = wide::row(&own.c);
+        let transition = &moved + wide::identity(n);
+        let pairs = [(c.clone(), newest.clone()), (c, last.clone())];
+        let (below, above) = wide::in_v(&transition, &pairs);
+        let mut above = above.iter().map(|numerator| wide::rounded(numerator, n));
+        let mut next = || above.next().unwrap_or_default();
+        let in_v = StatesInV {
+            below: wide::rounded(&below, n),
+            above: [next(), next()],
+        };
+        let sampled = SampledStates {
+            moved: moved.map(|value| wide::narrow(&value)),
+            newest: newest.map(|value| wide::narrow(&value)),
+            last: last.map(|value| wide::narrow(&value)),
+            c: own.c,
+        };
+        let numbers = in_v.below.iter().chain(in_v.above.iter().flatten());
+        let mut numbers = numbers
+            .chain(sampled.moved.iter())
+            .chain(sampled.newest.iter());
+        if numbers.all(|value| value.is_finite()) {
+            Ok((sampled, in_v))
+        } else {
+            Err(refused().into())
+        }
+    }
+
+    /// The same with states in other units, powers of two, so that A is as small as it can be; `None` of numbers too large for that.
+    fn balanced(&self) -> Option<Self> {
+        // Squares of these are numbers too.
+        let usable = self.a.iter().all(|value| value.abs() < 1e150);
+        if !usable {
+            return None;
+        }
+        let mut a = self.a.clone();
+        let units = if a.nrows() > 0 {
+            balance_parlett_reinsch(&mut a)
+        } else {
+            DVector::from_element(a.nrows(), 1.0)
+        };
+        let b = self.b.component_div(&units);
+        let c = self.c.component_mul(&units.transpose());
+        let finite = b.iter().chain(c.iter()).all(|value| value.is_finite());
+        finite.then_some(Self { a, b, c })
     }
 }
 
@@ -237,8 +310,12 @@ pub(crate) struct SampledStates {
     newest: DVector<f64>,
     last: DVector<f64>,
     c: RowDVector<f64>,
-    /// Φ⁻¹.
-    inverse: DMatrix<f64>,
+}
+
+/// C(1 − wΦ)⁻¹Γ in powers of v = 1 − w: the denominator, and the numerators of Γ₀ and Γ₁.
+pub(crate) struct StatesInV {
+    pub(crate) below: Vec<f64>,
+    pub(crate) above: [Vec<f64>; 2],
 }
 
 impl SampledStates {
@@ -297,46 +374,6 @@ impl SampledStates {
             before = input;
         }
     }
-
-    /// Denominator, and numerators of Γ₀ and Γ₁, see [`in_v`].
-    pub(crate) fn in_v(&self) -> (Vec<f64>, [Vec<f64>; 2]) {
-        let pairs = [(&self.c, &self.newest), (&self.c, &self.last)];
-        let (denominator, numerators) = in_v(&self.moved, &self.inverse, &pairs);
-        let mut numerators = numerators.into_iter();
-        let mut next = || numerators.next().unwrap_or_default();
-        (denominator, [next(), next()])
-    }
-}
-
-/// Denominator of C(1 − wΦ)⁻¹Γw in powers of v = 1 − w, and the numerator of each pair C, Γ beside one more factor w; from Φ − 1 and
-/// Φ⁻¹:
-///
-/// ```text
-/// C(1 − wΦ)⁻¹Γw = w·C·adj(v − X)Φ⁻¹Γ/det(v − X),   X = 1 − Φ⁻¹ = Φ⁻¹(Φ − 1)
-/// adj(v − X) = Σ v^k·N_{k+1},   N_n = 1, N_k = X·N_{k+1} + c_k,   c_{n−k} = −tr(X·N)/k     (Faddeev–Le Verrier)
-/// ```
-pub(crate) fn in_v(
-    moved: &DMatrix<f64>,
-    inverse: &DMatrix<f64>,
-    pairs: &[(&RowDVector<f64>, &DVector<f64>)],
-) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let n = moved.nrows();
-    let x = inverse * moved;
-    let inputs: Vec<DVector<f64>> = pairs.iter().map(|(_, input)| inverse * *input).collect();
-    let mut denominator = vec![0.0; n + 1];
-    denominator[n] = 1.0;
-    let mut numerators = vec![vec![0.0; n]; pairs.len()];
-    let mut adjoint = DMatrix::<f64>::identity(n, n);
-    for step in 1..=n {
-        let rows = numerators.iter_mut().zip(&inputs).zip(pairs);
-        for ((numerator, input), (c, _)) in rows {
-            numerator[n - step] = (*c * &adjoint * input)[0];
-        }
-        let product = &x * &adjoint;
-        denominator[n - step] = -product.trace() / step as f64;
-        adjoint = product + DMatrix::identity(n, n) * denominator[n - step];
-    }
-    (denominator, numerators)
 }
 
 /// exp(M) − 1: halved until small, a series, doubled by E ← 2E + E².

@@ -1,6 +1,7 @@
 //! The verdict on a sampled loop, stable or not, as a proof.
 
 use crate::enclosure::{Arc, Count, Enclosed, Fraction, count};
+use crate::held_response::HeldResponse;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
 use fracdiff::Seconds;
 use num_complex::Complex;
@@ -37,6 +38,10 @@ pub struct SampledLoop {
     plant: Fraction,
     gain: f64,
     memory_s: Option<f64>,
+    /// The plant behind its hold, of one that follows a rule.
+    held: Option<HeldResponse>,
+    /// True if that is its open loop, in place of the rule.
+    is_held: bool,
     sample_time: Seconds,
 }
 
@@ -65,10 +70,11 @@ impl SampledLoop {
         plant: &SampledPlant,
     ) -> Result<Self, ControlError> {
         let remembered = plant.memory_s();
-        Ok(
-            Self::around(controller, memory, plant.curve(), plant.sample_time())?
-                .within(remembered),
-        )
+        let rule = Self::around(controller, memory, plant.curve(), plant.sample_time())?;
+        Ok(Self {
+            held: plant.held_response().cloned(),
+            ..rule.within(remembered)
+        })
     }
 
     /// The same for a plant with a law at another port.
@@ -95,6 +101,8 @@ impl SampledLoop {
             controller,
             plant: plant.clone(),
             gain: 1.0,
+            held: None,
+            is_held: false,
             sample_time,
         })
     }
@@ -122,6 +130,26 @@ impl SampledLoop {
             gain,
             ..self.clone()
         }
+    }
+
+    /// The same whose [`open`](Self::open), and so whose [`margins`](Self::margins), are those of the plant behind its hold and not of the
+    /// rule that stands for it; its verdict stays that of the rule. `None` of a plant that is sampled exactly.
+    #[must_use]
+    pub fn of_plant(&self) -> Option<Self> {
+        self.held.as_ref()?;
+        Some(Self {
+            is_held: true,
+            ..self.clone()
+        })
+    }
+
+    pub(crate) fn held(&self) -> Option<&HeldResponse> {
+        self.held.as_ref()
+    }
+
+    /// `A_G`.
+    pub(crate) fn plant_below(&self, arc: &Arc) -> Enclosed {
+        self.plant.below.at(arc)
     }
 
     /// 1/T.
@@ -174,6 +202,10 @@ impl SampledLoop {
         let arc = Arc::new(theta, theta);
         let at =
             |fraction: &Fraction| fraction.above.at(&arc).value / fraction.below.at(&arc).value;
-        at(&self.controller) * at(&self.plant) * self.gain
+        let plant = match &self.held {
+            Some(held) if self.is_held => held.at(theta),
+            _ => at(&self.plant),
+        };
+        at(&self.controller) * plant * self.gain
     }
 }

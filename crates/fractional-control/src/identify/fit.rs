@@ -111,7 +111,10 @@ impl<'a> Fit<'a> {
         } = *self.record;
         let exact = (self.freedom == Free::Coefficients)
             .then(|| {
-                StateSpace::of_function(function)?
+                // One that passes something on at once has half of a step at its first sample, as the rule says.
+                let states = StateSpace::of_function(function).filter(|(_, direct)| *direct == 0.0);
+                let (states, _) = states?;
+                states
                     .respond(sample_time.0, (input, self.record.fraction()), held)
                     .ok()
             })

@@ -6,26 +6,9 @@
 //! controller:             u[n] = −K_p·y[n] − K_i·T^λ·Σ w_k^(−λ) y[n−k]
 //! ```
 
+use crate::draw::Draw;
 use fracdiff::Seconds;
 use fractional_control::{Crossing, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
-
-/// Numbers from 0 to 1, the same in every run: a linear congruence (D. E. Knuth, MMIX).
-struct Draw(u64);
-
-impl Draw {
-    fn from(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    /// Even in the logarithm.
-    fn scale(&mut self, low: f64, high: f64) -> f64 {
-        self.from(low.ln(), high.ln()).exp()
-    }
-}
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {

@@ -2,14 +2,18 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod any_pole;
 mod boundary;
 mod controllers;
 mod defining_sums;
+mod draw;
+mod fast_poles;
 mod golden;
 mod identification;
 mod margins;
 mod notation;
 mod plants;
+mod rules;
 mod spectrum;
 mod streaming;
 mod tuning;

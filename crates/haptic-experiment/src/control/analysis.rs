@@ -29,7 +29,8 @@ pub struct LoopAnalysis {
     /// The reason of the verdict.
     pub cause: Cause,
     /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`](fractional_control::SampledPlant::is_exact)) and the
-    /// loop is too fast for that: how many times as often it would have to be sampled. The verdict then is of the rule, not of the plant.
+    /// loop is too fast for that: how many times as often it would have to be sampled, at least. The verdict then is of the rule, not of the
+    /// plant.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
     pub curve: Vec<LoopPoint>,
@@ -39,6 +40,8 @@ pub struct LoopAnalysis {
 const NEAR_WHOLE: f64 = 1e-4;
 /// Largest crossover times sample time to which the rule of a fractional plant is trusted.
 const RULE_HOLDS_TO: f64 = 0.3;
+/// Times as often as a loop is sampled at least whose rule does not stand for its plant.
+const TWICE: f64 = 2.0;
 
 /// The reason of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,6 +113,17 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
     margins.delay_s =
         (margins.delay_s).filter(|delay| closed.memory_s().is_none_or(|held| delay.value < held));
     margins.delay_s = margins.delay_s.map(|delay| exact_delay(file, plant, delay));
+    if let Some(plant) = closed.of_plant() {
+        let truth = plant.margins();
+        margins.gain_up = true_gain(&closed, margins.gain_up, truth.gain_up);
+        // Near half the sample rate the rule knows no peaks.
+        if truth.sensitivity.value > margins.sensitivity.value * (1.0 + BESIDE) {
+            margins.sensitivity = truth.sensitivity;
+        }
+        if truth.complementary.value > margins.complementary.value * (1.0 + BESIDE) {
+            margins.complementary = truth.complementary;
+        }
+    }
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
@@ -143,8 +157,25 @@ fn exact_delay(file: &ControllerFile, plant: &Plant, first: Crossing) -> Crossin
     SampledLoop::delay_margin(first, later).unwrap_or(first)
 }
 
-/// How many times as often this loop would have to be sampled for the rule of its plant to hold; `None` if it does, or the plant is
-/// sampled exactly.
+/// The least gain above 1 at which the loop of a plant that follows a rule is lost: that of the rule where the rule stands for the plant, else that of
+/// the plant behind its hold.
+fn true_gain(
+    closed: &SampledLoop,
+    of_rule: Option<Crossing>,
+    of_plant: Option<Crossing>,
+) -> Option<Crossing> {
+    let most = of_rule.map_or(WITHIN, |gain| gain.value * (1.0 - BESIDE));
+    let rule = closed.rule_error();
+    let holds = rule.is_none_or(|rule| rule.within([1.0, most])[1] >= most);
+    if holds {
+        of_rule.or(of_plant)
+    } else {
+        of_plant
+    }
+}
+
+/// How many times as often, at least, this loop would have to be sampled for the rule of its plant to stand for the plant; `None` if it does, or
+/// the plant is sampled exactly.
 pub(super) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> {
     if plant.is_exact() {
         return None;
@@ -152,9 +183,10 @@ pub(super) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> 
     let slow = |theta: &f64| closed.open(*theta).norm() >= 1.0;
     let step = (PI / RULE_HOLDS_TO).ln() / POINTS as f64;
     let angles = (0..=POINTS).map(|k| (PI * (-step * k as f64).exp()).max(RULE_HOLDS_TO));
-    let fastest = angles.into_iter().find(slow)?;
+    let fastest = angles.into_iter().find(slow).unwrap_or(0.0);
     let times = fastest / RULE_HOLDS_TO;
-    (times > 1.0).then_some(times)
+    let holds = closed.rule_error().is_none_or(|rule| rule.holds(1.0));
+    (times > 1.0 || !holds).then_some(if holds { times } else { times.max(TWICE) })
 }
 
 /// Responses from a frequency to another, equal steps of the logarithm; what is not known is left out.

@@ -76,7 +76,8 @@ pub struct Trial {
     /// As [`LoopAnalysis::coarse`](super::analysis::LoopAnalysis::coarse), up to double the gain: where it is, the
     /// verdicts are of the rule that stands for the plant, not of the plant.
     pub coarse: Option<f64>,
-    /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable.
+    /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable. Where `coarse` is not
+    /// `None` they are of the rule.
     pub stable_gains: Option<[f64; 2]>,
     /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
     pub robustness: Vec<GainStep>,
@@ -246,12 +247,19 @@ impl ControlDesign {
         let step = vec![self.step; self.samples];
         let run = run::run(file, &self.plant, &step, Some(self.step))?;
         let margins = closed.margins();
-        let stable_gains = closed.gain_interval(&margins);
+        let by_rule = closed.gain_interval(&margins);
         // The loop is fastest at the highest gain that is spoken of.
-        let most = stable_gains.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
+        let most = by_rule.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
+        let coarse = coarse(&plant, &closed.with_gain(most));
+        // What is proved of the rule beyond the gains at which it stands for the plant is not proved of the plant.
+        let rule = closed.rule_error().filter(|_| coarse.is_none());
+        let stable_gains = match rule {
+            Some(rule) => by_rule.map(|gains| rule.within(gains)),
+            None => by_rule,
+        };
         Ok(Trial {
             verdict: run.verdict,
-            coarse: coarse(&plant, &closed.with_gain(most)),
+            coarse,
             stable_gains,
             margins,
             robustness: robustness.collect(),

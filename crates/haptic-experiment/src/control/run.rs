@@ -1,5 +1,6 @@
 //! Responses of a loop, and of a plant alone, to a step or a record.
 
+use super::analysis::coarse;
 use super::{sampled, sampled_for};
 use crate::controller_file::ControllerFile;
 use fracdiff::Seconds;
@@ -25,6 +26,8 @@ pub struct LoopRun {
     pub shape: Option<Shape>,
     /// The certified verdict.
     pub verdict: StabilityVerdict,
+    /// As [`LoopAnalysis::coarse`](super::analysis::LoopAnalysis::coarse).
+    pub coarse: Option<f64>,
     /// Share of the samples with the command at a limit.
     pub limited_share: f64,
 }
@@ -47,9 +50,11 @@ pub fn run(
         .iter()
         .filter(|u| at(file.output_low, **u) || at(file.output_high, **u))
         .count();
+    let closed = file.closed_with(&plant)?;
     Ok(LoopRun {
         shape: step.map(|height| response.shape_of_step(height)),
-        verdict: file.closed_with(&plant)?.verdict(),
+        verdict: closed.verdict(),
+        coarse: coarse(&plant, &closed),
         limited_share: limited as f64 / response.command.len().max(1) as f64,
         response,
     })

@@ -19,8 +19,9 @@ Judges the loop that is really run: the controller's weights, the hold, the dead
 sentence says why it is so; of a stable loop the margins say how far it is from changing. Without a controller: the poles of the plant, and whether \
 they decay. An answer is an answer, also that a loop is unstable: the exit code is 0, `stable` in the JSON has it.
 
-JSON: plant, controller, sample_time_s, scheme, stable, unstable_poles (null on the boundary), distance, reason, coarse \
-(how many times as short the sample time has to be for the verdict to hold for the plant; null where it does), margins{crossover_rad_s, \
+JSON: plant, controller, sample_time_s, scheme, stable (null where coarse is a number: nothing is proved), unstable_poles (null on the boundary, and \
+there), distance, reason, coarse (how many times as short, at least, the sample time has to be for the verdict to hold for the plant; null where \
+it does), margins{crossover_rad_s, \
 crossovers, phase_margin_deg, gain_up, gain_up_rad_s, gain_down, gain_down_rad_s, delay_margin_s, sensitivity_peak, \
 sensitivity_peak_rad_s, complementary_peak, complementary_peak_rad_s} (null unless stable), files; of a plant alone: plant, stable, unstable_poles, \
 commensurate_order, poles[{re, im}], files.";
@@ -48,7 +49,8 @@ struct LoopReport {
     controller: String,
     sample_time_s: f64,
     scheme: String,
-    stable: bool,
+    /// Null where nothing is proved.
+    stable: Option<bool>,
     unstable_poles: Option<usize>,
     distance: f64,
     reason: String,
@@ -146,12 +148,15 @@ impl Arguments {
             controller: words,
             sample_time_s: file.sample_time_s,
             scheme: file.scheme.to_string(),
-            stable: analysis.verdict.stable,
-            unstable_poles: analysis.verdict.unstable_poles,
+            stable: analysis.coarse.is_none().then_some(analysis.verdict.stable),
+            unstable_poles: (analysis.coarse.is_none())
+                .then_some(analysis.verdict.unstable_poles)
+                .flatten(),
             distance: analysis.verdict.distance,
             reason: verdict(&analysis),
             coarse: analysis.coarse,
-            margins: (analysis.verdict.stable).then(|| (&analysis.margins).into()),
+            margins: (analysis.verdict.stable && analysis.coarse.is_none())
+                .then(|| (&analysis.margins).into()),
             files,
         };
         output.print(&report, |out| {

@@ -35,7 +35,7 @@ loop whose interval does not reach from half to double is shown with a warning.
 Ends with 1 if a wish is not met within 1 %: the table says which, and by how much. Wishes that contradict each other are refused by name.
 
 JSON: plant, sample_time_s, scheme, controller{the keys of a controller file}, specification[{name, wanted, reached, met, integer_reached}], \
-margins and coarse (as in analyze; margins null unless stable), stable, stable_gain_low, stable_gain_high, robust, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
+margins and coarse (as in analyze; margins null unless stable), stable (null of a measured plant, and where coarse is a number: nothing is proved), stable_gain_low, stable_gain_high, robust, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
 margins, stable, stable_gain_low, stable_gain_high, robust, overshoot_spread, robustness, shape, limited_share} (null without one), integer_reason, step[{time_s, output, command}], \
 controller_file, files.";
 

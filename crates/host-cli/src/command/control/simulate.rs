@@ -29,7 +29,7 @@ Runs the loop of a plant and a controller from rest, as it would be run: sampled
 reference is a step, or the column of a CSV. A fractional controller is shown beside the PID of order 1 with the same crossover and \
 phase margin. Without a controller: the plant alone.
 
-JSON: plant, controller, sample_time_s, scheme, stable, shape{overshoot, rise_time_s, settling_time_s, final_error} (null for a record), \
+JSON: plant, controller, sample_time_s, scheme, stable (null where nothing is proved, as in analyze), shape{overshoot, rise_time_s, settling_time_s, final_error} (null for a record), \
 limited_share, integer{controller, shape, limited_share} (null where there is none), step[{time_s, reference, output, command}], files.";
 
 /// Samples of a plant alone, if no sample time is given.
@@ -86,7 +86,8 @@ struct Report {
     shown: [Option<String>; 2],
     sample_time_s: f64,
     scheme: Option<String>,
-    stable: bool,
+    /// Null where nothing is proved, as in `analyze`.
+    stable: Option<bool>,
     shape: Option<ShapeReport>,
     limited_share: f64,
     integer: Option<IntegerReport>,
@@ -139,11 +140,17 @@ impl Arguments {
             Some(file) => self.closed(&plant, &file)?,
             None => self.open(&plant)?,
         };
-        if !report.stable {
-            note(
+        match report.stable {
+            Some(true) => {}
+            Some(false) => note(
                 "warning",
                 "the loop is unstable: host-cli control analyze says why",
-            );
+            ),
+            None => note(
+                "warning",
+                "the loop is too fast for the samples of this plant, which follow a rule: the plant may do otherwise; host-cli control analyze says \
+                 more",
+            ),
         }
         output.summary(&report, |out| report.print(out))
     }
@@ -194,7 +201,7 @@ impl Arguments {
             shown: [Some(law(file)), integer.as_ref().map(|(file, _)| law(file))],
             sample_time_s: t,
             scheme: Some(file.scheme.to_string()),
-            stable: own.verdict.stable,
+            stable: own.coarse.is_none().then_some(own.verdict.stable),
             shape: shape(&own),
             limited_share: own.limited_share,
             integer: integer.as_ref().map(|(file, run)| IntegerReport {
@@ -230,7 +237,7 @@ impl Arguments {
             shown: [None, None],
             sample_time_s: t,
             scheme: None,
-            stable: true,
+            stable: Some(true),
             shape: None,
             limited_share: 0.0,
             integer: None,

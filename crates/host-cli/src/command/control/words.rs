@@ -141,10 +141,14 @@ pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
     let Some(times) = analysis.coarse else {
         return text;
     };
-    let text = text.replace(", and proved", " by the sampled model, not proved");
+    // Where that is lost, and at what frequency, only the model says.
+    let text = match text.split_once(", and proved") {
+        Some((word, _)) => format!("{word} by the sampled model, not proved."),
+        None => text,
+    };
     format!(
-        "{text} The loop is too fast for the samples of this plant, which follow a rule (an order that is not whole, or a pole too fast for \
-         the samples): give a sample time {} times as short.",
+        "{text} The loop is too fast for the samples of this plant, which follow a rule (an order that is not whole): the plant may do otherwise. \
+         Give a sample time at least {} times as short.",
         digits(times)
     )
 }

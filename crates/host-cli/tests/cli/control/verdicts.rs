@@ -80,6 +80,45 @@ fn a_fractional_plant_that_is_sampled_too_coarsely_is_not_proved() {
     assert!(shown.contains("and proved so for every gain"), "{shown}");
 }
 
+/// Half an integrator at T = 1 s is lost at a gain of about 1.1, half the sample rate, which the rule of its samples does not see.
+#[test]
+fn what_the_rule_of_a_fractional_plant_does_not_see_is_not_proved() {
+    let place = Place::new();
+    let line = |gain: &str| {
+        format!("control analyze --plant 1/s^0.5 --controller {gain} --sample-time 1s --json")
+    };
+    let report = place.run(&line("0.4")).succeeded().json();
+    assert_eq!(report["stable"], true, "{report}");
+    let up = number(&report["margins"], "gain_up");
+    assert!((2.5..3.0).contains(&up), "{up}");
+    let report = place.run(&line("1.3")).succeeded().json();
+    assert!(
+        report["stable"].is_null()
+            && report["margins"].is_null()
+            && number(&report, "coarse") >= 2.0,
+        "{report}"
+    );
+    let design = "control design --plant 1/s^0.5 --crossover 0.2 --sample-time 1s --json";
+    let report = place.run(design).json();
+    assert!(
+        report["stable_gain_high"].is_null() || number(&report, "stable_gain_high") < 10.0,
+        "{report}"
+    );
+}
+
+/// A current that follows in a twentieth of a sample: the loop has a pole at 1.0048.
+#[test]
+fn a_lag_far_faster_than_the_sample_is_part_of_the_proof() {
+    let place = Place::new();
+    let line = "control analyze --mass 65g --damping 3.5 --delay 0.5ms --current-lag 0.05ms --sample-time 1ms --controller 4000";
+    let shown = place.run(line).succeeded().stdout;
+    assert!(shown.contains("Unstable, and proved: 2 poles"), "{shown}");
+    let design = "control design --mass 65g --damping 3.5 --delay 1ms --current-lag 0.04ms --crossover 60rad/s --phase-margin 55deg \
+                  --sample-time 1ms --json";
+    let high = number(&place.run(design).succeeded().json(), "stable_gain_high");
+    assert!((20.0..22.5).contains(&high), "{high}");
+}
+
 /// The PID of order 1 grows, and its steps swing: the picture says what it leaves out.
 #[test]
 fn a_picture_of_loops_that_grow_says_what_it_leaves_out() {

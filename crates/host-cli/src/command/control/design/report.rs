@@ -25,7 +25,7 @@ pub(super) struct Report {
     specification: Vec<WishReport>,
     #[serde(flatten)]
     trial: Option<TrialReport>,
-    /// Null for a plant that was measured, which does not run.
+    /// Null for a plant that was measured, which does not run, and where nothing is proved of the plant.
     stable: Option<bool>,
     integer: Option<IntegerReport>,
     integer_reason: Option<String>,
@@ -59,6 +59,13 @@ struct TrialReport {
     stable_gain_high: Option<f64>,
     /// They reach from half to double.
     robust: bool,
+    /// The same of the rule that stands for the plant, whether or not that is proved of the plant.
+    #[serde(skip)]
+    stable_by_model: bool,
+    #[serde(skip)]
+    gains_by_model: Option<[f64; 2]>,
+    #[serde(skip)]
+    robust_by_model: bool,
     overshoot_spread: f64,
     robustness: Vec<GainReport>,
     shape: ShapeReport,
@@ -117,12 +124,17 @@ fn row(name: WishName) -> Row {
 }
 
 fn trial_report(trial: &Trial, t: f64) -> TrialReport {
+    let proved = trial.coarse.is_none();
+    let proved_gains = trial.stable_gains.filter(|_| proved);
     TrialReport {
-        margins: (trial.verdict.stable).then(|| (&trial.margins).into()),
+        margins: (proved && trial.verdict.stable).then(|| (&trial.margins).into()),
         coarse: trial.coarse,
-        stable_gain_low: trial.stable_gains.map(|[low, _]| low),
-        stable_gain_high: trial.stable_gains.map(|[_, high]| high),
-        robust: trial.is_robust(),
+        stable_by_model: trial.verdict.stable,
+        gains_by_model: trial.stable_gains,
+        robust_by_model: trial.is_robust(),
+        stable_gain_low: proved_gains.map(|[low, _]| low),
+        stable_gain_high: proved_gains.map(|[_, high]| high),
+        robust: proved && trial.is_robust(),
         overshoot_spread: trial.overshoot_spread(),
         robustness: trial
             .robustness
@@ -143,7 +155,11 @@ fn pid_of(candidate: &Candidate) -> PidParameters {
 }
 
 fn stable(candidate: &Candidate) -> Option<bool> {
-    candidate.trial.as_ref().map(|trial| trial.verdict.stable)
+    let proved = candidate
+        .trial
+        .as_ref()
+        .filter(|trial| trial.coarse.is_none());
+    proved.map(|trial| trial.verdict.stable)
 }
 
 fn reached(candidate: &Candidate, name: WishName) -> Option<f64> {
@@ -228,7 +244,7 @@ impl Report {
 
     /// The end of the command: an error if a wish is not met, or the loop is not stable.
     pub(super) fn judge(&self) -> Result<(), Failure> {
-        if self.stable == Some(false) {
+        if self.trial.as_ref().is_some_and(|own| !own.stable_by_model) {
             return Err(Failure::Run(anyhow::anyhow!(
                 "the loop that would be run is not stable: ask for a lower --crossover or a shorter --sample-time"
             )));

@@ -7,8 +7,8 @@ use haptic_experiment::control::design::ROBUST_GAINS;
 impl Report {
     /// The gains of the plant for which the loop is proved stable, if they do not reach from half to double.
     pub(super) fn fragile(&self) -> Option<String> {
-        let own = self.trial.as_ref().filter(|own| !own.robust)?;
-        let (low, high) = own.stable_gain_low.zip(own.stable_gain_high)?;
+        let own = self.trial.as_ref().filter(|own| !own.robust_by_model)?;
+        let [low, high] = own.gains_by_model?;
         let verdict = match own.coarse {
             None => "proved stable",
             Some(_) => "stable by the sampled model, not proved,",
@@ -22,8 +22,8 @@ impl Report {
 
     /// The remedy.
     fn sturdier(&self) -> &'static str {
-        let low = self.trial.as_ref().and_then(|own| own.stable_gain_low);
-        if low.is_some_and(|low| low > ROBUST_GAINS[0]) {
+        let gains = self.trial.as_ref().and_then(|own| own.gains_by_model);
+        if gains.is_some_and(|[low, _]| low > ROBUST_GAINS[0]) {
             "Ask for a higher --crossover: a smaller gain does not hold this plant"
         } else {
             "Ask for a lower --crossover or more --phase-margin, or shorten --sample-time"
@@ -32,21 +32,21 @@ impl Report {
 
     /// The verdict, and for which gains it is proved.
     fn verdict(&self, own: &TrialReport) -> String {
-        match (self.stable, self.fragile()) {
-            (Some(true), None) if own.coarse.is_some() => {
+        match (own.stable_by_model, self.fragile()) {
+            (true, None) if own.coarse.is_some() => {
                 format!(
                     "Warning: the sampled model is stable for every gain of the plant from half to double, but that is no proof for the plant: \
                      {}.",
                     too_fast(own)
                 )
             }
-            (Some(true), Some(fragile)) if own.coarse.is_some() => {
+            (true, Some(fragile)) if own.coarse.is_some() => {
                 format!("Warning: {fragile}; that is no proof for the plant: {}. {}.", too_fast(own), self.sturdier())
             }
-            (Some(true), None) => {
+            (true, None) => {
                 "The sampled loop is stable, and proved so for every gain of the plant from half to double.".to_owned()
             }
-            (Some(true), Some(fragile)) => {
+            (true, Some(fragile)) => {
                 format!("Warning: {fragile}. {}.", self.sturdier())
             }
             _ => "The sampled loop is not stable.".to_owned(),
@@ -62,7 +62,7 @@ impl Report {
                     .to_owned(),
             ];
         };
-        let always = |trial: &TrialReport| trial.robust;
+        let always = |trial: &TrialReport| trial.robust_by_model;
         let mut said = vec![self.verdict(own)];
         let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
         match other {
@@ -85,7 +85,7 @@ impl Report {
             )),
         }
         let order = self.controller.integral_order;
-        if self.stable == Some(true) && own.shape.settling_time_s.is_none() && order < 1.0 {
+        if own.stable_by_model && own.shape.settling_time_s.is_none() && order < 1.0 {
             said.push(format!(
                 "It does not settle within the time shown: what is left of an integral of order {} fades as slowly as t^-{0}. Ask for little error at low \
                  frequency too, as with --disturbance {}rad/s:0.05.",
@@ -104,7 +104,7 @@ impl Report {
 /// Why the verdict of a loop is not that of its plant.
 fn too_fast(own: &TrialReport) -> String {
     format!(
-        "the loop is too fast for the samples of this plant, which follow a rule (an order that is not whole, or a pole too fast for the samples); give a --sample-time {} times as short",
+        "the loop is too fast for the samples of this plant, which follow a rule (an order that is not whole); give a --sample-time at least {} times as short",
         digits(own.coarse.unwrap_or(1.0))
     )
 }

@@ -1,0 +1,130 @@
+//! Loops by name that were judged wrongly: poles far faster than the sample, dead times alone, gains at once.
+
+use fracdiff::Seconds;
+use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+
+/// A loop by its notation: plant, `K_p`, `K_i`, T.
+fn judged(plant: &str, (proportional, integral): (f64, f64), t: f64) -> SampledLoop {
+    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6 * t).expect("valid");
+    let plant: Plant = plant.parse().expect("valid");
+    let plant = SampledPlant::new(&plant, memory, Seconds(t)).expect("runs");
+    let controller = PidParameters {
+        proportional,
+        integral,
+        ..PidParameters::NONE
+    };
+    SampledLoop::new(controller.into(), memory, &plant).expect("valid")
+}
+
+/// Loops that were called stable or unstable wrongly: true spectral radius beside each.
+#[test]
+fn loops_with_a_pole_far_faster_than_the_sample() {
+    for (plant, gains, t, stable) in [
+        (
+            "1/((0.065s^2+3.5s)(0.00006s+1))*exp(-0.0005s)",
+            (4000.0, 0.0),
+            1e-3,
+            false,
+        ),
+        // 1.0048
+        (
+            "1/((0.065s^2+3.5s)(0.00005s+1))*exp(-0.0005s)",
+            (4000.0, 0.0),
+            1e-3,
+            false,
+        ),
+        // 1.019
+        (
+            "1/((0.065s^2+3.5s)(0.00004s+1))*exp(-0.0005s)",
+            (6000.0, 0.0),
+            1e-3,
+            false,
+        ),
+        // 1.017
+        ("1/((s^2+0.2s+1)(0.005s+1))", (10.0, 0.0), 0.1, false),
+        ("1/((s^2+0.2s+1)(0.006s+1))", (10.0, 0.0), 0.1, false),
+        // 0.929
+        ("1/((s+1)(s+2)(0.0025s+1))", (2.0, 0.0), 0.05, true),
+        (
+            "0.55exp(-s)/((62s+1)(3s+1)(0.05s+1))",
+            (2.0, 0.03),
+            1.0,
+            true,
+        ),
+        // −1.01
+        ("1/(0.02s+1)", (1.01, 0.0), 1.0, false),
+        ("1/(0.02s+1)", (0.99, 0.0), 1.0, true),
+        ("1/(0.001s+1)", (2.0, 0.0), 1.0, false),
+        // 1.0043
+        ("exp(-0.05s)/((0.0002s+1)(s+1))", (30.0, 0.0), 0.01, false),
+        ("exp(-0.005s)/((0.0002s+1)(s+1))", (30.0, 0.0), 0.01, true),
+    ] {
+        let closed = judged(plant, gains, t);
+        assert_eq!(closed.verdict().stable, stable, "{plant} with {gains:?}");
+    }
+    let up = |plant, gains, t| {
+        judged(plant, gains, t)
+            .margins()
+            .gain_up
+            .expect("ends")
+            .value
+    };
+    let near = |have: f64, want: f64| assert!((have / want - 1.0).abs() < 1e-3, "{have} {want}");
+    near(up("1/(0.02s+1)", (0.99, 0.0), 1.0), 1.0 / 0.99);
+    near(
+        up("exp(-0.005s)/((0.0002s+1)(s+1))", (30.0, 0.0), 0.01),
+        6.46,
+    );
+    // A lag of 0.05 s acts as that much more dead time.
+    let lag = judged("0.55exp(-s)/((62s+1)(3s+1)(0.05s+1))", (2.0, 0.03), 1.0);
+    let dead = judged("0.55exp(-1.05s)/((62s+1)(3s+1))", (2.0, 0.03), 1.0);
+    let delay = |closed: &SampledLoop| closed.margins().delay_s.expect("ends").value;
+    assert!((delay(&lag) / delay(&dead) - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_dead_time_alone_turns_errors_over_at_a_gain_of_one() {
+    for plant in ["exp(-1s)", "exp(-0.5s)", "exp(-3s)", "1", "0.5*exp(-1.2s)"] {
+        let unit = if plant.starts_with("0.5") { 2.0 } else { 1.0 };
+        let closed = |gain: f64| judged(plant, (gain * unit, 0.0), 1.0);
+        assert!(!closed(1.01).verdict().stable, "{plant}");
+        assert!(closed(0.9).verdict().stable, "{plant}");
+        let up = closed(0.9).margins().gain_up.expect("ends").value;
+        assert!((up * 0.9 - 1.0).abs() < 1e-9, "{plant}: {up}");
+    }
+}
+
+/// (2s + 1)/(s + 1) = 2 − 1/(s + 1), held: its own gain acts on the next measurement.
+#[test]
+fn what_passes_at_once_is_seen_by_the_next_measurement() {
+    let memory = Memory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
+    for (delay, first) in [(0.0, 1), (0.04, 1), (0.1, 1), (0.13, 2), (0.2, 2)] {
+        let plant: Plant = "(2s+1)/(s+1)".parse().expect("valid");
+        let plant = plant.delayed(delay).expect("valid");
+        let plant = SampledPlant::new(&plant, memory, Seconds(0.1)).expect("runs");
+        let mut state = plant.at_rest();
+        let y: Vec<f64> = (0..30).map(|_| plant.step(&mut state, 1.0)).collect();
+        for (n, y) in y.iter().enumerate() {
+            let since = (0.1 * n as f64 - delay).max(0.0);
+            let passed = if n < first { 0.0 } else { 2.0 };
+            let want = passed - (1.0 - (-since).exp());
+            assert!((y - want).abs() < 1e-12, "{delay}, {n}: {y} {want}");
+        }
+    }
+}
+
+#[test]
+fn a_pole_beyond_all_bounds_is_refused_with_the_remedy() {
+    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
+    let refused = |plant: &str| {
+        let plant: Plant = plant.parse().expect("valid");
+        SampledPlant::new(&plant, memory, Seconds(1.0))
+            .expect_err("refused")
+            .to_string()
+    };
+    for plant in ["1/(1e-12s+1)", "1e308/(1e-308s+1)", "1/(0.001s-1)"] {
+        let text = refused(plant);
+        assert!(text.contains("sample time 1 s is not within"), "{text}");
+        assert!(text.contains("sample faster"), "{text}");
+    }
+}

@@ -1,0 +1,97 @@
+//! How far a rule may stand for its plant: half an integrator behind a hold, whose step is 2√(t/π) at each sample.
+
+use crate::spectrum::of_impulse_response;
+use core::f64::consts::PI;
+use fracdiff::Seconds;
+use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+
+fn closed(plant: &str, gain: f64) -> SampledLoop {
+    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
+    let plant: Plant = plant.parse().expect("valid");
+    let plant = SampledPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
+    let controller = PidParameters {
+        proportional: gain,
+        ..PidParameters::NONE
+    };
+    SampledLoop::new(controller.into(), memory, &plant).expect("valid")
+}
+
+/// The answer to one held sample, late by this.
+fn weights(delay: f64) -> Vec<f64> {
+    let step = |n: usize| 2.0 * ((n as f64 - delay).max(0.0) / PI).sqrt();
+    (0..100_000)
+        .map(|n| if n == 0 { 0.0 } else { step(n) - step(n - 1) })
+        .collect()
+}
+
+#[test]
+fn the_response_behind_a_hold_is_that_of_the_weights() {
+    for (plant, delay) in [
+        ("1/s^0.5", 0.0),
+        ("exp(-0.3s)/s^0.5", 0.3),
+        ("exp(-2s)/s^0.5", 2.0),
+        ("exp(-1.9s)/s^0.5", 1.9),
+    ] {
+        let held = closed(plant, 1.0).of_plant().expect("follows a rule");
+        let weights = weights(delay);
+        for theta in [0.05, 0.5, 1.5, 2.5, PI] {
+            let (have, want) = (held.open(theta), of_impulse_response(&weights, theta));
+            assert!(
+                (have - want).norm() < 0.01 * want.norm() + 2e-3 / theta,
+                "{plant} {theta}: {have} {want}"
+            );
+        }
+    }
+}
+
+/// The loop u[n] = −K·y[n] by the weights: its swing at the end over that in the middle.
+fn grows(gain: f64) -> bool {
+    let (weights, mut u) = (weights(0.0), vec![1.0]);
+    for n in 1..2000 {
+        let y: f64 = (1..=n).map(|j| weights[j] * u[n - j]).sum();
+        u.push(-gain * y);
+    }
+    let most = |part: &[f64]| part.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    most(&u[1500..]) > most(&u[500..1000])
+}
+
+#[test]
+fn where_a_rule_stands_for_its_plant_its_verdict_is_that_of_the_weights() {
+    let up = closed("1/s^0.5", 0.55)
+        .of_plant()
+        .expect("a rule")
+        .margins()
+        .gain_up
+        .expect("ends")
+        .value;
+    assert!(!grows(0.55 * 0.99 * up) && grows(0.55 * 1.01 * up), "{up}");
+    for gain in [0.05, 0.2, 0.4, 0.55, 0.9, 1.05, 1.2, 1.3, 2.0, 10.0] {
+        let own = closed("1/s^0.5", gain);
+        let holds = own.rule_error().expect("a rule").holds(1.0);
+        assert!(!holds || own.verdict().stable != grows(gain), "{gain}");
+        assert!(holds || gain > 0.5, "{gain}");
+    }
+    // Not even at the gain of 1.3 that was called stable.
+    assert!(
+        !closed("1/s^0.5", 1.3)
+            .rule_error()
+            .expect("a rule")
+            .holds(1.0)
+    );
+    let [low, high] = closed("1/s^0.5", 0.2)
+        .rule_error()
+        .expect("a rule")
+        .within([0.01, 100.0]);
+    assert!(low < 0.011 && (2.0..5.5).contains(&high), "{low} {high}");
+    assert!(closed("1/(s+1)", 1.0).rule_error().is_none());
+}
+
+/// What a fractional function passes on at once turns errors over at the next sample, however fast that comes.
+#[test]
+fn a_gain_at_once_is_not_halved_by_the_rule() {
+    let own = closed("(2s^0.5+0.001)/(s^0.5+0.001)", 0.7);
+    assert!(own.verdict().stable && !own.rule_error().expect("a rule").holds(1.0));
+    let gains = own.of_plant().expect("a rule").gain_crossings();
+    let half_rate = |gain: f64| (gain - 1.0 / 1.4).abs() < 0.02;
+    assert!(gains.iter().any(|gain| half_rate(gain.value)), "{gains:?}");
+}
