@@ -271,14 +271,8 @@ impl Step {
         let start = *axis;
         let actuator = if self.lags { start.actuator } else { command };
         let held = command + external;
-        let (x, v, e) = (start.position, start.velocity, actuator - command);
-        // The transition times the state, but for the last row: a general product is slow in a build with checks.
-        let t = &*self.transition;
-        let free = [
-            t.m11 * x + t.m12 * v + t.m13 * e + t.m14 * held,
-            t.m21 * x + t.m22 * v + t.m23 * e + t.m24 * held,
-            t.m31 * x + t.m32 * v + t.m33 * e + t.m34 * held,
-        ];
+        let state = Vector4::new(start.position, start.velocity, actuator - command, held);
+        let free = self.transition * state;
         axis.actuator = command + free[2];
         if self.friction == 0.0 {
             (axis.position, axis.velocity) = (free[0], free[1]);
