@@ -215,16 +215,18 @@ impl Watch<'_> {
         if let Err(error) = link.stream(self.every, batch) {
             return Some(error.to_string());
         }
-        // What failed before anybody listened is told by no message any more.
-        if let Some(trouble) = trouble(link) {
-            let _ = recorder.event(0.0, "link", trouble.clone());
-            return Some(trouble);
-        }
         let period_s = link.period_s();
         let mut next_tick = None;
         let over = loop {
             if self.is_over() {
                 break None;
+            }
+            // Nobody drives a device that this process serves: its board has failed, and what samples tell from now on is its last
+            // position. Asked for, as the message of a fault may be lost. A recorder that has ended is seen when it is closed.
+            if let Some(trouble) = trouble(link) {
+                let time_s = f64::from(next_tick.unwrap_or_default()) * period_s;
+                let _ = recorder.event(time_s, "link", trouble.clone());
+                break Some(trouble);
             }
             match link.hear(Duration::from_millis(100)) {
                 Some(Heard::Sample(sample)) => {
@@ -243,11 +245,7 @@ impl Watch<'_> {
                     }
                     self.take(&sample, period_s, recorder);
                 }
-                Some(Heard::Fault(report)) => {
-                    if let Some(reason) = self.fault(&report, link, recorder) {
-                        break Some(reason);
-                    }
-                }
+                Some(Heard::Fault(report)) => self.fault(&report, period_s, recorder),
                 Some(Heard::Event(event)) => {
                     let time_s = f64::from(event.tick) * period_s;
                     let _ = recorder.event(
@@ -267,25 +265,12 @@ impl Watch<'_> {
         over
     }
 
-    /// Notes a fault; why the session is over with it, if it is.
-    fn fault(
-        &mut self,
-        report: &FaultReport,
-        link: &SerialLink,
-        recorder: &mut Recorder,
-    ) -> Option<String> {
-        let time_s = f64::from(report.tick) * link.period_s();
-        // Nobody drives a device that this process serves: its board has failed, and what samples tell from now on is its last
-        // position. A recorder that has ended is seen when it is closed.
-        if let Some(trouble) = trouble(link) {
-            let _ = recorder.event(time_s, "link", trouble.clone());
-            return Some(trouble);
-        }
+    /// Notes a fault.
+    fn fault(&mut self, report: &FaultReport, period_s: f64, recorder: &mut Recorder) {
         self.watched.faults += 1;
         let text = fault_in_words(report.status).unwrap_or_default();
         self.bar.suspend(|| note("fault", &text));
-        let _ = recorder.event(time_s, "fault", text);
-        None
+        let _ = recorder.event(f64::from(report.tick) * period_s, "fault", text);
     }
 
     fn take(&mut self, sample: &Sample, period_s: f64, recorder: &mut Recorder) {
