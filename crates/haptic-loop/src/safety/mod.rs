@@ -278,7 +278,7 @@ impl<F: Real> SafetyChain<F> {
             if is_finite(position_m) {
                 let followed = limits.follow(&mut state.motion, position_m);
                 let within = followed.and_then(|()| limits.breach(&state.motion, position_m));
-                state.motion.skip(F::ZERO);
+                state.motion.in_time();
                 if let Err(fault) = within {
                     state.trip(fault);
                 }

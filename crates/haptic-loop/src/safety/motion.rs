@@ -73,8 +73,9 @@ pub(super) struct Motion<F, const D: usize> {
     pub(super) known: bool,
     /// m/s.
     pub(super) velocity: SVector<F, D>,
-    /// Samples before this one that did not come.
-    missed: F,
+    /// Samples from the last position to the next, 1 unless some did not come, and 1 over them.
+    apart: F,
+    share: F,
     /// Samples since each reading changed, up to the stuck time.
     still: SVector<F, D>,
     /// Least magnitude of the wanted force since then, N.
@@ -90,7 +91,8 @@ impl<F: Real, const D: usize> Motion<F, D> {
             moved: SVector::from([F::ZERO; D]),
             known: false,
             velocity: SVector::from([F::ZERO; D]),
-            missed: F::ZERO,
+            apart: F::ONE,
+            share: F::ONE,
             still: SVector::from([F::ZERO; D]),
             least: SVector::from([F::ZERO; D]),
             brakes: true,
@@ -104,7 +106,14 @@ impl<F: Real, const D: usize> Motion<F, D> {
 
     /// The next position comes after so many that did not.
     pub(super) fn skip(&mut self, samples: F) {
-        self.missed = samples;
+        self.apart = F::ONE + samples;
+        self.share = F::ONE / self.apart;
+    }
+
+    /// The next position comes in time.
+    #[inline]
+    pub(super) fn in_time(&mut self) {
+        (self.apart, self.share) = (F::ONE, F::ONE);
     }
 
     /// Forgets the position: it is not known any more, nor is a force that opposes the motion.
@@ -164,16 +173,6 @@ impl<F: Real> MotionLimits<F> {
         self.workspace.as_ref()
     }
 
-    /// 1/T; after samples that did not come 1 over the time since the last.
-    #[inline]
-    fn rate_after(&self, missed: F) -> F {
-        if missed > F::ZERO {
-            self.rate / (F::ONE + missed)
-        } else {
-            self.rate
-        }
-    }
-
     /// Takes a finite position: Δ, and v ← v + (1 − e^(−ωT))·(Δ/T − v), where T is the time since the last position. A velocity
     /// beyond the number type is a fault and counts as none.
     #[inline]
@@ -182,7 +181,7 @@ impl<F: Real> MotionLimits<F> {
         motion: &mut Motion<F, D>,
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
-        let rate = self.rate_after(motion.missed);
+        let rate = self.rate * motion.share;
         let last = motion.last.replace(*position_m);
         motion.known = last.is_some();
         let last = last.unwrap_or(*position_m);
@@ -211,7 +210,7 @@ impl<F: Real> MotionLimits<F> {
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
         if let Some(jump) = &self.jump {
-            let farthest = jump.allowance + jump.step * (F::ONE + motion.missed);
+            let farthest = jump.allowance + jump.step * motion.apart;
             if motion.moved.iter().any(|moved| moved.abs() > farthest) {
                 return Err(Fault::PositionJump);
             }

@@ -245,7 +245,10 @@ impl Watch<'_> {
                     }
                     self.take(&sample, period_s, recorder);
                 }
-                Some(Heard::Fault(report)) => self.fault(&report, period_s, recorder),
+                // That of a board that has failed is told as its trouble, next.
+                Some(Heard::Fault(report)) if trouble(link).is_none() => {
+                    self.fault(&report, period_s, recorder);
+                }
                 Some(Heard::Event(event)) => {
                     let time_s = f64::from(event.tick) * period_s;
                     let _ = recorder.event(
@@ -255,7 +258,7 @@ impl Watch<'_> {
                     );
                 }
                 Some(Heard::Over(error)) => break Some(error.to_string()),
-                Some(Heard::Vector(_)) | None => {}
+                Some(Heard::Fault(_) | Heard::Vector(_)) | None => {}
             }
             let state = link.status().state;
             self.bar.set_prefix(state.to_string());
