@@ -73,8 +73,7 @@ pub(super) struct Motion<F, const D: usize> {
     pub(super) known: bool,
     /// m/s.
     pub(super) velocity: SVector<F, D>,
-    /// Samples from the last position to the next, 1 unless some did not come, and 1 over them.
-    apart: F,
+    /// 1 over the samples from the last position to the next: 1 unless some did not come.
     share: F,
     /// Samples since each reading changed, up to the stuck time.
     still: SVector<F, D>,
@@ -91,7 +90,6 @@ impl<F: Real, const D: usize> Motion<F, D> {
             moved: SVector::from([F::ZERO; D]),
             known: false,
             velocity: SVector::from([F::ZERO; D]),
-            apart: F::ONE,
             share: F::ONE,
             still: SVector::from([F::ZERO; D]),
             least: SVector::from([F::ZERO; D]),
@@ -106,14 +104,13 @@ impl<F: Real, const D: usize> Motion<F, D> {
 
     /// The next position comes after so many that did not.
     pub(super) fn skip(&mut self, samples: F) {
-        self.apart = F::ONE + samples;
-        self.share = F::ONE / self.apart;
+        self.share = F::ONE / (F::ONE + samples);
     }
 
     /// The next position comes in time.
     #[inline]
     pub(super) fn in_time(&mut self) {
-        (self.apart, self.share) = (F::ONE, F::ONE);
+        self.share = F::ONE;
     }
 
     /// Forgets the position: it is not known any more, nor is a force that opposes the motion.
@@ -210,8 +207,8 @@ impl<F: Real> MotionLimits<F> {
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
         if let Some(jump) = &self.jump {
-            let farthest = jump.allowance + jump.step * motion.apart;
-            if motion.moved.iter().any(|moved| moved.abs() > farthest) {
+            let jumped = |moved: &F| (moved.abs() - jump.allowance) * motion.share > jump.step;
+            if motion.moved.iter().any(jumped) {
                 return Err(Fault::PositionJump);
             }
         }
