@@ -280,7 +280,12 @@ fn a_box_that_is_none_or_would_last_is_refused() {
     bench
         .set_within(bounded, Some(square(0.04)), Scope::Run)
         .expect("within");
-    // The digest has to know of it.
+}
+
+#[test]
+fn the_digest_has_to_know_of_a_box() {
+    let mut bench = Plane::set_to_last();
+    let bounded = configuration();
     bench.answered(Request::Configure(bounded)).expect("staged");
     let block = haptic_link::CoefficientBlock::of(&[0.0], 0);
     bench

@@ -29,71 +29,33 @@ fn tested(
     test.run(attendant).expect("the device is there")
 }
 
+/// Functions with their names.
+macro_rules! named {
+    ($($case:path),* $(,)?) => {
+        [$((stringify!($case), $case as fn())),*]
+    };
+}
+
 #[test]
 fn what_each_device_keeps_and_breaks_is_seen() {
-    let cases: &[(&str, fn())] = &[
-        (
-            "a_good_device_keeps_every_promise_and_is_left_as_it_was",
-            a_good_device_keeps_every_promise_and_is_left_as_it_was,
-        ),
-        (
-            "a_watchdog_that_does_not_let_go_is_seen",
-            a_watchdog_that_does_not_let_go_is_seen,
-        ),
-        (
-            "a_limit_that_is_not_kept_is_seen",
-            a_limit_that_is_not_kept_is_seen,
-        ),
-        (
-            "a_force_before_it_is_armed_is_seen",
-            a_force_before_it_is_armed_is_seen,
-        ),
-        (
-            "a_force_that_stays_after_a_fault_or_stop_is_seen",
-            a_force_that_stays_after_a_fault_or_stop_is_seen,
-        ),
-        (
-            "a_recorder_that_keeps_nothing_is_seen",
-            a_recorder_that_keeps_nothing_is_seen,
-        ),
-        (
-            "settings_that_a_connection_leaves_behind_are_seen",
-            settings_that_a_connection_leaves_behind_are_seen,
-        ),
-        (
-            "an_emergency_stop_is_pressed_and_released_by_somebody",
-            an_emergency_stop_is_pressed_and_released_by_somebody,
-        ),
-        (
-            "a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more",
-            a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more,
-        ),
-        (
-            "foreign::a_2diy_keeps_every_promise",
-            foreign::a_2diy_keeps_every_promise,
-        ),
-        (
-            "foreign::a_servo_keeps_every_promise",
-            foreign::a_servo_keeps_every_promise,
-        ),
-        (
-            "late::a_host_that_was_late_once_tries_again_and_judges",
-            late::a_host_that_was_late_once_tries_again_and_judges,
-        ),
-        (
-            "late::a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for",
-            late::a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for,
-        ),
-        (
-            "late::an_adapter_that_goes_away_is_a_link_that_is_lost",
-            late::an_adapter_that_goes_away_is_a_link_that_is_lost,
-        ),
-        (
-            "late::a_silence_of_a_device_that_answers_again_is_tried_again",
-            late::a_silence_of_a_device_that_answers_again_is_tried_again,
-        ),
+    let cases = named![
+        a_good_device_keeps_every_promise_and_is_left_as_it_was,
+        a_watchdog_that_does_not_let_go_is_seen,
+        a_limit_that_is_not_kept_is_seen,
+        a_force_before_it_is_armed_is_seen,
+        a_force_that_stays_after_a_fault_or_stop_is_seen,
+        a_recorder_that_keeps_nothing_is_seen,
+        settings_that_a_connection_leaves_behind_are_seen,
+        an_emergency_stop_is_pressed_and_released_by_somebody,
+        a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more,
+        foreign::a_2diy_keeps_every_promise,
+        foreign::a_servo_keeps_every_promise,
+        late::a_host_that_was_late_once_tries_again_and_judges,
+        late::a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for,
+        late::an_adapter_that_goes_away_is_a_link_that_is_lost,
+        late::a_silence_of_a_device_that_answers_again_is_tried_again,
     ];
-    at_once(cases.iter().copied());
+    at_once(cases);
 }
 
 /// The promises that a board with this flaw breaks.
