@@ -3,15 +3,13 @@
 
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::path::Path;
 use std::process::Command;
 
-fn metadata(manifest: &str, arguments: &[&str]) -> Value {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+/// What `cargo` prints with these arguments, in the repository's folder.
+fn cargo(arguments: &[&str]) -> Vec<u8> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version=1", "--manifest-path"])
-        .arg(root.join(manifest))
         .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo runs");
     assert!(
@@ -19,7 +17,17 @@ fn metadata(manifest: &str, arguments: &[&str]) -> Value {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    serde_json::from_slice(&output.stdout).expect("is JSON")
+    output.stdout
+}
+
+fn metadata(manifest: &str, arguments: &[&str]) -> Value {
+    let start = [
+        "metadata",
+        "--format-version=1",
+        "--manifest-path",
+        manifest,
+    ];
+    serde_json::from_slice(&cargo(&[&start, arguments].concat())).expect("is JSON")
 }
 
 fn list(value: &Value) -> &[Value] {
@@ -183,18 +191,8 @@ fn every_dependency_is_justified_and_every_justified_one_is_there() {
 
 /// Packages with their features, as these options of `cargo tree` choose them.
 fn chosen(options: &[&str]) -> BTreeSet<String> {
-    let output = Command::new(env!("CARGO"))
-        .args(["tree", "--locked", "--prefix=none", "--format={p} {f}"])
-        .args(options)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("cargo runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let packages = String::from_utf8(output.stdout).expect("is text");
+    let start = ["tree", "--locked", "--prefix=none", "--format={p} {f}"];
+    let packages = String::from_utf8(cargo(&[&start, options].concat())).expect("is text");
     let packages = packages.lines();
     packages
         .map(|line| line.trim_end_matches(" (*)").to_owned())
