@@ -34,6 +34,10 @@ impl Arc {
         }
     }
 
+    pub(crate) fn middle(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+
     pub(crate) fn half_width(&self) -> f64 {
         0.5 * (self.high - self.low)
     }
@@ -57,7 +61,7 @@ pub(crate) struct Enclosed {
 }
 
 impl Enclosed {
-    fn new(value: Complex<f64>, rate: f64, arc: &Arc) -> Self {
+    pub(crate) fn new(value: Complex<f64>, rate: f64, arc: &Arc) -> Self {
         let size = value.norm() + rate * arc.half_width();
         Self { value, size, rate }
     }
@@ -78,7 +82,7 @@ impl Enclosed {
         }
     }
 
-    fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64) -> Self {
         Self {
             value: self.value * factor,
             size: self.size * factor.abs(),
@@ -118,7 +122,7 @@ fn slope(coefficients: &[f64], most: f64) -> f64 {
 }
 
 impl Factor {
-    fn at(&self, arc: &Arc) -> Enclosed {
+    pub(crate) fn at(&self, arc: &Arc) -> Enclosed {
         match self {
             Self::InW(c) => Enclosed::new(horner(c, arc.w), slope(c, 1.0), arc),
             Self::InV(c) => Enclosed::new(horner(c, arc.v), slope(c, arc.most), arc),
@@ -131,7 +135,7 @@ impl Factor {
                 Enclosed::new(arc.v.powi(*n), rate, arc)
             }
             Self::Delay(d) => {
-                let angle = *d as f64 * 0.5 * (arc.low + arc.high);
+                let angle = *d as f64 * arc.middle();
                 let (sin, cos) = libm::sincos(angle);
                 Enclosed::new(Complex::new(cos, -sin), *d as f64, arc)
             }
@@ -147,7 +151,7 @@ impl Factor {
                 Enclosed::new(value, rate, arc)
             }
             Self::Law(SharedLaw(law)) => {
-                let value = law.response(0.5 * (arc.low + arc.high));
+                let value = law.response(arc.middle());
                 // The mean rate that no part of the path exceeds.
                 let rate = match arc.half_width() {
                     0.0 => 0.0,
@@ -183,6 +187,21 @@ impl Sum {
             let value = factors.fold(one, |value, factor| value.times(factor.at(arc)));
             sum.plus(value.scaled(product.scale))
         })
+    }
+
+    /// Without the power of v that all products have in common.
+    pub(crate) fn without_differences(mut self) -> Self {
+        let power = |product: &Product| match product.factors.first() {
+            Some(Factor::Difference(n)) => *n,
+            _ => 0,
+        };
+        let common = self.0.iter().map(power).min().unwrap_or(0);
+        for product in &mut self.0 {
+            if let Some(Factor::Difference(n)) = product.factors.first_mut() {
+                *n -= common;
+            }
+        }
+        self
     }
 
     /// Each product with one more factor.

@@ -1,12 +1,19 @@
 //! The response of a plant behind a hold at the samples, without a rule.
 
-use crate::Plant;
+#[cfg(test)]
+mod tests;
+
+use crate::enclosure::{Arc, Enclosed, Factor};
 use crate::plant::Model;
+use crate::poles::OnAxis;
+use crate::{FractionalPolynomial, FractionalTransferFunction, Plant, Term};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
 /// Terms on either side before the rest is a power law.
 const TERMS: usize = 64;
+/// Terms on either side at most whose rates are bounded one by one: from there on the highest powers of the denominator are the largest by far.
+const ONE_BY_ONE: usize = 1024;
 /// Orders of the rest from which its sum is known.
 const ORDER_LEAST: f64 = 1.02;
 /// A dead time this near to whole samples has the rest of one of whole samples.
@@ -18,6 +25,11 @@ const WHOLE: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(crate) struct HeldResponse {
     plant: Plant,
+    /// Numerator and denominator of G − D.
+    above: FractionalPolynomial,
+    below: FractionalPolynomial,
+    /// Terms whose rates are bounded one by one; `None` where that would be too many.
+    one_by_one: Option<usize>,
     direct: f64,
     /// τ/T.
     delay: f64,
@@ -37,21 +49,46 @@ impl HeldResponse {
         } else {
             above.coefficient / below.coefficient
         };
+        let below = *function.denominator();
+        let led = |k: &usize| {
+            let omega = 2.0 * PI * *k as f64 / sample_time_s;
+            Bounds::new(&below, libm::log(omega)).led > 0.25
+        };
+        let counts = core::iter::successors(Some(1), |k| Some(2 * k));
         Some(Self {
             direct,
             delay: plant.delay_s() / sample_time_s,
             plant: plant.without_dead_time()?,
+            above: without(function, direct)?,
+            below,
+            one_by_one: counts.take_while(|k| *k <= ONE_BY_ONE).find(led),
             sample_time_s,
         })
     }
 
     /// `G_d` at the angle θ, 0 < θ ≤ π; not finite where the sum does not end.
     pub(crate) fn at(&self, theta: f64) -> Complex<f64> {
-        let sum = self.sum(theta) + self.sum(2.0 * PI - theta).conj();
-        let one_less_w = Complex::new(1.0 - libm::cos(theta), libm::sin(theta));
+        self.enclosed(&Arc::new(theta, theta)).value
+    }
+
+    /// `G_d` on an arc that begins above 0; its rate is not finite where the arc is too wide for a bound.
+    pub(crate) fn enclosed(&self, arc: &Arc) -> Enclosed {
+        let (theta, turn) = (arc.middle(), 2.0 * PI);
+        let sum = self.sum(theta, 0.0) + self.sum(turn - theta, 1.0).conj();
+        let rate = match arc.half_width() {
+            0.0 => 0.0,
+            _ => self.rate(arc.low, arc.high) + self.rate(turn - arc.high, turn - arc.low),
+        };
+        let sum = Enclosed::new(sum, rate, arc);
+        let late = |samples: f64| {
+            let turned = Complex::from_polar(1.0, -samples * theta);
+            Enclosed::new(turned, samples, arc)
+        };
         let later = libm::ceil(self.delay - 1e-9).max(1.0);
-        let passed = Complex::from_polar(self.direct, -later * theta);
-        sum * one_less_w / self.sample_time_s + passed
+        let changes = Factor::Difference(1).at(arc);
+        let held = sum.times(late(self.delay)).times(changes);
+        held.scaled(1.0 / self.sample_time_s)
+            .plus(late(later).scaled(self.direct))
     }
 
     /// The number of poles of the plant that grow, where it is known.
@@ -66,15 +103,15 @@ impl HeldResponse {
         (response - self.direct) / Complex::new(0.0, omega)
     }
 
-    /// Σ over x = from + 2πk, k from 0 on.
-    fn sum(&self, from: f64) -> Complex<f64> {
-        let at = |k: f64| from + 2.0 * PI * k;
-        let late = |x: f64| Complex::from_polar(1.0, -x * self.delay);
-        let first = (0..TERMS)
-            .map(|k| at(k as f64))
-            .map(|x| self.term(x) * late(x));
-        let sum: Complex<f64> = first.sum();
-        let x = at(TERMS as f64);
+    /// Σ of (G − D)/(jω)·e^(−j(x − θ)τ/T) over x = from + 2πk, k from 0 on; `aliases` of the first are the turns of x − θ.
+    fn sum(&self, from: f64, aliases: f64) -> Complex<f64> {
+        let at = |k: usize| from + 2.0 * PI * k as f64;
+        let late = |k: usize| {
+            let turns = (aliases + k as f64) * self.delay;
+            Complex::from_polar(1.0, -2.0 * PI * (turns - libm::round(turns)))
+        };
+        let sum: Complex<f64> = (0..TERMS).map(|k| self.term(at(k)) * late(k)).sum();
+        let x = at(TERMS);
         let begin = self.term(x);
         if begin.norm() == 0.0 {
             return sum;
@@ -97,6 +134,117 @@ impl HeldResponse {
             let twice = size(2.0) - 2.0 * size(1.0) + 1.0;
             by * (z * by * (z * by * twice + once) + 1.0)
         };
-        sum + begin * late(x) * rest
+        sum + begin * late(TERMS) * rest
     }
+
+    /// sup |d/dθ| of the same sum without its dead time, over from ∈ \[low, high\].
+    fn rate(&self, low: f64, high: f64) -> f64 {
+        let Some(count) = self.one_by_one else {
+            return f64::INFINITY;
+        };
+        let turned = |k: usize| 2.0 * PI * k as f64;
+        let first = (0..count).map(|k| self.term_rate(low + turned(k), high + turned(k)));
+        first.sum::<f64>() + self.rest_rate(low + turned(count))
+    }
+
+    /// ```text
+    /// g = N/(jωA):   |dg/dx| ≤ (|N| + |N′|)/(ω|A|) + |N|·|A′|/(ω|A|²),   x = ln ω, ′ = d/dx
+    /// ```
+    fn term_rate(&self, low: f64, high: f64) -> f64 {
+        let ln = |angle: f64| libm::log(angle / self.sample_time_s);
+        let x = ln(0.5 * (low + high));
+        let half = x - ln(low);
+        let (above, below) = (
+            Bounds::new(&self.above, ln(high)),
+            Bounds::new(&self.below, ln(high)),
+        );
+        let size =
+            |of: &FractionalPolynomial, bounds: &Bounds| OnAxis(of).at(x, bounds.scale).norm();
+        let least = size(&self.below, &below) - half * below.rate;
+        let most = size(&self.above, &above) + half * above.rate;
+        above.over(&below, most, least) * self.sample_time_s / (low * low)
+    }
+
+    /// The sum of those rates from the angle x on.
+    ///
+    /// ```text
+    /// |A| ≥ l·Σ|a|ω^α with the share l at x, and |dg/dx| ≤ |g|·(1 + ν + α/l), which falls as ω^(−β), β = 1 + α_lead − ν;   Σ of it/x over x + 2πk
+    /// ```
+    fn rest_rate(&self, x: f64) -> f64 {
+        let ln = libm::log(x / self.sample_time_s);
+        let (above, below) = (Bounds::new(&self.above, ln), Bounds::new(&self.below, ln));
+        if above.size == 0.0 {
+            return 0.0;
+        }
+        let (degree_above, degree_below) = (self.above.degree(), self.below.degree());
+        let relative = 1.0 + degree_above + degree_below / below.led;
+        let least = below.led * below.lead;
+        let first = relative * above.size / least * libm::exp(above.scale - below.scale);
+        let order = 1.0 + below.lead_order - degree_above;
+        first * self.sample_time_s / (x * x) * (1.0 + x / (2.0 * PI * order))
+    }
+}
+
+/// Bounds of a polynomial at jω, ω from 0 to e^x, relative to e^scale.
+struct Bounds {
+    scale: f64,
+    /// Σ |a|ω^α.
+    size: f64,
+    /// Σ α|a|ω^α.
+    rate: f64,
+    /// The size of the terms that lead, and the lowest order of them: those of the sign of the highest and at most one order below, so that their directions
+    /// are within a right angle.
+    lead: f64,
+    lead_order: f64,
+    /// The share of the size that |A| has at least, here and at any higher ω; below 0 where none is known.
+    led: f64,
+}
+
+impl Bounds {
+    fn new(of: &FractionalPolynomial, x: f64) -> Self {
+        let axis = OnAxis(of);
+        let scale = axis.scale(x);
+        let sizes = axis.sizes(x, scale);
+        let first = of.terms().first().copied().unwrap_or_default();
+        let leads = |term: &&Term| {
+            term.coefficient * first.coefficient > 0.0 && term.order >= first.order - 1.0
+        };
+        let count = of.terms().iter().take_while(leads).count();
+        let lead: f64 = sizes.clone().take(count).map(|(_, size)| size).sum();
+        let size: f64 = sizes.clone().map(|(_, size)| size).sum();
+        Self {
+            scale,
+            size,
+            rate: sizes.clone().map(|(order, size)| order * size).sum(),
+            lead,
+            lead_order: sizes.take(count).last().map_or(0.0, |(order, _)| order),
+            // Half a right angle from the middle of the sector.
+            led: (core::f64::consts::FRAC_1_SQRT_2 * lead - (size - lead)) / size,
+        }
+    }
+
+    /// |dg/dx|·ω of g = N/(jωA) from bounds of |N| and |A|; infinite where the latter is not above 0.
+    fn over(&self, below: &Self, most: f64, least: f64) -> f64 {
+        if self.size == 0.0 {
+            return 0.0;
+        }
+        if least.is_nan() || least <= 0.0 {
+            return f64::INFINITY;
+        }
+        let relative = (most + self.rate) / least + most * below.rate / (least * least);
+        relative * libm::exp(self.scale - below.scale)
+    }
+}
+
+/// The numerator of G − D over its denominator: what G passes on at once, D, leaves no highest power.
+fn without(function: &FractionalTransferFunction, direct: f64) -> Option<FractionalPolynomial> {
+    let below = function.denominator();
+    let passed = below.terms().iter();
+    let passed = passed.map(|term| Term::new(-direct * term.coefficient, term.order));
+    let terms = function.numerator().terms().iter().copied().chain(passed);
+    let mut left = FractionalPolynomial::ZERO;
+    for term in terms.filter(|term| term.order < below.degree() && term.coefficient != 0.0) {
+        left.add(term).ok()?;
+    }
+    Some(left)
 }

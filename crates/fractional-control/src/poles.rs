@@ -136,13 +136,19 @@ impl OnAxis<'_> {
         terms.sum()
     }
 
+    /// `α_i` and `|a_i|ω^(α_i)`/e^scale, highest order first.
+    pub(crate) fn sizes(&self, x: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
+        let terms = self.0.terms().iter();
+        terms.map(move |term| {
+            let size = libm::log(term.coefficient.abs()) + term.order * x - scale;
+            (term.order, libm::exp(size))
+        })
+    }
+
     /// `Σ α_i|a_i|ω^(α_i)`/e^scale.
     fn rate(&self, x: f64, scale: f64) -> f64 {
-        let terms = self.0.terms().iter();
-        let sizes = terms.map(|term| {
-            term.order * libm::exp(libm::log(term.coefficient.abs()) + term.order * x - scale)
-        });
-        sizes.sum()
+        let sizes = self.sizes(x, scale);
+        sizes.map(|(order, size)| order * size).sum()
     }
 
     /// Below the first place the lowest term is at least twice all others together, above the second the highest.

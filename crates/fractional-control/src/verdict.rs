@@ -147,9 +147,18 @@ impl SampledLoop {
         self.held.as_ref()
     }
 
-    /// `A_G`.
-    pub(crate) fn plant_below(&self, arc: &Arc) -> Enclosed {
-        self.plant.below.at(arc)
+    /// `B_C·(A_G·G_d − B_G)`, at the nominal gain, of a plant with the response `G_d`.
+    pub(crate) fn missed(&self, arc: &Arc, response: Enclosed) -> Enclosed {
+        let rule = self.plant.above.at(arc).scaled(-1.0);
+        let plant = self.plant.below.at(arc).times(response);
+        self.controller.above.at(arc).times(plant.plus(rule))
+    }
+
+    /// False if the rule of the plant has another number of growing poles than the plant. One at rest is not counted.
+    pub(crate) fn grows_as(&self, held: &HeldResponse) -> bool {
+        let below = self.plant.below.clone().without_differences();
+        let poles = count(|arc| below.at(arc)).zeros;
+        poles.is_some() && poles == held.growing_poles()
     }
 
     /// 1/T.

@@ -185,7 +185,7 @@ pub(super) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> 
     let angles = (0..=POINTS).map(|k| (PI * (-step * k as f64).exp()).max(RULE_HOLDS_TO));
     let fastest = angles.into_iter().find(slow).unwrap_or(0.0);
     let times = fastest / RULE_HOLDS_TO;
-    let holds = closed.rule_error().is_none_or(|rule| rule.holds(1.0));
+    let holds = closed.rule_error().is_none_or(|rule| rule.holds());
     (times > 1.0 || !holds).then_some(if holds { times } else { times.max(TWICE) })
 }
 
