@@ -9,6 +9,7 @@
 use crate::SampledLoop;
 use crate::enclosure::{Arc, Enclosed};
 use crate::held_response::HeldResponse;
+use core::cell::Cell;
 use core::f64::consts::PI;
 use std::vec::Vec;
 
@@ -20,8 +21,10 @@ const FIRST: f64 = 1e-4;
 const OF_MEMORY: f64 = 100.0;
 /// An arc of this width that is not decided counts as one where the rule does not hold.
 const NARROWEST: f64 = 1e-13;
-/// Times the end of an interval of gains is halved.
-const HALVINGS: usize = 8;
+/// Arcs at most: some hundred times what any loop of the tests takes.
+const ARCS_MAX: usize = 10_000;
+/// Times the end of an interval of gains, known within a factor of two, is narrowed.
+const HALVINGS: usize = 5;
 
 /// What the loop of a plant that follows a rule is, and what it would be without: both on arcs from near rest to half the sample rate.
 ///
@@ -92,24 +95,28 @@ impl RuleError<'_> {
         let Some(places) = &self.places else {
             return [1.0; 2];
         };
+        let left = Cell::new(ARCS_MAX);
+        let between = |a: f64, b: f64| {
+            let gains = [a.min(b), a.max(b)];
+            let holds = |place| self.holds_at(place, gains, &left);
+            places.iter().all(holds)
+        };
         let reached = |end: f64| {
-            let holds_to = |gain: f64| {
-                let gains = [gain.min(1.0), gain.max(1.0)];
-                places.iter().all(|place| self.holds_at(place, gains))
-            };
-            if holds_to(end) {
-                return end;
+            // What bounds one end of a step of two at most serves all of it.
+            let steps = libm::ceil(libm::log2(end).abs()).max(1.0);
+            let gain = |step: f64| libm::pow(end, step / steps);
+            let mut inside = 0.0;
+            while inside < steps && between(gain(inside), gain(inside + 1.0)) {
+                inside += 1.0;
             }
-            let (mut inside, mut outside) = (0.0, 1.0);
+            let mut part = 0.5;
             for _ in 0..HALVINGS {
-                let share = 0.5 * (inside + outside);
-                if holds_to(libm::pow(end, share)) {
-                    inside = share;
-                } else {
-                    outside = share;
+                if inside < steps && between(gain(inside), gain(inside + part)) {
+                    inside += part;
                 }
+                part *= 0.5;
             }
-            libm::pow(end, inside)
+            gain(inside)
         };
         [reached(low), reached(high)]
     }
@@ -127,14 +134,16 @@ impl RuleError<'_> {
         }
     }
 
-    fn holds_at(&self, place: &Place, gains: [f64; 2]) -> bool {
+    fn holds_at(&self, place: &Place, gains: [f64; 2], left: &Cell<usize>) -> bool {
         match place.judged(gains) {
             Judged::Holds => true,
             Judged::Fails => false,
+            Judged::Unclear if left.get() == 0 => false,
             Judged::Unclear => {
+                left.set(left.get() - 1);
                 let [low, middle, high] = [place.arc.low, place.arc.middle(), place.arc.high];
                 let mut halves = [(low, middle), (middle, high)].into_iter();
-                halves.all(|(low, high)| self.holds_at(&self.place(low, high), gains))
+                halves.all(|(low, high)| self.holds_at(&self.place(low, high), gains, left))
             }
         }
     }
@@ -143,7 +152,7 @@ impl RuleError<'_> {
     fn places(&self, first: f64) -> Option<Vec<Place>> {
         let mut places = Vec::new();
         let (mut theta, mut width) = (first, 0.1 * first);
-        while theta < PI {
+        for _ in 0..ARCS_MAX {
             // No sliver is left at the end.
             let next = if theta + 1.5 * width > PI {
                 PI
@@ -154,6 +163,9 @@ impl RuleError<'_> {
             match place.judged([1.0; 2]) {
                 Judged::Holds => {
                     places.push(place);
+                    if next >= PI {
+                        return Some(places);
+                    }
                     theta = next;
                     width *= 2.0;
                 }
@@ -161,7 +173,7 @@ impl RuleError<'_> {
                 Judged::Unclear => width = 0.5 * (next - theta),
             }
         }
-        Some(places)
+        None
     }
 }
 
