@@ -9,6 +9,7 @@ mod length;
 mod reader;
 mod source;
 mod still;
+mod untested;
 
 use source::Source;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,8 +1,5 @@
 //! The response of a plant behind a hold at the samples, without a rule.
 
-#[cfg(test)]
-mod tests;
-
 use crate::enclosure::{Arc, Enclosed, Factor};
 use crate::plant::Model;
 use crate::poles::OnAxis;

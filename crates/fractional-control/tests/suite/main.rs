@@ -14,6 +14,7 @@ mod margins;
 mod notation;
 mod plants;
 mod rules;
+mod shape;
 mod spectrum;
 mod streaming;
 mod tuning;

@@ -165,3 +165,45 @@ fn a_resonance_that_decays_by_itself_is_proved() {
         "{low} {high} {up}"
     );
 }
+
+/// Where the arcs say that a rule holds, it does at each of a thousand angles, and at each gain of the interval.
+#[test]
+fn what_is_said_of_arcs_is_so_at_the_angles_on_them() {
+    let mut held = 0;
+    for plant in [
+        "1/s^0.5",
+        "exp(-0.3s)/s^1.2",
+        "(s^0.3+2)/(0.8s^2.2+0.5s^0.9+1)",
+        "(2s^0.5+0.1)/(s^0.5+1)",
+        "exp(-0.25s)*(3s^1.5+1)/(s^1.5+20s+5)",
+        "1/(40s^2+0.2s+1)/(s^0.5+1)",
+        "1/(9s^2+0.001s+1)/(s^0.5+1)",
+        "1/(40s^1.5-10s+1)",
+    ] {
+        for gain in [1e-3, 0.03, 0.3, 3.0] {
+            let own = closed(plant, gain);
+            let rule = own.rule_error().expect("a rule");
+            if !rule.holds() {
+                continue;
+            }
+            held += 1;
+            let truth = own.of_plant().expect("a rule");
+            let gains = rule.within([0.1, 10.0]);
+            for k in 0..=1000 {
+                let theta = PI * libm::pow(1e-4 / PI, f64::from(k) / 1000.0);
+                let (open, wrong) = (
+                    own.open(theta),
+                    (truth.open(theta) - own.open(theta)).norm(),
+                );
+                for gain in [gains[0], 1.0, gains[1]] {
+                    let room = (open * gain + 1.0).norm();
+                    assert!(
+                        wrong * gain < 0.71 * room,
+                        "{plant} {theta} {gain}: {wrong} {room}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(held >= 12, "{held}");
+}
