@@ -38,6 +38,8 @@ mod poles;
 mod polynomial;
 mod quotient;
 #[cfg(feature = "std")]
+mod ratio;
+#[cfg(feature = "std")]
 mod records;
 #[cfg(feature = "std")]
 mod rule_error;

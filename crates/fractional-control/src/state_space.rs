@@ -32,6 +32,8 @@ pub struct StateSpace {
     c: RowDVector<f64>,
 }
 
+/// As that of the coefficients of a function.
+const SIZE_MAX_IN_WORDS: &str = "at most 1e60 in size: give the plant in other units";
 /// Largest number of states.
 const STATES_MAX: f64 = 16.0;
 
@@ -39,7 +41,7 @@ impl StateSpace {
     /// From its matrices.
     ///
     /// # Errors
-    /// Sizes that do not fit, no state or more than 16, a number that is not finite.
+    /// Sizes that do not fit, no state or more than 16, a number above 1e60 in size.
     pub fn new(a: DMatrix<f64>, b: DVector<f64>, c: RowDVector<f64>) -> Result<Self, ControlError> {
         let states = a.nrows() as f64;
         let fits = a.ncols() == a.nrows() && b.len() == a.nrows() && c.len() == a.nrows();
@@ -52,7 +54,8 @@ impl StateSpace {
             "",
         )?;
         for value in a.iter().chain(b.iter()).chain(c.iter()) {
-            range("element of a matrix", *value, true, "finite", "")?;
+            let inside = value.abs() <= 1e60;
+            range("element of a matrix", *value, inside, SIZE_MAX_IN_WORDS, "")?;
         }
         Ok(Self { a, b, c })
     }
@@ -96,11 +99,12 @@ impl StateSpace {
     /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.
     ///
     /// # Errors
-    /// A negative lag.
+    /// A negative lag, and one above 0 and below 1e-15 s.
     pub fn behind_lag(self, lag_s: f64) -> Result<Self, ControlError> {
         if not_negative("lag", lag_s, "s")? == 0.0 {
             return Ok(self);
         }
+        range("lag", lag_s, lag_s >= 1e-15, "0, or at least 1e-15", "s")?;
         let n = self.a.nrows();
         let mut a = DMatrix::zeros(n + 1, n + 1);
         a.view_mut((0, 0), (n, n)).copy_from(&self.a);

@@ -132,8 +132,8 @@ pub const STRESSES: Range = above_0(1e9);
 pub const RECORD_TIMES: Range = either_sign(1e12);
 /// Frequencies, Hz: ten times what is felt.
 pub const FREQUENCIES_HZ: Range = above_0(1e4);
-/// Angular frequencies of a controller or a curve, rad/s.
-pub const ANGULAR_FREQUENCIES: Range = above_0(1e9);
+/// Angular frequencies of a controller or a curve, rad/s: the slowest turns once in 200 000 years.
+pub const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
 /// Gains, limits and entries of a matrix, in any unit that a plant has.
 pub const NUMBERS: Range = either_sign(1e12);
 /// Ratios, as of a margin.

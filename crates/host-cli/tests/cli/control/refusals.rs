@@ -44,18 +44,31 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
                 => delay -1 s is not from 0 to 86400 s | --delay
             control analyze --plant 1/(s+1) --delay 100s --controller 2 --sample-time 1ms
                 => 100000 samples | 10000 | --sample-time | --delay
+            control analyze --plant 1/(s+1) --controller 1e308 --sample-time 1ms
+                => 1e308 is not from 1e-60 to 1e60 in size | other units | --controller
+            control analyze --plant 1/(s+1) --controller 1e-308 --sample-time 1ms
+                => 1e-308 is not from 1e-60 to 1e60 in size | other units | --controller
+            control analyze --plant 1e308/(1e-308s+1) => 1e-308 is not from 1e-60 to 1e60 in size | other units | --plant
+            control analyze --plant 1e60/(1e-60s^1.5+1) --controller 1 --sample-time 1s
+                => gain of the plant over a sample | is not from 1e-75 to 1e75 in size | other units
+            control analyze --plant exp(-1e307s)/(s+1) => dead time 1e307 s is not from 0 to 1e10 s | --plant
+            control analyze --mass 1e-320 => mass 1e-320 kg is not at least 1e-15 kg | --mass
+            control analyze --mass 1kg --current-lag 1e-320 => lag 1e-320 s is not 0, or at least 1e-15 | --current-lag
             control simulate --plant 1/(s-1) --duration 3s => does not decay | controller
             control simulate --plant 1/(s+1) => --duration
             control simulate --plant 1/(s+1) --duration 1s --step 0 => --step
             {design} --plant 1/(s+1) --phase-margin 65 => 3724.2° | 180° | --phase-margin | 60deg
             {design} --plant 1/(s+1) --phase-margin 1deg --sensitivity-peak 1.1
                 => --sensitivity-peak 1.1 contradicts --phase-margin 1°
+            {design} --plant 1/(s+1) --noise 1e9rad/s:-1e9dB => -1e9 dB is not from -300 to 120 dB | --noise | 10rad/s:-20dB
+            {design} --plant 1/(s+1) --disturbance 0.1rad/s:7e150dB => 7e150 dB is not from -300 to 120 dB | --disturbance
+            {design} --plant 1/(s+1) --sensitivity-peak -1e9dB => -1e9 dB is not from -300 to 120 dB | --sensitivity-peak | 4dB
             {design} --plant 1/(s+1) --noise 0.5rad/s:0.1 => --noise 0.1 contradicts --crossover 1 rad/s
             {design} --plant 1/(s+1) --disturbance 2rad/s:0.1 => --disturbance 0.1 contradicts --crossover 1 rad/s
             {design} --plant exp(-9s)/(s+1) => --phase-margin 60° contradicts --crossover 1 rad/s
             {design} --plant 1/(s+1) --sample-time 2s => crossover 1 rad/s | sample faster | --crossover
             {design} --plant 1/(s+1) --crossover => crossover
-            control design --plant 1/(s+1) --crossover 0 => above 0 | --crossover
+            control design --plant 1/(s+1) --crossover 0 => from 1e-12 to 1e9 rad/s | --crossover
             control identify none.csv => none.csv | CSV
             control identify uneven.csv => uneven.csv: line 4 | equal steps
             control identify short.csv => no column output | --output

@@ -35,8 +35,8 @@ fn parse_gain(text: &str) -> Result<f64, String> {
 /// Reads a frequency and a gain.
 pub(super) fn parse_bound(text: &str) -> Result<Bound, String> {
     let parts = || -> Result<Bound, String> {
-        let (frequency, gain) = (text.split_once(':'))
-            .ok_or_else(|| format!("\"{text}\" is not FREQUENCY:GAIN"))?;
+        let (frequency, gain) =
+            (text.split_once(':')).ok_or_else(|| format!("\"{text}\" is not FREQUENCY:GAIN"))?;
         let frequency: AngularFrequency = frequency
             .parse()
             .map_err(|error: haptic_quantity::QuantityError| error.to_string())?;
@@ -88,7 +88,7 @@ mod tests {
         }
         let fast = parse_bound("1e10rad/s:0.1").expect_err("refused");
         assert!(
-            fast.contains("frequency 1e10 rad/s is not above 0 and at most 1e9 rad/s"),
+            fast.contains("frequency 1e10 rad/s is not from 1e-12 to 1e9 rad/s"),
             "{fast}"
         );
     }
