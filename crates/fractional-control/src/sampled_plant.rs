@@ -17,7 +17,7 @@ use std::vec;
 /// Above over below of it on the circle.
 const PLANT: &str = "gain of the plant over a sample";
 /// Longest delay, samples.
-const DELAY_MAX: f64 = 10_000.0;
+pub(crate) const DELAY_MAX: f64 = 10_000.0;
 
 /// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
 ///

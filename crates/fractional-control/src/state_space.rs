@@ -32,6 +32,8 @@ pub struct StateSpace {
     c: RowDVector<f64>,
 }
 
+/// Numbers of a sampled plant: e^300, of which a loop can be squared.
+const LARGEST: f64 = 1e130;
 /// As that of the coefficients of a function.
 const SIZE_MAX_IN_WORDS: &str = "at most 1e60 in size: give the plant in other units";
 /// Largest number of states.
@@ -240,14 +242,14 @@ impl StateSpace {
     /// The states are scaled.
     ///
     /// # Errors
-    /// A pole that moves by more than e^(10^8) in a sample, or grows beyond all numbers.
+    /// A pole that moves by more than e^(10^8) in a sample, or poles that grow by more than e^300.
     pub(crate) fn held(
         &self,
         sample_time: f64,
         fraction: f64,
     ) -> Result<(SampledStates, StatesInV), ControlError> {
         let refused = || {
-            let allowed = "within 1e8 time constants of the fastest pole, 500 of one that grows: leave that pole or lag out, or sample faster";
+            let allowed = "within 1e8 time constants of the fastest pole, 300 of those that grow: leave that pole or lag out, or sample faster";
             RangeError::new("sample time", sample_time, allowed, "s")
         };
         let own = self.balanced().ok_or_else(refused)?;
@@ -279,7 +281,7 @@ impl StateSpace {
         let mut numbers = numbers
             .chain(sampled.moved.iter())
             .chain(sampled.newest.iter());
-        if numbers.all(|value| value.is_finite()) {
+        if numbers.all(|value| value.abs() < LARGEST) {
             Ok((sampled, in_v))
         } else {
             Err(refused().into())
