@@ -10,6 +10,8 @@ const EXACT: f64 = 1e-5;
 const ROUNDINGS: f64 = 16.0;
 /// Largest value of a record, and 1 over the least: the sum of their squares is a number.
 const MOST: f64 = 1e100;
+/// Largest ratio of output to input, and 1 over the least: so far a function has coefficients.
+const RATIO: f64 = 1e50;
 /// Steps of time may differ by this share.
 const EVEN: f64 = 1e-3;
 
@@ -66,9 +68,10 @@ impl InputOutput {
         match self.time_s.windows(2).position(uneven) {
             None => Ok(()),
             Some(row) => Err(format!(
-                "line {}: a step of {} s among steps of {t} s: put the record on equal steps first",
+                "line {}: a step of {} s among steps of {} s: put the record on equal steps first",
                 row + 3,
-                self.time_s[row + 1] - self.time_s[row]
+                Shown(self.time_s[row + 1] - self.time_s[row]),
+                Shown(t)
             )),
         }
     }
@@ -94,6 +97,14 @@ impl InputOutput {
                     1.0 / MOST
                 ));
             }
+        }
+        let ratio = largest(&self.output) / largest(&self.input);
+        if ratio > RATIO || (ratio > 0.0 && ratio < 1.0 / RATIO) {
+            return Err(format!(
+                "column `{output}` is {} times column `{input}`, which is not from {:e} to {RATIO:e}: give one of both in another unit",
+                Shown(ratio),
+                1.0 / RATIO
+            ));
         }
         let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
         let rests = |signal: &[f64]| {

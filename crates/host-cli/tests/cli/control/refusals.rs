@@ -20,6 +20,9 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
         "spike.csv",
         rows(&|n| format!("1,{}", if n == 7 { "1e300" } else { "2" })),
     );
+    place.write("good.csv", rows(&|n| format!("1,{n}")));
+    place.write("far.csv", rows(&|n| format!("1e60,{n}e-60")));
+    place.write("large.csv", "time_s,reference\n0,1\n1,1e300\n2,0\n");
     place.write("small.csv", rows(&|n| format!("1,{n}e-200")));
     let design = "control design --crossover 1rad/s";
     place.refuses(
@@ -49,7 +52,7 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
             control analyze --plant 1/(s+1) --controller 1e-308 --sample-time 1ms
                 => 1e-308 is not from 1e-60 to 1e60 in size | other units | --controller
             control analyze --plant 1e308/(1e-308s+1) => 1e-308 is not from 1e-60 to 1e60 in size | other units | --plant
-            control analyze --plant 1e60/(1e-60s^1.5+1) --controller 1 --sample-time 1s
+            control analyze --plant 1e60/(1e-60s^1.5+1e-60) --controller 1 --sample-time 1s
                 => gain of the plant over a sample | is not from 1e-75 to 1e75 in size | other units
             control analyze --plant exp(-1e307s)/(s+1) => dead time 1e307 s is not from 0 to 1e10 s | --plant
             control analyze --mass 1e-320 => mass 1e-320 kg is not at least 1e-15 kg | --mass
@@ -69,6 +72,12 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
             {design} --plant 1/(s+1) --sample-time 2s => crossover 1 rad/s | sample faster | --crossover
             {design} --plant 1/(s+1) --crossover => crossover
             control design --plant 1/(s+1) --crossover 0 => from 1e-12 to 1e9 rad/s | --crossover
+            control simulate --plant 1/(s+1) --controller 2 --sample-time 1s --reference large.csv
+                => large.csv: line 3: 1e300 in column reference is not from -1e12 to 1e12 | another unit
+            control identify good.csv --time input => column input | --time and by --input | give each its own
+            control identify good.csv --output input => --input and by --output
+            control identify still.csv --time input --input time_s => the time does not grow | column input, that of --time
+            control identify far.csv => column `output` is | times column `input` | from 1e-50 to 1e50 | another unit
             control identify none.csv => none.csv | CSV
             control identify uneven.csv => uneven.csv: line 4 | equal steps
             control identify short.csv => no column output | --output
@@ -96,8 +105,8 @@ fn an_extreme_value_is_named_itself_with_its_range() {
             control design --plant 1/(s+1) --crossover 1e9rad/s
                 => crossover 1e9 rad/s | 2e-8 to 2e7 rad/s | --crossover
             control design --plant 1/(s+1) --crossover 1e-12rad/s => crossover 1e-12 rad/s | change --crossover
-            control design --crossover 1rad/s --plant 1e300/(s+1) => gain 7.0711e299 at --crossover 1 rad/s | 1e-12 to 1e12 | other units
-            control design --crossover 1rad/s --plant 1e-300/(s+1) => gain 7.0711e-301 | 1e-12 to 1e12 | other units
+            control design --crossover 1rad/s --plant 1e50/(s+1) => gain 7.0711e49 at --crossover 1 rad/s | 1e-12 to 1e12 | other units
+            control design --crossover 1rad/s --plant 1e-50/(s+1) => gain 7.0711e-51 | 1e-12 to 1e12 | other units
             control design --crossover 1rad/s --plant 1/(s+1) --duration 10000000s => 500000000 samples | --duration | --sample-time
             control design --crossover 1rad/s --plant 1/(s+1) --sample-time 1000000s => crossover 1 rad/s | sample faster | --sample-time | --crossover
             control simulate --plant 1/(s+1) --duration 1e-9s => duration 1e-9 s | to 1e7 s | lengthen --duration
