@@ -20,6 +20,8 @@ mod held_response;
 #[cfg(feature = "std")]
 mod identify;
 #[cfg(feature = "std")]
+mod lateness;
+#[cfg(feature = "std")]
 mod law;
 mod lead;
 #[cfg(feature = "std")]

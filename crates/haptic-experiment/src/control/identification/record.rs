@@ -101,9 +101,10 @@ impl InputOutput {
         let ratio = largest(&self.output) / largest(&self.input);
         if ratio > RATIO || (ratio > 0.0 && ratio < 1.0 / RATIO) {
             return Err(format!(
-                "column `{output}` is {} times column `{input}`, which is not from {:e} to {RATIO:e}: give one of both in another unit",
+                "column `{output}` is {} times column `{input}`, which is not from {} to {}: give one of both in another unit",
                 Shown(ratio),
-                1.0 / RATIO
+                Shown(1.0 / RATIO),
+                Shown(RATIO)
             ));
         }
         let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
