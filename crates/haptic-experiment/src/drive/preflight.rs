@@ -338,16 +338,18 @@ mod tests {
             let tissue: Arc<dyn SampledLaw> = Arc::new(tissue());
             let contact = |delay_s: f64| drive.in_contact(&rig, &tissue, delay_s).expect("closes");
             let free = |delay_s: f64| drive.free(&rig, delay_s).expect("closes");
-            let loops: [(Option<LoopVerdict>, &dyn Fn(f64) -> SampledLoop); 2] =
-                [(Some(verdict.in_contact), &contact), (verdict.free, &free)];
-            for (verdict, later) in loops {
-                let Some(delay) = verdict.and_then(|verdict| verdict.delay_margin_s) else {
-                    continue;
+            let mut judge = |verdict: LoopVerdict, later: &dyn Fn(f64) -> SampledLoop| {
+                let Some(delay) = verdict.delay_margin_s else {
+                    return;
                 };
                 let stable = |share: f64| later(share * delay).verdict().stable;
                 assert!(stable(0.9999) && !stable(1.0001), "{gains}: {delay}");
                 let by_phase = later(0.0).margins().delay_s.expect("one").value;
                 largest = largest.max((by_phase / delay - 1.0).abs());
+            };
+            judge(verdict.in_contact, &contact);
+            if let Some(verdict) = verdict.free {
+                judge(verdict, &free);
             }
         }
         // The phase at the crossover alone is not enough.

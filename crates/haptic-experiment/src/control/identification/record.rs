@@ -10,8 +10,8 @@ const EXACT: f64 = 1e-5;
 const ROUNDINGS: f64 = 16.0;
 /// Largest value of a record, and 1 over the least: the sum of their squares is a number.
 const MOST: f64 = 1e100;
-/// Largest ratio of output to input, and 1 over the least: so far a function has coefficients.
-const RATIO: f64 = 1e50;
+/// Least and largest ratio of output to input: so far a function has coefficients.
+const RATIOS: [f64; 2] = [1e-50, 1e50];
 /// Steps of time may differ by this share.
 const EVEN: f64 = 1e-3;
 
@@ -99,12 +99,10 @@ impl InputOutput {
             }
         }
         let ratio = largest(&self.output) / largest(&self.input);
-        if ratio > RATIO || (ratio > 0.0 && ratio < 1.0 / RATIO) {
+        let [least, most] = RATIOS;
+        if ratio > most || (ratio > 0.0 && ratio < least) {
             return Err(format!(
-                "column `{output}` is {} times column `{input}`, which is not from {} to {}: give one of both in another unit",
-                Shown(ratio),
-                Shown(1.0 / RATIO),
-                Shown(RATIO)
+                "column `{output}` is {ratio:.1e} times column `{input}`, which is not from {least:e} to {most:e}: give one of both in another unit",
             ));
         }
         let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);

@@ -51,6 +51,7 @@ pub(super) fn parse_bound(text: &str) -> Result<Bound, String> {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "round numbers are exact")]
 mod tests {
     use super::*;
 
