@@ -98,13 +98,6 @@ impl InputOutput {
                 ));
             }
         }
-        let ratio = largest(&self.output) / largest(&self.input);
-        let [least, most] = RATIOS;
-        if ratio > most || (ratio > 0.0 && ratio < least) {
-            return Err(format!(
-                "column `{output}` is {ratio:.1e} times column `{input}`, which is not from {least:e} to {most:e}: give one of both in another unit",
-            ));
-        }
         let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
         let rests = |signal: &[f64]| {
             signal
@@ -120,6 +113,17 @@ impl InputOutput {
             return Err(format!(
                 "column `{output}` is {} in every row: the record shows no answer to the input; name the column of the output, or record for longer",
                 Shown(first(&self.output))
+            ));
+        }
+        self.check_ratio([input, output])
+    }
+
+    fn check_ratio(&self, [input, output]: [&str; 2]) -> Result<(), String> {
+        let ratio = largest(&self.output) / largest(&self.input);
+        let [least, most] = RATIOS;
+        if ratio > most || (ratio > 0.0 && ratio < least) {
+            return Err(format!(
+                "column `{output}` is {ratio:.1e} times column `{input}`, which is not from {least:e} to {most:e}: give one of both in another unit",
             ));
         }
         Ok(())

@@ -20,6 +20,7 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
         "spike.csv",
         rows(&|n| format!("1,{}", if n == 7 { "1e300" } else { "2" })),
     );
+    place.write("brief.csv", "time_s,input,output\n0,1,0\n1,1,1\n");
     place.write("good.csv", rows(&|n| format!("1,{n}")));
     place.write("far.csv", rows(&|n| format!("1e60,{n}e-60")));
     place.write("large.csv", "time_s,reference\n0,1\n1,1e300\n2,0\n");
@@ -81,19 +82,19 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
             control identify none.csv => none.csv | CSV
             control identify uneven.csv => uneven.csv: line 4 | equal steps
             control identify short.csv => no column output | --output
-            control identify short.csv --output time_s => samples of the record | record for longer
-            control identify short.csv --output time_s --delay 9s => dead time 9 s | shorter than the record | --delay
+            control identify brief.csv => samples of the record | record for longer
+            control identify brief.csv --delay 9s => dead time 9 s | shorter than the record | --delay
             control identify still.csv => still.csv: column `input` is 0 in every row | --input
             control identify mute.csv => mute.csv: column `output` is 0 in every row | record for longer | --output
             control identify flat.csv => column `output` is 2.5 in every row
             control identify spike.csv => spike.csv: line 9: column `output` is 1e300 | mend the row | unit
             control identify small.csv => column `output` is 2.9e-199 at most | unit
-            control identify spike.csv --output time_s --model 2 => no power of s | --model
+            control identify good.csv --model 2 => no power of s | --model
             control identify short.csv --out p.txt => .toml | --out
             "
         ),
     );
-    assert_eq!(place.files().len(), 9, "nothing was written");
+    assert_eq!(place.files().len(), 13, "nothing was written");
 }
 
 /// A sample time, a duration or a number of samples that follows from another value is not what is at fault.
