@@ -77,7 +77,7 @@ impl ControllerParameters {
         memory: Memory,
         sample_time: Seconds,
     ) -> Result<Fraction, ControlError> {
-        match self {
+        let fraction = match self {
             Self::Pid(own) => {
                 let branches = own.checked()?.branches(SetPoint::ERROR);
                 parallel(&branches, memory, sample_time)
@@ -98,7 +98,8 @@ impl ControllerParameters {
                 )
             }
             Self::Function(own) => transfer_fraction(own, memory, sample_time),
-        }
+        };
+        fraction?.bearable("gain of the controller")
     }
 }
 

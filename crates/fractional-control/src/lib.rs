@@ -20,6 +20,8 @@ mod held_response;
 #[cfg(feature = "std")]
 mod identify;
 #[cfg(feature = "std")]
+mod lateness;
+#[cfg(feature = "std")]
 mod law;
 mod lead;
 #[cfg(feature = "std")]
@@ -37,6 +39,8 @@ mod plant;
 mod poles;
 mod polynomial;
 mod quotient;
+#[cfg(feature = "std")]
+mod ratio;
 #[cfg(feature = "std")]
 mod records;
 #[cfg(feature = "std")]

@@ -3,6 +3,7 @@
 use crate::ControlError;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
 use crate::law::{SampledLaw, SharedLaw};
+use crate::sampled_plant::DELAY_MAX;
 use crate::wide::{self, in_v};
 use fracdiff::Seconds;
 use fracdiff::parameter::{RangeError, range};
@@ -127,6 +128,21 @@ impl LoadedPlant {
             },
             sample_time,
         })
+    }
+
+    /// The same whose command acts so many samples later.
+    ///
+    /// # Errors
+    /// More than 10 000 samples.
+    pub fn later(self, samples: usize) -> Result<Self, ControlError> {
+        let (late, most) = (samples as f64, DELAY_MAX);
+        range("dead time", late, late <= most, "at most 10000", "samples")?;
+        let above = self.curve.above.with(&Factor::Delay(samples));
+        let curve = Fraction {
+            above,
+            ..self.curve
+        };
+        Ok(Self { curve, ..self })
     }
 
     /// T.

@@ -22,12 +22,6 @@ const NARROWED: usize = 60;
 
 /// ln |L| that is 0 but for rounding.
 const ROUNDING: f64 = 1e-13;
-/// Times a delay margin is made better at most, by secants.
-const REFINED: usize = 8;
-/// What is left of a delay margin, as a share of it, that is nothing.
-const SETTLED: f64 = 1e-9;
-/// A loop this share before its delay margin is stable.
-const WITHIN: f64 = 1e-3;
 
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,7 +108,7 @@ impl SampledLoop {
     }
 
     /// The phase margin of each crossover, rad, −π to π.
-    fn phase_margins(&self, grid: &[Point]) -> Vec<Crossing> {
+    pub(crate) fn phase_margins(&self, grid: &[Point]) -> Vec<Crossing> {
         // A loop that comes to rest at 1 crosses it by rounding only.
         let log = |l: Complex<f64>| libm::log(l.norm());
         let apart = grid.iter().filter(|(_, l)| log(*l).abs() > ROUNDING);
@@ -126,61 +120,6 @@ impl SampledLoop {
             value: (-l).arg(),
         };
         crossovers.iter().map(margin).collect()
-    }
-
-    /// The delay margin of a plant behind a hold, s, from that of [`margins`](Self::margins), which turns the phase of L as far as a dead time of
-    /// whole samples does: a part of a sample turns it otherwise, for the hold then switches inside a sample. `later` is the loop whose plant has so
-    /// much more dead time.
-    ///
-    /// ```text
-    /// φ(d)/ω_c(d) = 0,   φ the phase margin of the loop that is d late, at the crossover ω_c next to that before
-    /// ```
-    /// Where the loop is not stable just before that, the delay from which it is not, by halving.
-    ///
-    /// # Errors
-    /// Those of `later`.
-    pub fn delay_margin<E>(
-        first: Crossing,
-        later: impl Fn(f64) -> Result<Self, E>,
-    ) -> Result<Crossing, E> {
-        let mut found = first;
-        let mut before: Option<(f64, f64)> = None;
-        for _ in 0..REFINED {
-            let closed = later(found.value)?;
-            let margins = closed.phase_margins(&closed.grid());
-            let away = |margin: &Crossing| libm::log(margin.omega_rad_s / found.omega_rad_s).abs();
-            let nearest = margins.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-            let Some(nearest) = nearest else {
-                break;
-            };
-            let left = nearest.value / nearest.omega_rad_s;
-            // The slope of what is left: −1 but for the hold.
-            let slope = before.map_or(-1.0, |(delay, more)| (more - left) / (delay - found.value));
-            let slope = if slope < -0.5 { slope } else { -1.0 };
-            before = Some((found.value, left));
-            found = Crossing {
-                value: (found.value - left / slope).max(0.0),
-                ..*nearest
-            };
-            if left.abs() <= SETTLED * found.value {
-                break;
-            }
-        }
-        // A plant that is fast for the samples loses a whole one where its dead time passes one.
-        let is_stable = |delay: f64| Ok(later(delay)?.verdict().stable);
-        if !is_stable(found.value * (1.0 - WITHIN))? && is_stable(0.0)? {
-            let (mut low, mut high) = (0.0, found.value);
-            for _ in 0..NARROWED {
-                let middle = 0.5 * (low + high);
-                if is_stable(middle)? {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            found.value = low;
-        }
-        Ok(found)
     }
 
     /// The gains, over the present one, at which L meets −1: the least first.
@@ -238,7 +177,7 @@ impl SampledLoop {
     }
 
     /// L from where it is at rest to half the sample rate.
-    fn grid(&self) -> Vec<Point> {
+    pub(crate) fn grid(&self) -> Vec<Point> {
         let lowest = self.lowest();
         let decades = libm::log10(PI / lowest);
         let count = libm::ceil(decades * A_DECADE) as usize;

@@ -2,6 +2,7 @@
 
 use crate::controller::controller_from_its_core;
 use crate::parallel::{BranchParameters, Parallel, ParallelHistory};
+use crate::polynomial::size_or_0;
 use crate::{Actuator, ControlError, Memory};
 use fracdiff::parameter::range;
 use fracdiff::{Real, Seconds};
@@ -64,7 +65,7 @@ impl PidParameters {
             ("integral gain", self.integral),
             ("derivative gain", self.derivative),
         ] {
-            range(what, gain, true, "finite", "")?;
+            size_or_0(what, gain)?;
         }
         let orders = [
             ("order of the integral", self.integral_order, self.integral),
@@ -235,10 +236,10 @@ impl TidParameters {
             ("tilt gain", self.tilt),
             ("integral gain", self.integral),
             ("derivative gain", self.derivative),
-            ("set-point weight c", derivative_weight),
         ] {
-            range(what, gain, true, "finite", "")?;
+            size_or_0(what, gain)?;
         }
+        range("set-point weight c", derivative_weight, true, "finite", "")?;
         let branch = |gain, order, weight| BranchParameters {
             gain,
             order,

@@ -39,25 +39,25 @@ impl Plant {
     /// A transfer function behind a dead time, s.
     ///
     /// # Errors
-    /// A negative dead time.
+    /// A negative dead time, or one above 1e10 s.
     pub fn transfer(
         function: FractionalTransferFunction,
         delay_s: f64,
     ) -> Result<Self, ControlError> {
         Ok(Self {
             model: Model::Transfer(Box::new(function)),
-            delay_s: not_negative("dead time", delay_s, "s")?,
+            delay_s: dead_time(delay_s)?,
         })
     }
 
     /// Matrices behind a dead time, s.
     ///
     /// # Errors
-    /// A negative dead time.
+    /// A negative dead time, or one above 1e10 s.
     pub fn state_space(states: StateSpace, delay_s: f64) -> Result<Self, ControlError> {
         Ok(Self {
             model: Model::StateSpace(states),
-            delay_s: not_negative("dead time", delay_s, "s")?,
+            delay_s: dead_time(delay_s)?,
         })
     }
 
@@ -105,14 +105,14 @@ impl Plant {
     /// The same with so much more dead time, s.
     ///
     /// # Errors
-    /// A negative one; any at all for a measured response, which has its own.
+    /// A negative one, more than 1e10 s; any at all for a measured response, which has its own.
     pub fn delayed(self, further_s: f64) -> Result<Self, ControlError> {
         let further_s = not_negative("dead time", further_s, "s")?;
         if further_s > 0.0 && matches!(self.model, Model::Measured(_)) {
             let allowed = "0: a measured response has its own";
             return Err(RangeError::new("dead time", further_s, allowed, "s").into());
         }
-        let delay_s = not_negative("dead time", self.delay_s + further_s, "s")?;
+        let delay_s = dead_time(self.delay_s + further_s)?;
         Ok(Self { delay_s, ..self })
     }
 
@@ -269,6 +269,12 @@ impl Plant {
     }
 }
 
+/// A dead time in its range: 10 000 of the longest samples.
+fn dead_time(seconds: f64) -> Result<f64, RangeError> {
+    let inside = (0.0..=1e10).contains(&seconds);
+    range("dead time", seconds, inside, "from 0 to 1e10", "s")
+}
+
 impl Measured {
     fn at(&self, omega: f64) -> Option<Complex<f64>> {
         let x = libm::log(omega);
@@ -291,9 +297,6 @@ impl FromStr for Plant {
     /// As a transfer function, with `exp(-0.5s)` as a factor for a dead time of 0.5 s.
     fn from_str(text: &str) -> Result<Self, ControlError> {
         let (function, delay_s) = crate::notation::read(text)?;
-        if !delay_s.is_finite() {
-            return Err(RangeError::new("dead time", delay_s, "finite", "s").into());
-        }
         Self::transfer(function, delay_s)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::ControlError;
 use core::fmt;
-use fracdiff::parameter::range;
+use fracdiff::parameter::{RangeError, range};
 use num_complex::Complex;
 
 /// Terms of a polynomial at most.
@@ -11,11 +11,25 @@ pub const TERMS_MAX: usize = 16;
 pub const ORDER_MAX: f64 = 4.0;
 /// Orders closer than this are one.
 const SAME: f64 = 1e-9;
+/// Sizes of coefficients, gains and entries of matrices: far beyond what any unit makes, and far from where numbers end.
+const SIZES: core::ops::RangeInclusive<f64> = 1e-60..=1e60;
+const SIZES_IN_WORDS: &str = "from 1e-60 to 1e60 in size: give plant and controller in other units";
+const SIZES_OR_0_IN_WORDS: &str =
+    "0, or from 1e-60 to 1e60 in size: give plant and controller in other units";
+
+/// A number of a plant or a controller that a loop can be made of, or 0.
+///
+/// # Errors
+/// One that is so small or so large that a loop of it is no numbers any more.
+pub(crate) fn size_or_0(what: &'static str, value: f64) -> Result<(), RangeError> {
+    let inside = value == 0.0 || SIZES.contains(&value.abs());
+    range(what, value, inside, SIZES_OR_0_IN_WORDS, "").map(drop)
+}
 
 /// A coefficient and the power of s it stands before, in s^order·\[…\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Term {
-    /// The coefficient, finite and not 0.
+    /// The coefficient, from 1e-60 to 1e60 in size.
     pub coefficient: f64,
     /// The order, 0 to [`ORDER_MAX`].
     pub order: f64,
@@ -26,6 +40,18 @@ impl Term {
     #[must_use]
     pub const fn new(coefficient: f64, order: f64) -> Self {
         Self { coefficient, order }
+    }
+
+    fn checked(&self) -> Result<(), ControlError> {
+        let Self { coefficient, order } = *self;
+        let inside = (0.0..=ORDER_MAX).contains(&order);
+        range("order of a term", order, inside, "in [0, 4]", "")?;
+        if coefficient == 0.0 {
+            return Err(ControlError::ZeroCoefficient { order });
+        }
+        let inside = SIZES.contains(&coefficient.abs());
+        range("coefficient", coefficient, inside, SIZES_IN_WORDS, "")?;
+        Ok(())
     }
 }
 
@@ -55,24 +81,23 @@ impl FractionalPolynomial {
     /// In any order of terms; equal orders are added.
     ///
     /// # Errors
-    /// No term; a coefficient that is not finite, 0, or that cancels; an order outside 0 to [`ORDER_MAX`]; more than
+    /// No term; a coefficient that is 0, that cancels, or that is not from 1e-60 to 1e60 in size; an order outside 0 to [`ORDER_MAX`]; more than
     /// [`TERMS_MAX`] terms.
     pub fn new(terms: &[Term]) -> Result<Self, ControlError> {
         let mut sum = Self::ZERO;
         for term in terms {
-            range("coefficient", term.coefficient, true, "finite", "")?;
-            let inside = (0.0..=ORDER_MAX).contains(&term.order);
-            range("order of a term", term.order, inside, "in [0, 4]", "")?;
-            if term.coefficient == 0.0 {
-                return Err(ControlError::ZeroCoefficient { order: term.order });
-            }
+            term.checked()?;
             sum.add(*term)?;
         }
         sum.checked("polynomial")
     }
 
-    /// Adds a term where its order belongs.
-    pub(crate) fn add(&mut self, term: Term) -> Result<(), ControlError> {
+    /// Adds a term where its order belongs, one next to a whole number as that.
+    pub(crate) fn add(&mut self, mut term: Term) -> Result<(), ControlError> {
+        let whole = libm::round(term.order);
+        if (term.order - whole).abs() < SAME {
+            term.order = whole;
+        }
         let own = &mut self.terms[..self.count];
         if let Some(same) = own.iter_mut().find(|t| (t.order - term.order).abs() < SAME) {
             same.coefficient += term.coefficient;
@@ -96,12 +121,7 @@ impl FractionalPolynomial {
             return Err(ControlError::Empty { what });
         }
         for term in self.terms() {
-            range("coefficient", term.coefficient, true, "finite", "")?;
-            let inside = (0.0..=ORDER_MAX).contains(&term.order);
-            range("order of a term", term.order, inside, "in [0, 4]", "")?;
-            if term.coefficient == 0.0 {
-                return Err(ControlError::ZeroCoefficient { order: term.order });
-            }
+            term.checked()?;
         }
         Ok(self)
     }
@@ -199,7 +219,8 @@ impl fmt::Display for FractionalPolynomial {
             if (term.order - 1.0).abs() < f64::EPSILON {
                 f.write_str("s")?;
             } else if term.order != 0.0 {
-                write!(f, "s^{}", term.order)?;
+                f.write_str("s^")?;
+                short(f, term.order)?;
             }
         }
         Ok(())

@@ -14,8 +14,10 @@ use nalgebra::DVector;
 use std::collections::VecDeque;
 use std::vec;
 
+/// Above over below of it on the circle.
+const PLANT: &str = "gain of the plant over a sample";
 /// Longest delay, samples.
-const DELAY_MAX: f64 = 10_000.0;
+pub(crate) const DELAY_MAX: f64 = 10_000.0;
 
 /// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
 ///
@@ -108,7 +110,7 @@ impl SampledPlant {
         let curve = transfer_fraction(function, memory, sample_time)?;
         let factors = [Factor::InW(path.to_vec()), Factor::Delay(delay)];
         let above = factors.iter().fold(curve.above, Sum::with);
-        let curve = Fraction { above, ..curve };
+        let curve = Fraction { above, ..curve }.bearable(PLANT)?;
         Ok(Self {
             kind: Kind::Transfer(std::boxed::Box::new(running)),
             delay,
@@ -129,7 +131,7 @@ impl SampledPlant {
     ) -> Result<Self, ControlError> {
         let (sampled, in_v) = states.held(sample_time.0, h)?;
         let direct = (direct, usize::from(h > 0.0 || delay == 0));
-        let curve = states_fraction(in_v, integrators, direct);
+        let curve = states_fraction(in_v, integrators, direct).bearable(PLANT)?;
         Ok(Self {
             kind: Kind::States(sampled),
             delay,

@@ -32,6 +32,10 @@ pub struct StateSpace {
     c: RowDVector<f64>,
 }
 
+/// Numbers of a sampled plant: e^300, of which a loop can be squared.
+const LARGEST: f64 = 1e130;
+/// As that of the coefficients of a function.
+const SIZE_MAX_IN_WORDS: &str = "at most 1e60 in size: give the plant in other units";
 /// Largest number of states.
 const STATES_MAX: f64 = 16.0;
 
@@ -39,7 +43,7 @@ impl StateSpace {
     /// From its matrices.
     ///
     /// # Errors
-    /// Sizes that do not fit, no state or more than 16, a number that is not finite.
+    /// Sizes that do not fit, no state or more than 16, a number above 1e60 in size.
     pub fn new(a: DMatrix<f64>, b: DVector<f64>, c: RowDVector<f64>) -> Result<Self, ControlError> {
         let states = a.nrows() as f64;
         let fits = a.ncols() == a.nrows() && b.len() == a.nrows() && c.len() == a.nrows();
@@ -52,7 +56,8 @@ impl StateSpace {
             "",
         )?;
         for value in a.iter().chain(b.iter()).chain(c.iter()) {
-            range("element of a matrix", *value, true, "finite", "")?;
+            let inside = value.abs() <= 1e60;
+            range("element of a matrix", *value, inside, SIZE_MAX_IN_WORDS, "")?;
         }
         Ok(Self { a, b, c })
     }
@@ -96,11 +101,12 @@ impl StateSpace {
     /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.
     ///
     /// # Errors
-    /// A negative lag.
+    /// A negative lag, and one above 0 and below 1e-15 s.
     pub fn behind_lag(self, lag_s: f64) -> Result<Self, ControlError> {
         if not_negative("lag", lag_s, "s")? == 0.0 {
             return Ok(self);
         }
+        range("lag", lag_s, lag_s >= 1e-15, "0, or at least 1e-15", "s")?;
         let n = self.a.nrows();
         let mut a = DMatrix::zeros(n + 1, n + 1);
         a.view_mut((0, 0), (n, n)).copy_from(&self.a);
@@ -236,14 +242,14 @@ impl StateSpace {
     /// The states are scaled.
     ///
     /// # Errors
-    /// A pole that moves by more than e^(10^8) in a sample, or grows beyond all numbers.
+    /// A pole that moves by more than e^(10^8) in a sample, or poles that grow by more than e^300.
     pub(crate) fn held(
         &self,
         sample_time: f64,
         fraction: f64,
     ) -> Result<(SampledStates, StatesInV), ControlError> {
         let refused = || {
-            let allowed = "within 1e8 time constants of the fastest pole, 500 of one that grows: leave that pole or lag out, or sample faster";
+            let allowed = "within 1e8 time constants of the fastest pole, 300 of those that grow: leave that pole or lag out, or sample faster";
             RangeError::new("sample time", sample_time, allowed, "s")
         };
         let own = self.balanced().ok_or_else(refused)?;
@@ -275,7 +281,7 @@ impl StateSpace {
         let mut numbers = numbers
             .chain(sampled.moved.iter())
             .chain(sampled.newest.iter());
-        if numbers.all(|value| value.is_finite()) {
+        if numbers.all(|value| value.abs() < LARGEST) {
             Ok((sampled, in_v))
         } else {
             Err(refused().into())

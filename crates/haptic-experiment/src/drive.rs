@@ -8,6 +8,7 @@
 
 mod holder;
 mod judged;
+mod port;
 mod preflight;
 mod rig;
 

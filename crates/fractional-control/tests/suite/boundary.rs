@@ -2,8 +2,8 @@
 
 use fracdiff::Seconds;
 use fractional_control::{
-    Actuator, FractionalPid, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
-    SetPoint, StateSpace, simulate,
+    Actuator, FractionalPid, FractionalTransferFunction, Memory, PidParameters, Plant, Rule,
+    SampledLoop, SampledPlant, SetPoint, StateSpace, simulate,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -197,4 +197,65 @@ fn bracket(stable: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
         }
     }
     Some((low, 2.0 * low))
+}
+
+/// Above and below times the same number is the same function, and the same loop, however small the number is.
+#[test]
+fn a_number_common_to_above_and_below_changes_no_verdict() {
+    let t = Seconds(1e-9);
+    let memory = Memory::new(Rule::Bdf2, 1e-6, 1.0).expect("valid");
+    let verdict = |c: &str| {
+        let plant: Plant = format!("{c}/({c}s^1.5+{c})").parse().expect("valid");
+        let law: FractionalTransferFunction = format!("({c}s^0.5+{c})/({c}s^1.5+{c})")
+            .parse()
+            .expect("valid");
+        let plant = SampledPlant::new(&plant, memory, t).expect("runs");
+        let closed = SampledLoop::new(law.into(), memory, &plant).expect("closes");
+        closed.verdict()
+    };
+    let usual = verdict("1");
+    for c in ["1e-60", "1e-55", "1e60"] {
+        let own = verdict(c);
+        assert_eq!(
+            (own.stable, own.unstable_poles),
+            (usual.stable, usual.unstable_poles),
+            "{c}"
+        );
+        let distance = own.distance / usual.distance - 1.0;
+        assert!(distance.abs() < 1e-9, "{c}: {distance}");
+    }
+}
+
+/// Two numbers whose ratio no loop can bear are refused where they meet, also in a controller.
+#[test]
+fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
+    let t = Seconds(1.0);
+    let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
+    let function = |text: &str| text.parse::<FractionalTransferFunction>().expect("valid");
+    let plant = |text: &str| SampledPlant::new(&text.parse().expect("valid"), memory, t);
+    for text in [
+        "1e60/(1e-60s^1.5+1e-60)",
+        "1e-60/(s+1e60)",
+        "1e60/(s+1e-60)",
+    ] {
+        let refused = plant(text).map(drop);
+        if text == "1e60/(s+1e-60)" {
+            assert!(refused.is_ok(), "{text}: {refused:?}");
+            continue;
+        }
+        let refused = refused.expect_err(text).to_string();
+        println!("{refused}");
+        assert!(
+            refused.contains("other units") || refused.contains("sample faster"),
+            "{refused}"
+        );
+    }
+    let plant = plant("1/(s+1)").expect("runs");
+    let closed = SampledLoop::new(function("1e60/(1e-60s^1.5+1e-60)").into(), memory, &plant);
+    let refused = closed.expect_err("no numbers").to_string();
+    assert!(
+        refused.starts_with("gain of the controller")
+            && refused.contains("from 1e-75 to 1e75 in size"),
+        "{refused}"
+    );
 }

@@ -224,7 +224,7 @@ fn bad_parameters_are_refused_in_one_line() {
     let errors: [(ControlError, &str); 8] = [
         (
             off(|gains| gains.proportional = f64::NAN),
-            "proportional gain NaN is not finite",
+            "proportional gain NaN is not 0, or from 1e-60 to 1e60 in size",
         ),
         (
             off(|gains| gains.integral_order = 0.0),

@@ -1,5 +1,6 @@
 //! Margins and peaks against closed forms, and the notation of controllers.
 
+use crate::draw::Draw;
 use fracdiff::Seconds;
 use fractional_control::{
     ControlError, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
@@ -52,6 +53,36 @@ fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
             verdict.stable
         };
         assert!(stable(0.999) && !stable(1.001));
+    }
+}
+
+/// A swing that is fast for its samples is lost for some parts of a sample and back with a whole one: the margin is the first loss.
+#[test]
+fn no_delay_within_the_margin_loses_the_loop() {
+    let mut draw = Draw(11);
+    let mut tried = 0;
+    while tried < 24 {
+        let (turn, damping) = (draw.from(0.4, 6.0), draw.scale(0.01, 0.5));
+        let omega = turn / T.0;
+        let gain = draw.scale(0.02, 2.0) * omega * omega;
+        let start = draw.from(0.0, 2.0) * T.0;
+        let text = |delay: f64| {
+            let damped = 2.0 * damping * omega;
+            format!("{gain}*exp(-{delay}s)/(s^2+{damped}s+{})", omega * omega)
+        };
+        let later = |delay: f64| Ok::<_, ()>(closed(&text(start + delay), "1"));
+        let now = later(0.0).expect("runs");
+        let Some(first) = now.margins().delay_s.filter(|_| now.verdict().stable) else {
+            continue;
+        };
+        tried += 1;
+        let found = SampledLoop::delay_margin(first, later).expect("runs").value;
+        let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
+        let edge = stable(0.999 * found) && !stable(1.001 * found);
+        let lost = (1..32)
+            .map(|k| f64::from(k) / 32.0 * 0.999 * found)
+            .find(|d| !stable(*d));
+        assert!(edge && lost.is_none(), "{} {found} {lost:?}", text(start));
     }
 }
 

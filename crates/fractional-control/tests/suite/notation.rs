@@ -53,7 +53,12 @@ fn a_refusal_is_one_line_with_the_value_and_the_remedy() {
         ("x+1", "character 0"),
         ("(s+1)^0.5/(s+2)", "the power of a bracket"),
         ("1/(s+1e400)", "a number"),
-        ("1/(1e300s^2+1)/(1e300s+1)", "finite"),
+        ("1/(1e300s^2+1)/(1e300s+1)", "from 1e-60 to 1e60 in size"),
+        (
+            "1e308/(s+1)",
+            "coefficient 1e308 is not from 1e-60 to 1e60 in size: give plant and controller in other units",
+        ),
+        ("1/(1e-61s+1)", "coefficient 1e-61 is not from"),
         ("1+exp(-s)/(s+1)", "a dead time stands before the whole"),
         (&"(".repeat(1000), "no more than 16 brackets"),
         (

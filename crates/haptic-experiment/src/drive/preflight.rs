@@ -10,18 +10,17 @@
 //!   a spring of 1e-4 of its first sample.
 
 use super::Drive;
+use super::port::LatePort;
 use crate::failure::Failure;
 use crate::preflight::softer;
-use crate::refused::parameter;
+use fracdiff::FrequencyResponse;
 use fracdiff::num_complex::Complex;
-use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
-    ControlError, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop, SampledPlant, StateSpace,
-    TwoPort,
+    ControlError, Crossing, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop, SampledPlant,
+    StateSpace,
 };
 use haptic_analysis::LoopOperator;
-use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
-use haptic_loop::units::Newtons;
+use haptic_loop::plant::{RigConfig, RigDrive};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -38,7 +37,8 @@ pub struct LoopVerdict {
     pub crossover_rad_s: Option<f64>,
     /// The least gain above 1 at which the loop is at the edge; null if none is.
     pub gain_margin: Option<f64>,
-    /// The least further dead time at which it is, s; null if none is.
+    /// The least further time by which the force of the drive may act later at which it is, s: a force is held, and switches inside a sample.
+    /// Null if none is.
     pub delay_margin_s: Option<f64>,
     /// Of an unstable loop the gain, as a multiple of the present one, beyond which it is stable: below it if it is below 1, above it if
     /// it is above 1. Null if there is none within a hundred times, and of a stable loop.
@@ -51,7 +51,8 @@ const WITHIN: f64 = 100.0;
 const BEYOND: f64 = 0.01;
 
 impl LoopVerdict {
-    fn of(closed: &SampledLoop) -> Self {
+    /// Of a loop, and of the same whose command acts so many seconds later.
+    fn of(closed: &SampledLoop, later: impl Fn(f64) -> Result<SampledLoop, Failure>) -> Self {
         let Margins {
             phase,
             gain_up,
@@ -73,6 +74,10 @@ impl LoopVerdict {
                 stable_beyond_gain: down.or(up),
             };
         }
+        // Slower than all that the memory of the controller holds, the loop is not the one that was asked about.
+        let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);
+        let delay_s = (delay_s.filter(held))
+            .map(|first| SampledLoop::delay_margin(first, later).unwrap_or(first));
         Self {
             stable: true,
             phase_margin_rad: phase.map(|phase| phase.value),
@@ -232,69 +237,122 @@ impl Drive {
     ) -> Result<DriveVerdict, Failure> {
         let free = match rig.drive {
             RigDrive::Position(_) => {
-                let free = self.free(rig).map_err(|error| self.refused(&error))?;
-                Some(LoopVerdict::of(&free))
+                let later =
+                    |delay_s: f64| (self.free(rig, delay_s)).map_err(|error| self.refused(&error));
+                Some(LoopVerdict::of(&later(0.0)?, later))
             }
             RigDrive::Force(_) => None,
         };
-        let port = port(rig)?;
-        let tissue = Arc::new(match rig.drive {
+        let tissue: Arc<dyn SampledLaw> = Arc::new(match rig.drive {
             RigDrive::Position(_) => tissue,
             RigDrive::Force(_) => tissue.held(),
         });
-        let plant = LoadedPlant::new(&port, tissue, rig.sample_time);
-        let law = self.controller.law;
-        let closed = plant
-            .and_then(|plant| SampledLoop::loaded(law, self.controller.memory()?, &plant))
-            .map_err(|error| self.refused(&error))?;
+        let later = |delay_s: f64| self.in_contact(rig, &tissue, delay_s);
         Ok(DriveVerdict {
             free,
-            in_contact: LoopVerdict::of(&closed),
+            in_contact: LoopVerdict::of(&later(0.0)?, later),
         })
     }
 
-    /// The indenter alone.
-    fn free(&self, rig: &RigConfig) -> Result<SampledLoop, ControlError> {
+    /// Both masses and the tissue, the force of the drive so much later.
+    fn in_contact(
+        &self,
+        rig: &RigConfig,
+        tissue: &Arc<dyn SampledLaw>,
+        delay_s: f64,
+    ) -> Result<SampledLoop, Failure> {
+        let late = LatePort::new(rig, delay_s)?;
+        let plant = LoadedPlant::new(&late.port, Arc::clone(tissue), rig.sample_time);
+        plant
+            .and_then(|plant| {
+                let plant = plant.later(late.samples)?;
+                SampledLoop::loaded(self.controller.law, self.controller.memory()?, &plant)
+            })
+            .map_err(|error| self.refused(&error))
+    }
+
+    /// The indenter alone, the force of the drive so much later.
+    fn free(&self, rig: &RigConfig, delay_s: f64) -> Result<SampledLoop, ControlError> {
         let (mass, damping) = (rig.indenter_mass.0, rig.indenter_damping.0);
         let indenter = StateSpace::new(
             DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -damping / mass]),
             DVector::from_column_slice(&[0.0, 1.0 / mass]),
             RowDVector::from_row_slice(&[1.0, 0.0]),
         )?;
-        let plant = Plant::state_space(indenter, 0.0)?;
+        let plant = Plant::state_space(indenter, delay_s)?;
         let memory = self.controller.memory()?;
         self.controller
             .closed_with(&SampledPlant::new(&plant, memory, rig.sample_time)?)
     }
 }
 
-/// Both masses in contact: the controller pushes the indenter, the tissue feels and pushes the renderer. Velocities in m a sample.
-fn port(rig: &RigConfig) -> Result<TwoPort, Failure> {
-    let pushed = RigConfig {
-        drive: RigDrive::Force(Newtons(0.0)),
-        ..*rig
-    };
-    let motion = IndentationRig::new(pushed).map_err(parameter)?;
-    let motion = motion.motion(true);
-    let Seconds(t) = rig.sample_time;
-    let units = [1.0, 1.0 / t, 1.0, 1.0 / t];
-    let measured = match (rig.drive, rig.contact) {
-        (RigDrive::Force(_), RigContact::Compliant { stiffness, damping }) => {
-            // F = k·p + c·p'
-            let (k, c) = (stiffness.0, damping.0);
-            [-k, -c, k, c]
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::controller_file::ControllerFile;
+    use fracdiff::{Order, Scheme, Seconds};
+    use haptic_loop::plant::{RampHold, RigContact};
+    use haptic_loop::units::{Metres, Newtons};
+
+    /// A drive, its rig and a tissue of 200 N/m and 20 N·s^0.5/m, 1 ms a sample.
+    fn held(gains: &str, of_force: bool) -> (Drive, RigConfig, impl Fn() -> TissueLaw) {
+        let t = Seconds(1e-3);
+        let drive = Drive {
+            name: "own".to_owned(),
+            controller: ControllerFile::new(
+                gains
+                    .parse::<fractional_control::PidParameters>()
+                    .expect("gains"),
+                t,
+            ),
+            force_limit_n: 10.0,
+        };
+        let set_point = if of_force {
+            RigDrive::Force(Newtons(0.1))
+        } else {
+            RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.1)).expect("a ramp"))
+        };
+        let rig = RigConfig::new(set_point, RigContact::COMPLIANT, t);
+        let tissue = move || {
+            let scheme: Scheme = "full".parse().expect("a scheme");
+            let order = Order::new(0.5).expect("an order");
+            let operator =
+                crate::modelled::loop_operator(None, scheme, order, t, 10.0).expect("an operator");
+            TissueLaw::new(200.0, 20.0, operator, t.0)
+        };
+        (drive, rig, tissue)
+    }
+
+    /// Just before the delay margin the loop is stable, just behind it is not: the force switches inside a sample.
+    #[test]
+    fn the_delay_margin_is_where_the_verdict_changes_inside_a_sample() {
+        let mut largest: f64 = 0.0;
+        for (gains, of_force) in [
+            ("2000+60000/s+15s", false),
+            ("6000+25s", false),
+            ("900+9000/s^0.9+25s^0.9", false),
+            ("0.3+20/s^0.9", true),
+        ] {
+            let (drive, rig, tissue) = held(gains, of_force);
+            let verdict = drive.verdict(&rig, tissue()).expect("judged");
+            let tissue: Arc<dyn SampledLaw> = Arc::new(tissue());
+            let contact = |delay_s: f64| drive.in_contact(&rig, &tissue, delay_s).expect("closes");
+            let free = |delay_s: f64| drive.free(&rig, delay_s).expect("closes");
+            let mut judge = |verdict: LoopVerdict, later: &dyn Fn(f64) -> SampledLoop| {
+                let Some(delay) = verdict.delay_margin_s else {
+                    return;
+                };
+                let stable = |share: f64| later(share * delay).verdict().stable;
+                assert!(stable(0.9999) && !stable(1.0001), "{gains}: {delay}");
+                let by_phase = later(0.0).margins().delay_s.expect("one").value;
+                largest = largest.max((by_phase / delay - 1.0).abs());
+            };
+            judge(verdict.in_contact, &contact);
+            if let Some(verdict) = verdict.free {
+                judge(verdict, &free);
+            }
         }
-        _ => [0.0, 0.0, 1.0, 0.0],
-    };
-    let column = |v: &nalgebra::Vector4<f64>| DVector::from_fn(4, |row, _| v[row] / units[row]);
-    let row = |v: [f64; 4]| RowDVector::from_fn(4, |_, column| v[column] * units[column]);
-    Ok(TwoPort {
-        transition: DMatrix::from_fn(4, 4, |row, column| {
-            motion.transition[(row, column)] * units[column] / units[row]
-        }),
-        command: column(&motion.indenter),
-        load: column(&motion.renderer),
-        measured: row(measured),
-        felt: row([1.0, 0.0, 0.0, 0.0]),
-    })
+        // The phase at the crossover alone is not enough.
+        assert!(largest > 1e-3, "{largest}");
+    }
 }

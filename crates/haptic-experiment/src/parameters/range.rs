@@ -132,12 +132,14 @@ pub const STRESSES: Range = above_0(1e9);
 pub const RECORD_TIMES: Range = either_sign(1e12);
 /// Frequencies, Hz: ten times what is felt.
 pub const FREQUENCIES_HZ: Range = above_0(1e4);
-/// Angular frequencies of a controller or a curve, rad/s.
-pub const ANGULAR_FREQUENCIES: Range = above_0(1e9);
+/// Angular frequencies of a controller or a curve, rad/s: the slowest turns once in 200 000 years.
+pub const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
 /// Gains, limits and entries of a matrix, in any unit that a plant has.
 pub const NUMBERS: Range = either_sign(1e12);
 /// Ratios, as of a margin.
 pub const RATIOS: Range = above_0(1e6);
+/// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
+pub const BOUNDS: Range = Range::Within(1e-15, 1e6);
 /// Delays of a loop, samples.
 pub const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX as f64);
 /// Times to wait for something that may never come, s: a day.

@@ -1,5 +1,6 @@
 //! A plant as its file says it.
 
+use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
@@ -140,7 +141,11 @@ impl PlantModel {
     pub fn in_words(&self) -> String {
         match self {
             Self::Function { function, delay_s } if *delay_s > 0.0 => {
-                format!("exp(-{delay_s}s)*{function}")
+                if (1e-6..1e15).contains(delay_s) {
+                    format!("exp(-{delay_s}s)*{function}")
+                } else {
+                    format!("exp(-{delay_s:e}s)*{function}")
+                }
             }
             Self::Function { function, .. } => function.to_string(),
             Self::Device(own) => own.in_words(),
@@ -167,14 +172,15 @@ impl DeviceValues {
     /// As matrices.
     ///
     /// # Errors
-    /// A mass that is not above 0, a negative lag or delay.
+    /// A mass below 1e-15 kg, a negative lag or delay.
     pub fn plant(&self) -> Result<Plant, ControlError> {
         let (m, b, k) = (
             self.mass_kg,
             self.damping_n_s_per_m,
             self.hand_stiffness_n_per_m,
         );
-        fracdiff::parameter::positive("mass", m, "kg")?;
+        // Less would move faster than numbers go.
+        range("mass", m, m >= 1e-15, "at least 1e-15", "kg")?;
         fracdiff::parameter::not_negative("damping", b, "N·s/m")?;
         fracdiff::parameter::not_negative("hand stiffness", k, "N/m")?;
         let states = StateSpace::new(
@@ -188,11 +194,11 @@ impl DeviceValues {
     fn in_words(&self) -> String {
         format!(
             "device of {} kg, {} N·s/m, hand {} N/m, delay {} s, current lag {} s",
-            self.mass_kg,
-            self.damping_n_s_per_m,
-            self.hand_stiffness_n_per_m,
-            self.delay_s,
-            self.current_lag_s
+            Shown(self.mass_kg),
+            Shown(self.damping_n_s_per_m),
+            Shown(self.hand_stiffness_n_per_m),
+            Shown(self.delay_s),
+            Shown(self.current_lag_s)
         )
     }
 }

@@ -83,11 +83,16 @@ impl fmt::Display for SerialError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFound { path, others } => {
-                write!(f, "there is no port {path}: ")?;
+                write!(f, "there is no port {path}, ")?;
                 if others.is_empty() {
-                    f.write_str("no serial port is there at all; is the device plugged in?")
+                    f.write_str(
+                        "nor any other: plug the device in, and look at its cable and supply",
+                    )
                 } else {
-                    write!(f, "there are {others}")
+                    write!(
+                        f,
+                        "there are {others}: plug the device in, or name the port that it is at"
+                    )
                 }
             }
             Self::InUse { path } => write!(
@@ -98,9 +103,15 @@ impl fmt::Display for SerialError {
                 f,
                 "this user may not open port {path}: join the group that owns it, often dialout"
             ),
-            Self::NoPort { path } => write!(f, "{path} is no serial port"),
+            Self::NoPort { path } => write!(
+                f,
+                "{path} is no serial port: name the one that the device is at, as /dev/ttyACM0"
+            ),
             Self::Open { path, baud, reason } => {
-                write!(f, "port {path} cannot be opened at {baud} baud: {reason}")
+                write!(
+                    f,
+                    "port {path} cannot be opened at {baud} baud ({reason}): take another speed, or plug the device in again"
+                )
             }
             Self::Link(error) => error.fmt(f),
             Self::Thread { reason } => write!(f, "a thread could not be started: {reason}"),

@@ -10,6 +10,8 @@ const EXACT: f64 = 1e-5;
 const ROUNDINGS: f64 = 16.0;
 /// Largest value of a record, and 1 over the least: the sum of their squares is a number.
 const MOST: f64 = 1e100;
+/// Least and largest ratio of output to input: so far a function has coefficients.
+const RATIOS: [f64; 2] = [1e-50, 1e50];
 /// Steps of time may differ by this share.
 const EVEN: f64 = 1e-3;
 
@@ -66,9 +68,10 @@ impl InputOutput {
         match self.time_s.windows(2).position(uneven) {
             None => Ok(()),
             Some(row) => Err(format!(
-                "line {}: a step of {} s among steps of {t} s: put the record on equal steps first",
+                "line {}: a step of {} s among steps of {} s: put the record on equal steps first",
                 row + 3,
-                self.time_s[row + 1] - self.time_s[row]
+                Shown(self.time_s[row + 1] - self.time_s[row]),
+                Shown(t)
             )),
         }
     }
@@ -110,6 +113,17 @@ impl InputOutput {
             return Err(format!(
                 "column `{output}` is {} in every row: the record shows no answer to the input; name the column of the output, or record for longer",
                 Shown(first(&self.output))
+            ));
+        }
+        self.check_ratio([input, output])
+    }
+
+    fn check_ratio(&self, [input, output]: [&str; 2]) -> Result<(), String> {
+        let ratio = largest(&self.output) / largest(&self.input);
+        let [least, most] = RATIOS;
+        if ratio > most || (ratio > 0.0 && ratio < least) {
+            return Err(format!(
+                "column `{output}` is {ratio:.1e} times column `{input}`, which is not from {least:e} to {most:e}: give one of both in another unit",
             ));
         }
         Ok(())

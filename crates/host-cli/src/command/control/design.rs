@@ -1,17 +1,17 @@
 //! `control design`: from wishes to a controller file, with the best PID of order 1 beside it.
 
+mod bound;
 mod report;
 
+use self::bound::{parse_bound, parse_peak};
 use self::report::Report;
 use super::controller::{Limits, controller_scheme, parse_limits};
 use super::draw::{design_columns, draw_design};
 use super::plant::{NamedPlant, PlantArguments, sample_time};
 use super::words::{digits, refused};
-use crate::command::words::parse_number;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::Output;
-use crate::within::in_range;
-use crate::within::{number_within, read_within, within};
+use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
@@ -102,10 +102,10 @@ struct WishArguments {
     #[arg(long)]
     not_flat: bool,
     /// Largest |S|: how many times errors may grow at any frequency
-    #[arg(long, value_name = "GAIN", value_parser = read_within(parse_gain, range::RATIOS), allow_hyphen_values = true)]
+    #[arg(long, value_name = "GAIN", value_parser = parse_peak, allow_hyphen_values = true)]
     sensitivity_peak: Option<f64>,
     /// Largest |T|
-    #[arg(long, value_name = "GAIN", value_parser = read_within(parse_gain, range::RATIOS), allow_hyphen_values = true)]
+    #[arg(long, value_name = "GAIN", value_parser = parse_peak, allow_hyphen_values = true)]
     complementary_peak: Option<f64>,
     /// Noise of the measurement: largest |T| from this frequency on, as in 10rad/s:-20dB
     #[arg(long, value_name = "FREQUENCY:GAIN", value_parser = parse_bound, allow_hyphen_values = true)]
@@ -113,28 +113,6 @@ struct WishArguments {
     /// Disturbances: largest |S| up to this frequency, as in 0.01rad/s:0.1
     #[arg(long, value_name = "FREQUENCY:GAIN", value_parser = parse_bound, allow_hyphen_values = true)]
     disturbance: Option<Bound>,
-}
-
-/// Reads a gain: a number, or in decibel.
-fn parse_gain(text: &str) -> Result<f64, String> {
-    let refused = |_| format!("\"{text}\" is not a gain: give a number, or decibel as in -20dB");
-    match text.trim().strip_suffix("dB") {
-        Some(decibel) => Ok(10_f64.powf(parse_number(decibel).map_err(refused)? / 20.0)),
-        None => parse_number(text).map_err(refused),
-    }
-}
-
-fn parse_bound(text: &str) -> Result<Bound, String> {
-    let (frequency, gain) = text
-        .split_once(':')
-        .ok_or_else(|| format!("\"{text}\" is not FREQUENCY:GAIN, as in 10rad/s:-20dB"))?;
-    let frequency: AngularFrequency = frequency
-        .parse()
-        .map_err(|error: haptic_quantity::QuantityError| error.to_string())?;
-    Ok(Bound {
-        omega_rad_s: in_range(frequency, range::ANGULAR_FREQUENCIES)?.0,
-        at_most: in_range(parse_gain(gain)?, range::RATIOS)?,
-    })
 }
 
 impl WishArguments {
@@ -340,15 +318,5 @@ mod tests {
         ] {
             assert_eq!(round_down(time), round, "{time}");
         }
-    }
-
-    #[test]
-    fn gains_are_numbers_or_decibel() {
-        assert_eq!(parse_gain("0.5"), Ok(0.5));
-        assert_eq!(parse_gain("-20 dB"), Ok(0.1));
-        assert!(parse_gain("-20d").is_err());
-        let bound = parse_bound("2Hz:-20dB").expect("a bound");
-        assert!((bound.omega_rad_s - 12.566).abs() < 1e-3 && bound.at_most == 0.1);
-        assert!(parse_bound("2").is_err() && parse_bound("2m:1").is_err());
     }
 }

@@ -7,7 +7,7 @@ use super::draw::draw_identified;
 use super::words::{digits, refused};
 use crate::column;
 use crate::files::overwrite_acts;
-use crate::output::{Output, warn};
+use crate::output::{Output, note, warn};
 use crate::picture_file::{self, PictureFileError};
 use crate::within::within;
 use clap::Args;
@@ -17,6 +17,7 @@ use haptic_experiment::control::identification::{
 };
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
+use haptic_experiment::input::short;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
 use haptic_quantity::Time;
@@ -93,6 +94,11 @@ pub struct Arguments {
     overwrite: bool,
 }
 
+/// A record of more samples is said to take its time.
+const LONG: usize = 200_000;
+/// What a sample takes on one core of 2024, s, about.
+const A_SAMPLE_S: f64 = 6e-5;
+
 const NONE_FITS: &str = "\
 none of the functions that are tried fits the record: look whether a row is far from the others; give --delay if there is a dead time, \
 --subtract-start if the record does not begin at 0, or --model with terms and first values";
@@ -120,6 +126,14 @@ impl Arguments {
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
         self.check_out()?;
         let record = self.read()?;
+        if record.time_s.len() > LONG && !output.quiet {
+            let words = format!(
+                "{} samples take about {:.0} s; fewer, as every tenth, say nearly as much of a plant that is slow against them",
+                record.time_s.len(),
+                A_SAMPLE_S * record.time_s.len() as f64
+            );
+            note("note", words);
+        }
         let delayed = shifted(&record, self.delay.0).map_err(refused)?;
         let guesses = match &self.model {
             Some(text) => {
@@ -164,7 +178,26 @@ impl Arguments {
         Ok(())
     }
 
+    /// Refuses a column that stands for two things.
+    fn check_columns(&self) -> Result<(), Failure> {
+        let named = [
+            ("--time", &self.time),
+            ("--input", &self.input),
+            ("--output", &self.output),
+        ];
+        for (k, (first, name)) in named.iter().enumerate() {
+            if let Some((second, _)) = named[k + 1..].iter().find(|(_, other)| other == name) {
+                return Err(Failure::bad_input(format_args!(
+                    "column {} is named by {first} and by {second}: give each its own",
+                    short(name)
+                )));
+            }
+        }
+        Ok(())
+    }
+
     fn read(&self) -> Result<InputOutput, Failure> {
+        self.check_columns()?;
         let name = self.data.display().to_string();
         let column = |wanted: &str, option: &str| {
             let file = File::open(&self.data).map_err(|error| {
@@ -180,9 +213,12 @@ impl Arguments {
             output: column(&self.output, "--output")?,
             late_s: 0.0,
         };
-        record
-            .check_times()
-            .map_err(|error| Failure::bad_input(format_args!("{name}: {error}")))?;
+        record.check_times().map_err(|error| {
+            Failure::bad_input(format_args!(
+                "{name}: {error}; the time is column {}, that of --time",
+                short(&self.time)
+            ))
+        })?;
         if self.subtract_start {
             record.subtract_start();
         }

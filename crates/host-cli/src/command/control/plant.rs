@@ -82,10 +82,13 @@ impl PlantArguments {
                 ));
             }
         };
-        let plant = model.plant().map_err(refused)?;
+        let plant = model.plant().map_err(|error| match self.plant {
+            Some(_) => refused(error),
+            None => Failure::input_with_advice(error, "change --mass or --current-lag"),
+        })?;
         let further = self.plant.is_some() && delay_s != 0.0;
         let words = match further {
-            true => format!("{}, {delay_s} s more dead time", model.in_words()),
+            true => format!("{}, {} s more dead time", model.in_words(), Shown(delay_s)),
             false => model.in_words(),
         };
         let plant = match further {

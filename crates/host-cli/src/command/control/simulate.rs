@@ -302,10 +302,23 @@ impl Record {
             value: column("reference")?,
         };
         match record.time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
-            None => Ok(record),
+            None => record.within_range(&name),
             Some(row) => Err(Failure::bad_input(format_args!(
                 "{name}: line {}: the time does not grow: sort the rows",
                 row + 3
+            ))),
+        }
+    }
+
+    fn within_range(self, name: &str) -> Result<Self, Failure> {
+        let outside = |value: &f64| !range::NUMBERS.contains(*value);
+        match self.value.iter().position(outside) {
+            None => Ok(self),
+            Some(row) => Err(Failure::bad_input(format_args!(
+                "{name}: line {}: {} in column reference is not {}: give the column in another unit",
+                row + 2,
+                Shown(self.value[row]),
+                range::NUMBERS
             ))),
         }
     }
@@ -361,7 +374,9 @@ impl Report {
                 out,
                 "at {} s: output {}",
                 digits(last.time_s),
-                digits(last.output)
+                Some(digits(last.output))
+                    .filter(|_| last.output.is_finite())
+                    .unwrap_or_else(|| "beyond 1e308".to_owned())
             )?;
         }
         written(out, &self.files)

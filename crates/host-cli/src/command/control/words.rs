@@ -1,6 +1,7 @@
 //! Errors and verdicts as sentences, angles in degrees.
 
 use crate::output::short;
+use core::f64::consts::PI;
 use fractional_control::{ControlError, Crossing, Margins};
 use haptic_experiment::control::analysis::{Cause, LoopAnalysis, OtherGain};
 use haptic_experiment::controller_file::ControllerFile;
@@ -96,8 +97,11 @@ pub(super) fn law(file: &ControllerFile) -> String {
     pid.to_string()
 }
 
-/// A share as a percentage.
+/// A share as a percentage; one that left the numbers, as of a loop that grew for long, in words.
 pub(super) fn percent(share: f64) -> String {
+    if !share.is_finite() {
+        return "beyond 1e308 %".to_owned();
+    }
     let percent = 100.0 * share;
     if percent.abs() < 1e6 {
         format!("{percent:.1} %")
@@ -153,6 +157,16 @@ pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
     )
 }
 
+/// Slower than this, in rad a sample, a pole is not told from one that stays where it is.
+const AT_REST: f64 = 1e-8;
+
+/// True if the loop comes nearest to the boundary where nothing moves.
+fn at_rest(analysis: &LoopAnalysis) -> bool {
+    // The curve ends at half the sample rate.
+    let half = analysis.curve.last().map_or(f64::NAN, |at| at.omega_rad_s);
+    analysis.verdict.omega_rad_s < AT_REST / PI * half
+}
+
 fn of_the_loop(analysis: &LoopAnalysis) -> String {
     let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
     let poles = match analysis.verdict.unstable_poles {
@@ -162,6 +176,11 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
     };
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
+        Cause::Boundary if at_rest(analysis) => {
+            "On the boundary: as far as can be told, a pole neither decays nor grows within 1e8 samples. Where an integral of the controller meets \
+             a factor s of the plant, leave one of both out; else take more gain, or a longer sample time."
+                .to_owned()
+        }
         Cause::Boundary => format!(
             "On the boundary: as far as can be told, {poles} at {} rad/s. Change the gain a little.",
             digits(analysis.verdict.omega_rad_s)

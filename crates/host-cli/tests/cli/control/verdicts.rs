@@ -132,3 +132,62 @@ fn a_picture_of_loops_that_grow_says_what_it_leaves_out() {
         "{picture}"
     );
 }
+
+#[test]
+fn a_loop_too_weak_or_too_slow_for_its_samples_is_told_so() {
+    let place = Place::new();
+    let line = "control analyze --plant 1/s^2 --controller 1e-40 --sample-time 1ms";
+    let shown = place.run(line).succeeded().stdout;
+    assert!(
+        shown.contains("neither decays nor grows within 1e8 samples")
+            && shown.contains("more gain"),
+        "{shown}"
+    );
+    // A pole on the circle elsewhere takes another gain: 2/(1 − e^(−0.1)) − 1 … at half the sample rate.
+    let edge = 2.0 / (1.0 - f64::exp(-0.1)) - 1.0;
+    let line = format!("control analyze --plant 1/(s+1) --controller {edge:?} --sample-time 0.1s");
+    let shown = place.run(&line).succeeded().stdout;
+    assert!(shown.contains("Change the gain a little"), "{shown}");
+}
+
+/// A loop of 1e30 and one of 1 are as far from the boundary, and one that grows beyond all numbers says so.
+#[test]
+fn very_large_and_very_small_numbers_are_judged_right() {
+    let place = Place::new();
+    let report = |plant: &str, controller: &str| {
+        let line = format!(
+            "control analyze --plant {plant} --controller {controller} --sample-time 1ms --json"
+        );
+        place.run(&line).succeeded().json()
+    };
+    let usual = report("1/(s+1)", "20");
+    for (plant, controller) in [
+        ("1e60/(s+1)", "2e-59"),
+        ("1e-59/(1e-59s+1e-59)", "20"),
+        ("2e-59/(s+1)", "1e60"),
+    ] {
+        let own = report(plant, controller);
+        assert_eq!(own["stable"], usual["stable"], "{plant}");
+        for name in ["gain_up", "delay_margin_s", "sensitivity_peak"] {
+            let [have, want] = [&own, &usual].map(|of| number(&of["margins"], name));
+            assert!(
+                (have / want - 1.0).abs() < 1e-9,
+                "{plant}: {name} {have} {want}"
+            );
+        }
+    }
+    // L = 1e117 at half the sample rate.
+    let fast = "control analyze --plant 1e60/(s+1) --controller 1e60 --sample-time 1ms --json";
+    let own = place.run(fast).succeeded().json();
+    assert_eq!(
+        (&own["stable"], &own["unstable_poles"]),
+        (&false.into(), &1.into())
+    );
+    let grows =
+        "control simulate --plant 1e40/(s+1) --controller 1 --sample-time 1s --duration 200s";
+    let shown = place.run(grows).succeeded_with_warnings().stdout;
+    assert!(
+        shown.contains("beyond 1e308 %") && !shown.contains("NaN") && !shown.contains("inf"),
+        "{shown}"
+    );
+}

@@ -1,0 +1,188 @@
+//! The delay margin of a plant behind a hold: a dead time of a part of a sample turns the loop otherwise than whole samples do.
+
+use crate::{Crossing, SampledLoop};
+use core::f64::consts::PI;
+use std::vec::Vec;
+
+/// Parts of a sample that are looked at.
+const PARTS: u32 = 16;
+/// Suspects that turn out to be none, at most.
+const NEAR_MISSES: usize = 64;
+/// Times a delay margin is made better at most, by secants.
+const REFINED: usize = 8;
+/// What is left of a delay margin, as a share of it, that is nothing.
+const SETTLED: f64 = 1e-9;
+/// The verdicts so near a delay margin, as a share of it, differ.
+const BESIDE: f64 = 1e-7;
+/// Times the interval of a delay margin is halved.
+const HALVED: usize = 30;
+
+/// What is known of the delays with one part of a sample, in samples.
+#[derive(Clone, Debug)]
+struct Part {
+    /// The part.
+    more: f64,
+    /// True if the loop is stable with the part alone.
+    stable: bool,
+    /// θ of the crossovers, and the whole turn, 0 to 2π, that takes L to −1 there.
+    crossovers: Vec<(f64, f64)>,
+}
+
+/// A delay, in samples, at which a loop may be lost, the first for its part; and about where L meets −1, with its θ.
+#[derive(Clone, Copy, Debug)]
+struct Suspect {
+    delay: f64,
+    near: (f64, f64),
+}
+
+impl Part {
+    fn new(late: &SampledLoop, more: f64) -> Self {
+        let margins = late.phase_margins(&late.grid());
+        let whole = |turn: f64| if turn < 0.0 { turn + 2.0 * PI } else { turn };
+        let mut crossovers: Vec<(f64, f64)> = margins
+            .iter()
+            .map(|margin| (margin.omega_rad_s / late.rate(), whole(margin.value)))
+            .collect();
+        // At half the sample rate each whole sample turns L round, and a stable loop has L > −1 there.
+        if late.open(PI).norm() >= 1.0 {
+            crossovers.push((PI, PI));
+        }
+        Self {
+            more,
+            stable: late.verdict().stable,
+            crossovers,
+        }
+    }
+
+    /// The first one beyond a delay up to which the loop is stable wherever it was looked at.
+    fn suspect(&self, after: f64) -> Option<Suspect> {
+        if !self.stable {
+            let delay = self.more;
+            return (delay > after).then_some(Suspect {
+                delay,
+                near: (delay, PI),
+            });
+        }
+        // The last delay of this part that was looked at.
+        let last = libm::floor(after - self.more).max(0.0);
+        let meets = self.crossovers.iter().map(|&(theta, turn)| {
+            let turns = libm::ceil((last * theta - turn) / (2.0 * PI)).max(0.0);
+            ((turn + 2.0 * PI * turns) / theta, theta)
+        });
+        let (first, theta) = meets.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(Suspect {
+            delay: libm::ceil(first).max(last + 1.0) + self.more,
+            near: (first + self.more, theta),
+        })
+    }
+}
+
+impl SampledLoop {
+    /// The delay margin of a stable loop around a plant behind a hold, s: with any smaller dead time more it is stable. That of
+    /// [`margins`](Self::margins), `first`, turns the phase of L as a dead time of whole samples does; a part of a sample turns it otherwise, for
+    /// the hold then switches inside a sample. `later` is the loop whose plant has so much more dead time.
+    ///
+    /// ```text
+    /// each part h of a sample:  L(h) is lost with no fewer than (π + arg L(h))/θ whole samples more, θ its crossovers
+    /// ```
+    /// Sixteen parts are looked at, and the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a
+    /// sixteenth of a sample may be missed. `first` itself of a loop that is not stable.
+    ///
+    /// # Errors
+    /// Those of `later`.
+    pub fn delay_margin<E>(
+        first: Crossing,
+        later: impl Fn(f64) -> Result<Self, E>,
+    ) -> Result<Crossing, E> {
+        let rate = later(0.0)?.rate();
+        let at = |samples: f64| later(samples / rate);
+        let mut parts: Vec<Part> = Vec::new();
+        for part in 0..PARTS {
+            let more = f64::from(part) / f64::from(PARTS);
+            parts.push(Part::new(&at(more)?, more));
+            if !parts.iter().all(|part| part.stable) {
+                break;
+            }
+        }
+        if parts.first().is_none_or(|prompt| !prompt.stable) {
+            return Ok(first);
+        }
+        let mut after = 0.0;
+        for _ in 0..NEAR_MISSES {
+            let next = parts.iter().filter_map(|part| part.suspect(after));
+            let Some(next) = next.min_by(|a, b| a.delay.total_cmp(&b.delay)) else {
+                break;
+            };
+            if !at(next.delay)?.verdict().stable {
+                let (samples, theta) = narrowed(&at, &next)?;
+                return Ok(Crossing {
+                    omega_rad_s: theta * rate,
+                    value: samples / rate,
+                });
+            }
+            after = next.delay;
+        }
+        Ok(first)
+    }
+}
+
+/// The delay, in samples, at which the loop is lost, within a part of a sample before one at which it is.
+fn narrowed<E>(
+    at: &impl Fn(f64) -> Result<SampledLoop, E>,
+    suspect: &Suspect,
+) -> Result<(f64, f64), E> {
+    let (mut low, mut high) = (
+        (suspect.delay - 1.0 / f64::from(PARTS)).max(0.0),
+        suspect.delay,
+    );
+    let is_stable = |delay: f64| Ok(at(delay)?.verdict().stable);
+    if let Some(found) = by_phase(at, suspect.near, (low, high))?
+        && is_stable(found.0 * (1.0 - BESIDE))?
+        && !is_stable(found.0 * (1.0 + BESIDE))?
+    {
+        return Ok(found);
+    }
+    let mut theta = suspect.near.1;
+    for _ in 0..HALVED {
+        let middle = 0.5 * (low + high);
+        let late = at(middle)?;
+        let verdict = late.verdict();
+        if verdict.stable {
+            low = middle;
+        } else {
+            high = middle;
+            theta = verdict.omega_rad_s / late.rate();
+        }
+    }
+    Ok((high, theta))
+}
+
+/// φ(d)/θ(d) = 0 for the phase margin φ of the loop that is d late, at the crossover θ next to that before, within two delays.
+fn by_phase<E>(
+    at: &impl Fn(f64) -> Result<SampledLoop, E>,
+    near: (f64, f64),
+    (low, high): (f64, f64),
+) -> Result<Option<(f64, f64)>, E> {
+    let (mut delay, mut theta) = (near.0.clamp(low, high), near.1);
+    let mut before: Option<(f64, f64)> = None;
+    for _ in 0..REFINED {
+        let late = at(delay)?;
+        let margins = late.phase_margins(&late.grid());
+        let away = |margin: &Crossing| libm::log(margin.omega_rad_s / late.rate() / theta).abs();
+        let nearest = margins.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        let Some(nearest) = nearest else {
+            return Ok(None);
+        };
+        theta = nearest.omega_rad_s / late.rate();
+        let left = nearest.value / theta;
+        if left.abs() <= SETTLED * delay {
+            return Ok(Some((delay, theta)));
+        }
+        // The slope of what is left: −1 but for the hold.
+        let slope = before.map_or(-1.0, |(last, more)| (more - left) / (last - delay));
+        let slope = if slope < -0.5 { slope } else { -1.0 };
+        before = Some((delay, left));
+        delay = (delay - left / slope).clamp(low, high);
+    }
+    Ok(None)
+}
