@@ -1,20 +1,17 @@
 //! The response of a plant behind a hold at the samples, without a rule.
 
 use crate::enclosure::{Arc, Enclosed, Factor};
+use crate::far_aliases;
 use crate::plant::Model;
 use crate::poles::OnAxis;
 use crate::{FractionalPolynomial, FractionalTransferFunction, Plant, Term};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
-/// Terms on either side before the rest is a power law.
+/// Terms on either side that are added one by one.
 const TERMS: usize = 64;
 /// Terms on either side at most whose rates are bounded one by one: from there on the highest powers of the denominator are the largest by far.
 const ONE_BY_ONE: usize = 1024;
-/// Orders of the rest from which its sum is known.
-const ORDER_LEAST: f64 = 1.02;
-/// A dead time this near to whole samples has the rest of one of whole samples.
-const WHOLE: f64 = 0.02;
 /// ```text
 /// G_d(θ) = Σ_k G(jω_k)·e^(−jω_k τ)·(1 − e^(−jθ))/(jω_k T),   ω_k = (θ + 2πk)/T     (S. D. Poisson)
 /// ```
@@ -108,30 +105,9 @@ impl HeldResponse {
             Complex::from_polar(1.0, -2.0 * PI * (turns - libm::round(turns)))
         };
         let sum: Complex<f64> = (0..TERMS).map(|k| self.term(at(k)) * late(k)).sum();
-        let x = at(TERMS);
-        let begin = self.term(x);
-        if begin.norm() == 0.0 {
-            return sum;
-        }
-        // c·x^(−β) from here on.
-        let place = x / (2.0 * PI);
-        let order = -libm::log((self.term(1.1 * x) / begin).norm()) / libm::log(1.1);
-        if order.is_nan() || order < ORDER_LEAST {
-            return Complex::new(f64::NAN, f64::NAN);
-        }
+        let far = |place: f64| self.term(2.0 * PI * place);
         let part = self.delay - libm::round(self.delay);
-        let rest = if part.abs() < WHOLE {
-            // L. Euler and C. Maclaurin.
-            Complex::new(place / (order - 1.0) + 0.5 + order / (12.0 * place), 0.0)
-        } else {
-            // By parts: z turns, the size hardly changes.
-            let size = |k: f64| libm::pow((place + k) / place, -order);
-            let z = Complex::from_polar(1.0, -2.0 * PI * part);
-            let (once, by) = (size(1.0) - 1.0, (-z + 1.0).inv());
-            let twice = size(2.0) - 2.0 * size(1.0) + 1.0;
-            by * (z * by * (z * by * twice + once) + 1.0)
-        };
-        sum + begin * late(TERMS) * rest
+        sum + far_aliases::sum(far, at(TERMS) / (2.0 * PI), part) * late(TERMS)
     }
 
     /// sup |d/dθ| of the same sum without its dead time, over from ∈ \[low, high\].

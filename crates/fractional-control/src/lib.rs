@@ -12,6 +12,8 @@ mod curves;
 #[cfg(feature = "std")]
 mod enclosure;
 mod error;
+#[cfg(feature = "std")]
+mod far_aliases;
 mod function_controller;
 #[cfg(feature = "std")]
 mod gains;

@@ -142,14 +142,8 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
     })
 }
 
-/// A delay margin of more samples is as good as one of whole samples.
-const MANY_SAMPLES: f64 = 100.0;
-
 /// The delay margin of the plant behind its hold.
 fn exact_delay(file: &ControllerFile, plant: &Plant, first: Crossing) -> Crossing {
-    if first.value > MANY_SAMPLES * file.sample_time_s {
-        return first;
-    }
     let later = |delay_s: f64| {
         let plant = plant.clone().delayed(delay_s)?;
         file.closed_with(&sampled_for(file, &plant)?)
