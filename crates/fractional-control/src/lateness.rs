@@ -85,7 +85,7 @@ impl SampledLoop {
     /// ```text
     /// each part h of a sample:  L(h) is lost with no fewer than (π + arg L(h))/θ whole samples more, θ its crossovers
     /// ```
-    /// Sixteen parts are looked at, and the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a
+    /// Sixteen parts are looked at, and the one that makes the dead time whole, where L changes most; and the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a
     /// sixteenth of a sample may be missed. `first` itself of a loop that is not stable.
     ///
     /// # Errors
@@ -94,11 +94,15 @@ impl SampledLoop {
         first: Crossing,
         later: impl Fn(f64) -> Result<Self, E>,
     ) -> Result<Crossing, E> {
-        let rate = later(0.0)?.rate();
+        let prompt = later(0.0)?;
+        let rate = prompt.rate();
         let at = |samples: f64| later(samples / rate);
+        let equal = (0..PARTS).map(|part| f64::from(part) / f64::from(PARTS));
+        let mut mores: Vec<f64> = equal.chain([prompt.to_whole()]).collect();
+        mores.sort_by(f64::total_cmp);
+        mores.dedup();
         let mut parts: Vec<Part> = Vec::new();
-        for part in 0..PARTS {
-            let more = f64::from(part) / f64::from(PARTS);
+        for more in mores {
             parts.push(Part::new(&at(more)?, more));
             if !parts.iter().all(|part| part.stable) {
                 break;

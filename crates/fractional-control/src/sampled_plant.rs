@@ -43,6 +43,8 @@ pub(crate) const DELAY_MAX: f64 = 10_000.0;
 pub struct SampledPlant {
     kind: Kind,
     delay: usize,
+    /// h.
+    part: f64,
     path: [f64; 3],
     /// Of a plant in states: what it passes on at once, and by how many samples more than d.
     direct: (f64, usize),
@@ -114,6 +116,7 @@ impl SampledPlant {
         Ok(Self {
             kind: Kind::Transfer(std::boxed::Box::new(running)),
             delay,
+            part: h,
             path,
             direct: (0.0, 1),
             memory_s: curve.remembers().then_some(memory.horizon_s()),
@@ -135,6 +138,7 @@ impl SampledPlant {
         Ok(Self {
             kind: Kind::States(sampled),
             delay,
+            part: h,
             path: [0.0; 3],
             direct,
             curve: Fraction {
@@ -158,6 +162,11 @@ impl SampledPlant {
     #[must_use]
     pub fn sample_time(&self) -> Seconds {
         self.sample_time
+    }
+
+    /// The part of a sample in its dead time, 0 to 1.
+    pub(crate) fn part(&self) -> f64 {
+        self.part
     }
 
     /// How far back its memory reaches, s; `None` without one.

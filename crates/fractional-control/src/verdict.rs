@@ -37,6 +37,8 @@ pub struct SampledLoop {
     controller: Fraction,
     plant: Fraction,
     gain: f64,
+    /// The part of a sample in the dead time of the plant.
+    part: f64,
     memory_s: Option<f64>,
     /// The plant behind its hold, of one that follows a rule.
     held: Option<HeldResponse>,
@@ -73,6 +75,7 @@ impl SampledLoop {
         let rule = Self::around(controller, memory, plant.curve(), plant.sample_time())?;
         Ok(Self {
             held: plant.held_response().cloned(),
+            part: plant.part(),
             ..rule.within(remembered)
         })
     }
@@ -101,6 +104,7 @@ impl SampledLoop {
             controller,
             plant: plant.clone(),
             gain: 1.0,
+            part: 0.0,
             held: None,
             is_held: false,
             sample_time,
@@ -173,6 +177,15 @@ impl SampledLoop {
             controller.below.at(arc).times(plant.below.at(arc)),
             controller.above.at(arc).times(plant.above.at(arc)),
         )
+    }
+
+    /// The least dead time, in samples, with which that of the plant is one of whole samples.
+    pub(crate) fn to_whole(&self) -> f64 {
+        if self.part == 0.0 {
+            0.0
+        } else {
+            1.0 - self.part
+        }
     }
 
     /// k.

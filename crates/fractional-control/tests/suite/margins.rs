@@ -86,6 +86,33 @@ fn no_delay_within_the_margin_loses_the_loop() {
     }
 }
 
+/// A loop that is lost next to whole samples only.
+#[test]
+fn a_loss_at_whole_samples_is_found_however_short() {
+    let later = |delay: f64| {
+        Ok::<_, ()>(closed(
+            &format!("exp(-{}s)/s", 0.99 * T.0 + delay),
+            &controller(),
+        ))
+    };
+    let first = later(0.0)
+        .expect("runs")
+        .margins()
+        .delay_s
+        .expect("a crossover");
+    let found = SampledLoop::delay_margin(first, later).expect("runs").value;
+    let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
+    assert!(
+        found < 0.01 * T.0 && stable(0.999 * found) && !stable(1.001 * found),
+        "{found}"
+    );
+}
+
+/// Of 0.05 + 0.6s at 1 s.
+fn controller() -> String {
+    format!("{}+0.6s", 0.05 / T.0)
+}
+
 /// The gain margin is the gain at which the certified verdict changes.
 #[test]
 fn the_verdict_changes_at_the_gain_margin() {
