@@ -1,14 +1,15 @@
-//! The device under QEMU, spoken to through a pseudo-terminal.
+//! The device under QEMU, spoken to through a socket: its bytes come at once, however busy the machine is.
 
 use super::image::Qemu;
-use haptic_link::{EventKind, FRAME_MAX, Report, Request, Status};
+use haptic_link::{EventKind, FRAME_MAX, Report, Request, Start, Status};
 use haptic_remote::{Conversation, Incoming};
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
 /// Longest wait for anything; an emulator on a busy machine may stand still for a while.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -21,54 +22,45 @@ const PAINT: [u8; 4] = 0xCCCC_CCCC_u32.to_le_bytes();
 #[derive(Debug)]
 pub(crate) struct Board {
     qemu: Qemu,
-    line: File,
+    line: UnixStream,
     received: Receiver<Vec<u8>>,
     conversation: Conversation,
     began: Instant,
     samples: usize,
     ended: Option<EventKind>,
     stack: u32,
+    _folder: TempDir,
 }
 
-/// QEMU with the device in it, and its line, open and left alone.
+/// QEMU with the device in it, and its line, which nobody has open.
 #[derive(Debug)]
 pub(crate) struct Emulator {
     qemu: Qemu,
-    /// Held, because QEMU looks for a new opener only once a second.
-    line: File,
     path: String,
+    /// Of the socket.
+    folder: TempDir,
 }
 
 impl Emulator {
     pub(crate) fn start(image: &Path) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("line").display().to_string();
+        let line = format!("socket,id=line,path={path},server=on,wait=off");
         let mut child = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-display", "none", "-monitor", "stdio"])
-            .args(["-chardev", "pty,id=line", "-serial", "chardev:line"])
-            .arg("-kernel")
+            .args(["-chardev", &line, "-serial", "chardev:line", "-kernel"])
             .arg(image)
             .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
+            .stdout(Stdio::null())
             .spawn()
             .expect("QEMU starts");
-        let mut said = BufReader::new(child.stdout.take().expect("piped"));
+        while UnixStream::connect(&path).is_err() {
+            let ended = child.try_wait().expect("a child");
+            assert_eq!(ended, None, "QEMU ended at once");
+            std::thread::sleep(Duration::from_millis(5));
+        }
         let qemu = Qemu(child);
-        let mut line = String::new();
-        let path = loop {
-            line.clear();
-            let length = said.read_line(&mut line).expect("QEMU says something");
-            assert!(length > 0, "QEMU ended at once");
-            if let Some((_, rest)) = line.split_once("redirected to ") {
-                break rest.split(' ').next().expect("a path").to_owned();
-            }
-        };
-        // The monitor goes on talking: let it.
-        std::thread::spawn(move || std::io::copy(&mut said, &mut std::io::sink()));
-        let line = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(&path)
-            .expect("the pseudo-terminal opens");
-        Self { qemu, line, path }
+        Self { qemu, path, folder }
     }
 
     /// What a host opens.
@@ -79,7 +71,8 @@ impl Emulator {
 
 impl Board {
     pub(crate) fn start(image: &Path, stack: u32) -> Self {
-        let Emulator { qemu, line, .. } = Emulator::start(image);
+        let Emulator { qemu, path, folder } = Emulator::start(image);
+        let line = UnixStream::connect(path).expect("QEMU listens");
         let mut reader = line.try_clone().expect("the same file");
         let (sender, received) = channel();
         std::thread::spawn(move || {
@@ -100,6 +93,7 @@ impl Board {
             samples: 0,
             ended: None,
             stack,
+            _folder: folder,
         }
     }
 
@@ -174,9 +168,11 @@ impl Board {
     }
 
     /// Samples of a run until its end is told, with the host alive.
-    pub(crate) fn samples_until_the_end(&mut self) -> usize {
+    pub(crate) fn samples_of(&mut self, start: Start) -> usize {
+        // The first of them may come before the answer to the start.
         self.samples = 0;
         self.ended = None;
+        self.done(Request::Start(start));
         let deadline = Instant::now() + PATIENCE;
         while self.ended != Some(EventKind::Finished) {
             assert!(Instant::now() < deadline, "the run does not end");

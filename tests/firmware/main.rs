@@ -4,6 +4,8 @@
 //! fail where `REQUIRE_ALL_CHECKS` is set. `UPDATE_FIRMWARE_TABLES=1` writes `firmware/instructions.toml`
 //! and `firmware/tests/lists.rs` anew.
 
+#![cfg(unix)]
+
 mod board;
 #[path = "../../firmware/tests/cases.rs"]
 mod cases;
@@ -260,13 +262,12 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
         board.done(Request::Arm {
             faults: status.faults,
         });
-        board.done(Request::Start(Start {
+        samples += board.samples_of(Start {
             run: u32::try_from(run).expect("few"),
             ticks: 500,
             every: 1,
             batch: 16,
-        }));
-        samples += board.samples_until_the_end();
+        });
         board.done(Request::Disarm);
     }
     let Report::Statistics(counters) = board.ask(Request::GetStatistics) else {

@@ -2,9 +2,10 @@
 
 use super::board::Emulator;
 use super::image::{Image, built};
+use super::skip;
 use haptic_experiment::Failure;
 use haptic_remote::serial::{ConnectOptions, SerialLink};
-use haptic_selftest::{Attendant, SelfTest};
+use haptic_selftest::{Attendant, Check, SelfTest};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -34,5 +35,12 @@ fn the_firmware_keeps_what_it_promises() {
         );
     }
     assert_eq!(report.board, "mps2-an386");
+    let late = |check: &&Check| check.not_judged && check.host_late;
+    if let Some(late) = report.checks.iter().find(late) {
+        // By the clock of an emulator that shares this machine; none of the others may be broken.
+        let broken = report.checks.iter().any(|check| check.ok == Some(false));
+        assert!(!broken, "{report:#?}");
+        return skip(&format!("this machine was too busy: {}", late.seen));
+    }
     assert!(report.holds, "{report:#?}");
 }

@@ -1,6 +1,6 @@
 //! What is felt: a tissue, changes of it, stop, a recording.
 
-use crate::{A3, FORCE, SHORT, assert_documented, opened, prostate, server, two_with_force};
+use crate::{A3, FORCE, SHORT, assert_documented, below, opened, prostate, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::json;
 use testkit::browser::Page;
@@ -88,7 +88,7 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
     let (_runs, _server, mut page) = opened();
     page.ask("feel.start", json!({"environment": {"wall": {"order": 0.3, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 20}}}));
     page.ask("feel.hand", json!({"position_m": 4e-3, "held": true}));
-    page.status(|status| status["force_n"].as_f64() < Some(-0.3));
+    page.status(|status| below(&status["force_n"], -0.3));
     let set = page.ask("feel.set", json!({"order": 0.7, "stiffness_n_per_m": 200}));
     assert_eq!(
         (&set["feel"]["order"], &set["feel"]["stiffness_n_per_m"]),
@@ -172,9 +172,9 @@ fn stop_is_always_possible_and_the_force_is_zero() {
     let still = page.status(|status| status["tick"].as_u64() > Some(tick + 200));
     assert_eq!(still["force_n"], 0.0);
     page.ask("arm", json!({}));
-    page.status(|status| status["armed"] == true && status["position_m"].as_f64() < Some(0.0));
+    page.status(|status| status["armed"] == true && below(&status["position_m"], 0.0));
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
-    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    page.status(|status| below(&status["force_n"], -0.1));
     // A world that stands still is stopped too.
     page.ask("feel.pause", json!({"paused": true}));
     page.ask("stop", json!({}));

@@ -58,12 +58,17 @@ fn prostate() -> serde_json::Value {
     json!({"environment": {"tissue": "prostate-cancerous"}})
 }
 
+/// True for a number below this one; before the loop runs there is none.
+fn below(value: &serde_json::Value, limit: f64) -> bool {
+    value.as_f64().is_some_and(|number| number < limit)
+}
+
 /// The same two, and the first presses on a tissue: a force acts.
 fn two_with_force(address: &str) -> (Page, Page) {
     let (mut page, watcher) = two(address);
     page.ask("feel.start", prostate());
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
-    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    page.status(|status| below(&status["force_n"], -0.1));
     (page, watcher)
 }
 

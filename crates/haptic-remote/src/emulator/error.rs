@@ -2,7 +2,8 @@
 
 use haptic_loop::ParameterError;
 use std::fmt;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::string::String;
 
 /// A device that could not be emulated.
@@ -18,6 +19,13 @@ pub enum EmulatorError {
         /// Why.
         error: std::io::Error,
     },
+    /// The socket could not be made.
+    Socket {
+        /// Its name.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
     /// The system gives no pseudo-terminal, or it cannot be shared.
     Terminal(String),
     /// A number of axes that no device has.
@@ -30,19 +38,28 @@ impl fmt::Display for EmulatorError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Faults(error) => error.fmt(f),
-            Self::Link { link, error } => {
-                write!(f, "cannot make the link `{}`: ", link.display())?;
-                match error.kind() {
-                    std::io::ErrorKind::AlreadyExists => f.write_str(
-                        "it is there already; remove it if no emulator uses it, or choose another",
-                    ),
-                    _ => write!(f, "{error}; choose another"),
-                }
-            }
+            Self::Link { link, error } => not_made(f, "link", link, error),
+            Self::Socket { path, error } => not_made(f, "socket", path, error),
             Self::Terminal(reason) => f.write_str(reason),
             Self::Axes(axes) => write!(f, "axes = {axes} is not in [1, 3]: give 1, 2 or 3"),
             Self::Device(refusal) => write!(f, "the emulated device: {refusal:?}"),
         }
+    }
+}
+
+/// A file of this kind that cannot be made.
+fn not_made(
+    f: &mut fmt::Formatter<'_>,
+    kind: &str,
+    path: &Path,
+    error: &std::io::Error,
+) -> fmt::Result {
+    write!(f, "cannot make the {kind} `{}`: ", path.display())?;
+    match error.kind() {
+        ErrorKind::AlreadyExists => {
+            f.write_str("it is there already; remove it if no emulator uses it, or choose another")
+        }
+        _ => write!(f, "{error}; choose another"),
     }
 }
 

@@ -1,4 +1,4 @@
-//! A device without hardware: its side of the link behind a pseudo-terminal.
+//! A device without hardware: its side of the link behind a pseudo-terminal or a Unix socket.
 //!
 //! ```text
 //! serial port of a host ─▶ reader thread ─▶ faulty line ─▶ DeviceSession, TickSide ─▶ faulty line ─▶ writer thread
@@ -9,19 +9,24 @@
 
 mod error;
 mod port;
+mod socket;
 mod terminal;
 
 pub use error::EmulatorError;
+pub use socket::Socket;
 pub use terminal::Terminal;
 
 use crate::held_clock::HeldClock;
+use crate::serial::Line;
 use crate::{
     DeviceSession, FaultyLine, Hardware, LineDamage, LineFaults, SimulatedAxes, SimulatedPlant,
     TickSide,
 };
 use haptic_link::FRAME_MAX;
+use std::boxed::Box;
 use std::cell::RefCell;
 use std::path::PathBuf;
+use std::string::ToString as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
@@ -49,7 +54,7 @@ const WAITING_MOST: usize = 4096;
 /// };
 /// // Until somebody sets the flag.
 /// let stop = AtomicBool::new(false);
-/// let done = emulate(&terminal, &emulation, &stop)?;
+/// let done = emulate(terminal.line()?, &emulation, &stop)?;
 /// println!("{} ticks", done.ticks);
 /// # Ok::<(), haptic_remote::emulator::EmulatorError>(())
 /// ```
@@ -95,28 +100,29 @@ pub struct Emulated {
 /// Runs the device until it is stopped or its time is over.
 ///
 /// # Errors
-/// Axes or faults outside their range; a pseudo-terminal that cannot be shared.
+/// Axes or faults outside their range; a line that cannot be shared.
 pub fn emulate(
-    terminal: &Terminal,
+    line: Box<dyn Line>,
     emulation: &Emulation,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
     const NAME: &str = "emulated";
     match emulation.axes {
-        1 => emulate_board(terminal, emulation, SimulatedPlant::new(NAME, || 0), stop),
-        2 => emulate_board(terminal, emulation, SimulatedAxes::<2>::new(NAME), stop),
-        3 => emulate_board(terminal, emulation, SimulatedAxes::<3>::new(NAME), stop),
+        1 => emulate_board(line, emulation, SimulatedPlant::new(NAME, || 0), stop),
+        2 => emulate_board(line, emulation, SimulatedAxes::<2>::new(NAME), stop),
+        3 => emulate_board(line, emulation, SimulatedAxes::<3>::new(NAME), stop),
         axes => Err(EmulatorError::Axes(axes)),
     }
 }
 
 fn emulate_board<H: Hardware<D>, const D: usize>(
-    terminal: &Terminal,
+    line: Box<dyn Line>,
     emulation: &Emulation,
     board: H,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
-    let (reading, writing) = (terminal.share()?, terminal.share()?);
+    let reading = line.share();
+    let reading = reading.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
     let over = AtomicBool::new(false);
     let over = &over;
     std::thread::scope(|scope| {
@@ -125,12 +131,7 @@ fn emulate_board<H: Hardware<D>, const D: usize>(
         let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
         let mut emulator = Emulator::new(board, emulation, arriving, leave)?;
         scope.spawn(move || port::read(reading, &arrived, over));
-        scope.spawn(move || {
-            let mut port = writing;
-            while let Ok(frame) = leaving.recv() {
-                port::write(&mut port, &frame, over);
-            }
-        });
+        scope.spawn(move || port::write_all(line, &leaving, over));
         let goes_on = |emulator: &Emulator<H, D>| {
             !stop.load(Ordering::Relaxed)
                 && (emulation.duration).is_none_or(|most| emulator.clock.elapsed() < most)

@@ -66,19 +66,15 @@ impl Terminal {
 }
 
 impl Terminal {
-    /// Our end, for a device that is emulated elsewhere.
+    /// Our end, for the device.
     ///
     /// # Errors
     /// It cannot be shared.
     pub fn line(&self) -> Result<Box<dyn Line>, EmulatorError> {
-        let port: Box<dyn SerialPort> = Box::new(self.share()?);
-        Ok(Box::new(port))
-    }
-
-    /// A second handle on our end.
-    pub(super) fn share(&self) -> Result<TTYPort, EmulatorError> {
         let port = self.master.try_clone_native();
-        port.map_err(|error| EmulatorError::Terminal(error.to_string()))
+        let port = port.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
+        let port: Box<dyn SerialPort> = Box::new(port);
+        Ok(Box::new(port))
     }
 }
 

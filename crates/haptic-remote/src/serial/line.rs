@@ -5,7 +5,7 @@ use std::boxed::Box;
 use std::io::{self, Read, Write};
 use std::time::Duration;
 
-/// A way for bytes, there and back: a serial port, or a [`Pipe`](super::Pipe) of this process.
+/// A way for bytes, there and back: a serial port, a Unix socket, or a [`Pipe`](super::Pipe) of this process.
 ///
 /// A read gives what is there; without anything it waits for a while and fails with
 /// [`TimedOut`](io::ErrorKind::TimedOut). `Ok(0)` is the end of the line.

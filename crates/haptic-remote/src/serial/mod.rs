@@ -21,6 +21,8 @@ mod request;
 mod run;
 mod served;
 mod shared;
+#[cfg(unix)]
+mod socket;
 mod threads;
 mod trouble;
 
@@ -34,4 +36,6 @@ pub use pipe::Pipe;
 pub use port::{PortInfo, open, ports};
 pub use served::{ServeError, Served, ServedHardware};
 pub use shared::Heard;
+#[cfg(unix)]
+pub(crate) use socket::{set_patience, timed_out};
 pub use trouble::{BoardTrouble, TroubleCause};

@@ -2,6 +2,8 @@
 
 use super::error::SerialError;
 use super::line::Line;
+#[cfg(unix)]
+use super::socket::Socket;
 use serialport::{ClearBuffer, ErrorKind, SerialPortType};
 use std::boxed::Box;
 use std::format;
@@ -60,11 +62,15 @@ pub fn ports() -> Vec<PortInfo> {
     infos.collect()
 }
 
-/// Opens a port for us alone, 8N1, and throws away what it still holds.
+/// Opens a port for us alone, 8N1, and throws away what it still holds; or a Unix socket, where one is.
 ///
 /// # Errors
-/// No such port, somebody else has it, the system does not let us.
+/// No such port, somebody else has it, the system does not let us; nobody listens at the socket.
 pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
+    #[cfg(unix)]
+    if let Some(socket) = Socket::open(path, baud, READ_TIMEOUT) {
+        return Ok(Box::new(socket?));
+    }
     let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
     let port = opened.map_err(|error| {
         let text = error.to_string();

@@ -212,7 +212,7 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     // A host that is killed in the middle of a run leaves no more.
     let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
     let mut run = device.place.start(&line);
-    device.place.wait_for("run/relax.mcap.part");
+    device.place.wait_for("run/relax.mcap.part", &mut run);
     std::thread::sleep(Duration::from_millis(300));
     run.kill().expect("can be killed");
     run.wait().expect("ends");

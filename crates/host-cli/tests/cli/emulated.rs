@@ -7,21 +7,42 @@ use std::process::{Child, Stdio};
 /// An emulated device in a place; gone when dropped.
 pub(crate) struct Emulated {
     pub(crate) place: Place,
-    /// Name of its port in the place.
-    link: &'static str,
+    port: Port,
     child: Child,
 }
 
+/// The name of its port in the place.
+#[derive(Clone, Copy)]
+enum Port {
+    /// A socket.
+    Socket(&'static str),
+    /// A pseudo-terminal: a port as real ones are. Its bytes pass through a worker of the system, for which a busy machine may let
+    /// them wait for seconds.
+    Terminal(&'static str),
+}
+
+impl Port {
+    const fn name(self) -> &'static str {
+        let (Self::Socket(name) | Self::Terminal(name)) = self;
+        name
+    }
+}
+
 impl Emulated {
-    /// At `device`.
+    /// At the socket `device`.
     pub(crate) fn new(options: &str) -> Self {
-        Self::at("device", options)
+        Self::at(Port::Socket("device"), options)
     }
 
-    pub(crate) fn at(link: &'static str, options: &str) -> Self {
+    /// At a pseudo-terminal, for tests whose subject is the port, and for hosts that know no other.
+    pub(crate) fn at_terminal(name: &'static str, options: &str) -> Self {
+        Self::at(Port::Terminal(name), options)
+    }
+
+    fn at(port: Port, options: &str) -> Self {
         let place = Place::new();
-        let child = spawned(&place, link, options);
-        Self { place, link, child }
+        let child = spawned(&place, port, options);
+        Self { place, port, child }
     }
 
     pub(crate) fn place(&self) -> &Place {
@@ -30,15 +51,15 @@ impl Emulated {
 
     /// Pulls the plug.
     pub(crate) fn kill(&mut self) {
-        // The link first: its number is soon that of another device, which whoever waits for this one would take.
-        std::fs::remove_file(self.place.path(self.link)).expect("its link");
+        // Its name first: the number of a terminal is soon that of another device, which whoever waits for this one would take.
+        std::fs::remove_file(self.place.path(self.port.name())).expect("its name");
         self.child.kill().expect("can be killed");
         self.child.wait().expect("ends");
     }
 
     /// Another one in the place of one that was killed.
     pub(crate) fn plug_in(&mut self, options: &str) {
-        self.child = spawned(&self.place, self.link, options);
+        self.child = spawned(&self.place, self.port, options);
     }
 
     /// Stops it as Ctrl-C does; what it said at the end.
@@ -64,12 +85,18 @@ impl Emulated {
     }
 }
 
-/// The process, when its link is there.
-fn spawned(place: &Place, link: &str, options: &str) -> Child {
-    let mut command = place.command(&format!("device emulate {options} --link"));
-    command.arg(place.path(link)).stdout(Stdio::null());
-    let child = command.stderr(Stdio::piped()).spawn().expect("runs");
-    place.wait_for(link);
+/// The process, when its port is there.
+fn spawned(place: &Place, port: Port, options: &str) -> Child {
+    let option = match port {
+        Port::Socket(_) => "--socket",
+        Port::Terminal(_) => "--link",
+    };
+    let name = port.name();
+    let line = format!("device emulate {options} {option} {name}");
+    let mut command = place.command(&line);
+    command.stdout(Stdio::null());
+    let mut child = command.stderr(Stdio::piped()).spawn().expect("runs");
+    place.wait_for(name, &mut child);
     child
 }
 

@@ -7,7 +7,7 @@ use std::process::Command;
 
 /// An emulated 2DIY in a place, as `2diy`.
 fn board(options: &str) -> Emulated {
-    Emulated::at("2diy", &format!("--kind haply-2diy {options}"))
+    Emulated::at_terminal("2diy", &format!("--kind haply-2diy {options}"))
 }
 
 /// The maker's host on such a board: what it saw, and what the board said at the end. `None` where it is not installed.

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fmt;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -92,10 +93,18 @@ impl Place {
         }
     }
 
-    /// Waits until somebody has made this file.
-    pub(crate) fn wait_for(&self, name: &str) {
+    /// Waits until this process has made this file, not longer than it lives.
+    pub(crate) fn wait_for(&self, name: &str, maker: &mut Child) {
         let began = Instant::now();
         while !self.path(name).exists() {
+            let ended = maker.try_wait().expect("can be asked");
+            if let Some(status) = ended.filter(|_| !self.path(name).exists()) {
+                let mut said = String::new();
+                if let Some(stderr) = &mut maker.stderr {
+                    stderr.read_to_string(&mut said).expect("is text");
+                }
+                panic!("nobody made {name}, {status}: {said}");
+            }
             assert!(began.elapsed() < PATIENCE, "nobody made {name}");
             std::thread::sleep(Duration::from_millis(5));
         }

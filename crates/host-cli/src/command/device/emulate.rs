@@ -15,9 +15,10 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
 use haptic_remote::LineFaults;
-use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Terminal, emulate};
+use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Socket, Terminal, emulate};
+use haptic_remote::serial::Line;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
 Imitates a device: the same state machine as in the firmware, with a simulated plant, behind a \
@@ -77,6 +78,9 @@ pub struct Arguments {
     /// Make a symbolic link to the pseudo-terminal, so that its path is known beforehand
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
+    /// Listen at a Unix socket of this path instead of a pseudo-terminal, whose bytes may come late on a busy machine
+    #[arg(long, value_name = "PATH", conflicts_with = "link")]
+    socket: Option<PathBuf>,
     /// Axes of the device: 2 or 3 take a [touch], for which they are a mass with a hand that pushes along the first
     #[arg(long, value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
@@ -165,6 +169,35 @@ fn chance(text: &str) -> Result<f64, String> {
     chance.ok_or_else(|| format!("\"{text}\" is no chance: give 0 to 1, or 0% to 100%"))
 }
 
+/// The device's end of the line.
+enum Port {
+    Terminal(Terminal),
+    Socket(Socket),
+}
+
+impl Port {
+    fn open(socket: Option<&Path>, link: Option<&Path>) -> Result<Self, EmulatorError> {
+        match socket {
+            Some(path) => Socket::open(path).map(Self::Socket),
+            None => Terminal::open(link).map(Self::Terminal),
+        }
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            Self::Terminal(terminal) => terminal.path(),
+            Self::Socket(socket) => socket.path(),
+        }
+    }
+
+    fn line(&self) -> Result<Box<dyn Line>, EmulatorError> {
+        match self {
+            Self::Terminal(terminal) => terminal.line(),
+            Self::Socket(socket) => socket.line(),
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct Started {
     path: String,
@@ -189,10 +222,10 @@ impl Arguments {
         let duration = duration(self.duration)?;
         let (faults, seed) = self.faults.faults()?;
         let stop = crate::command::conduct::stop_on_interrupt()?;
-        let terminal = Terminal::open(self.link.as_deref()).map_err(failed)?;
+        let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
         let started = Started {
-            path: terminal.path().display().to_string(),
-            device: format!("{}:{}", kind.scheme(), terminal.path().display()),
+            path: port.path().display().to_string(),
+            device: format!("{}:{}", kind.scheme(), port.path().display()),
         };
         output.print(&started, |out| {
             writeln!(out, "{}", started.path)?;
@@ -202,13 +235,13 @@ impl Arguments {
                 started.device
             )
         })?;
+        let line = port.line().map_err(failed)?;
+        let damage = (faults, seed);
         if kind == Kind::Haply2Diy {
-            let line = (faults, seed);
-            return (self.haply).run(&terminal, line, duration, stop, output.quiet);
+            return (self.haply).run(line, damage, duration, stop, output.quiet);
         }
         if kind == Kind::Moteus {
-            let line = (faults, seed);
-            return emulate_moteus::run(&terminal, servo, line, duration, stop, output.quiet);
+            return emulate_moteus::run(line, servo, damage, duration, stop, output.quiet);
         }
         let emulation = Emulation {
             axes: self.axes.unwrap_or(1),
@@ -218,7 +251,7 @@ impl Arguments {
             link: self.link,
             duration,
         };
-        let done = emulate(&terminal, &emulation, stop).map_err(failed)?;
+        let done = emulate(line, &emulation, stop).map_err(failed)?;
         if !output.quiet {
             note("emulated", in_words(&done));
         }
@@ -248,6 +281,7 @@ impl Arguments {
 fn failed(error: EmulatorError) -> Failure {
     match error {
         EmulatorError::Link { .. } => Failure::bad_input(format_args!("{error} with --link")),
+        EmulatorError::Socket { .. } => Failure::bad_input(format_args!("{error} with --socket")),
         EmulatorError::Terminal(_) => Failure::Device(error.into()),
         EmulatorError::Device(_) => Failure::Run(error.into()),
         _ => Failure::input(error),

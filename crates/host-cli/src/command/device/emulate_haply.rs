@@ -8,7 +8,7 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Length;
 use haptic_remote::LineFaults;
-use haptic_remote::emulator::Terminal;
+use haptic_remote::serial::Line;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -78,7 +78,7 @@ impl HaplyArguments {
     /// Runs the board until it is stopped or its time is over.
     pub(super) fn run(
         &self,
-        terminal: &Terminal,
+        line: Box<dyn Line>,
         (faults, seed): (LineFaults, u64),
         duration: Option<Duration>,
         stop: &AtomicBool,
@@ -87,9 +87,6 @@ impl HaplyArguments {
         let model = self.hardware.unwrap_or_default().model();
         let hand = self.held(&model);
         let board = Board::new(model, Body::at_home(&model, hand));
-        let line = terminal
-            .line()
-            .map_err(|error| Failure::Device(error.into()))?;
         let done = emulate(line, board, faults, seed, duration, stop).map_err(Failure::input)?;
         if !quiet {
             note("emulated", in_words(&done));

@@ -10,7 +10,7 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::{Length, Time};
 use haptic_remote::LineFaults;
-use haptic_remote::emulator::Terminal;
+use haptic_remote::serial::Line;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -64,15 +64,13 @@ impl MoteusArguments {
 
 /// Runs the servo until it is stopped or its time is over.
 pub(super) fn run(
-    terminal: &Terminal,
+    line: Box<dyn Line>,
     servo: EmulatedServo,
     faults: (LineFaults, u64),
     duration: Option<Duration>,
     stop: &AtomicBool,
     quiet: bool,
 ) -> Result<(), Failure> {
-    let line = terminal.line();
-    let line = line.map_err(|error| Failure::Device(error.into()))?;
     let done = emulate(line, servo, faults, duration, stop).map_err(Failure::input)?;
     if !quiet {
         note("emulated", in_words(&done));

@@ -33,7 +33,7 @@ fn at_the_same_time(kinds: &[(&'static str, &'static str)], look: fn(&str, &str)
 }
 
 fn a_run_is_not_usable(kind: &str, device: &str) {
-    let mut emulated = Emulated::new(kind);
+    let mut emulated = Emulated::at_terminal("device", kind);
     let line = format!(
         "relax --device {device} --watchdog 1s --late-ticks 0 --contact rigid --duration 300s --sample-time 5ms --out run --quiet"
     );
@@ -105,7 +105,7 @@ fn says_only_what_can_be(words: &str) {
 #[test]
 fn a_measurement_of_a_device_that_goes_away_tells_no_numbers() {
     for (kind, name) in KINDS {
-        let mut device = Emulated::new(kind);
+        let mut device = Emulated::at_terminal("device", kind);
         let line = format!(
             "device measure --device {name} --force-limit 1.5N --duration 60s --sample-time 5ms --watchdog 1s --max-age-ticks 1000 \
              --out model.toml --json"
@@ -122,7 +122,7 @@ fn a_measurement_of_a_device_that_goes_away_tells_no_numbers() {
 fn a_search_on_a_device_that_goes_away_finds_nothing() {
     // No wall can be tried on a free hand.
     for (kind, name) in &KINDS[..2] {
-        let mut device = Emulated::new(kind);
+        let mut device = Emulated::at_terminal("device", kind);
         let line = format!(
             "zwidth --orders 1 --points 2 --device {name} --watchdog 1s --late-ticks 0 --json --quiet"
         );
@@ -135,31 +135,33 @@ fn a_search_on_a_device_that_goes_away_finds_nothing() {
 
 #[test]
 fn a_self_test_of_a_device_that_goes_away_sees_no_promise_kept_from_then_on() {
-    for (kind, name) in &KINDS[1..] {
-        let mut device = Emulated::new(kind);
-        let line = format!("device selftest --device {name} --emergency-stop none --json");
-        let run = device.place.start(&line);
-        let ended = unplugged_after(run, &mut device, "the device moves by itself").failed(3);
-        if ended.error().contains("no whole answer for 4 ticks") {
-            println!("skipped: this machine was too busy for {name} before it was unplugged");
-            continue;
-        }
-        says_that_it_is_gone(&ended);
-        if ended.stdout.is_empty() {
-            println!(
-                "skipped: this machine was too busy to open {name}: {}",
-                ended.error()
-            );
-            continue;
-        }
-        let report = ended.json();
-        assert_eq!(report["holds"], false, "{ended}");
-        let checks = report["checks"].as_array().expect("rows");
-        let reached = checks
-            .iter()
-            .position(|check| check["seen"] == "not reached");
-        assert!(reached.is_some_and(|at| at < checks.len()), "{ended}");
+    at_the_same_time(&KINDS[1..], a_self_test_sees_no_promise_kept);
+}
+
+fn a_self_test_sees_no_promise_kept(kind: &str, name: &str) {
+    let mut device = Emulated::at_terminal("device", kind);
+    let line = format!("device selftest --device {name} --emergency-stop none --json");
+    let run = device.place.start(&line);
+    let ended = unplugged_after(run, &mut device, "the device moves by itself").failed(3);
+    if ended.error().contains("no whole answer for 4 ticks") {
+        println!("skipped: this machine was too busy for {name} before it was unplugged");
+        return;
     }
+    says_that_it_is_gone(&ended);
+    if ended.stdout.is_empty() {
+        println!(
+            "skipped: this machine was too busy to open {name}: {}",
+            ended.error()
+        );
+        return;
+    }
+    let report = ended.json();
+    assert_eq!(report["holds"], false, "{ended}");
+    let checks = report["checks"].as_array().expect("rows");
+    let reached = checks
+        .iter()
+        .position(|check| check["seen"] == "not reached");
+    assert!(reached.is_some_and(|at| at < checks.len()), "{ended}");
 }
 
 #[test]
@@ -169,7 +171,7 @@ fn a_touch_on_a_device_that_goes_away_keeps_its_log() {
 }
 
 fn a_touch_keeps_its_log(kind: &str, name: &str) {
-    let mut device = Emulated::new(kind);
+    let mut device = Emulated::at_terminal("device", kind);
     device.place.write(
             "touch.toml",
             "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\nforce_limit_n = 1\nsample_time_s = 0.01\n\
@@ -260,10 +262,10 @@ fn times_lost(kind: &str, said: &str) -> usize {
 }
 
 fn a_monitor_goes_on(kind: &str, name: &str) {
-    let mut device = Emulated::new(kind);
+    let mut device = Emulated::at_terminal("device", kind);
     let line = format!("device monitor --device {name} --out watch --json");
     let mut monitor = device.place.start(&line);
-    device.place.wait_for("watch/monitor.mcap.part");
+    (device.place).wait_for("watch/monitor.mcap.part", &mut monitor);
     std::thread::sleep(Duration::from_millis(200));
     device.kill();
     // Nothing is written any more while it is away.

@@ -76,14 +76,15 @@ fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
 fn under_way(device: &Emulated, line: &str, stderr: Stdio) -> Child {
     let mut run = device.place.command(line);
     let run = run.stderr(stderr).stdout(Stdio::null()).spawn();
-    device.place.wait_for("run/relax.mcap.part");
+    let mut run = run.expect("runs");
+    device.place.wait_for("run/relax.mcap.part", &mut run);
     std::thread::sleep(Duration::from_millis(500));
-    run.expect("runs")
+    run
 }
 
 #[test]
 fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
-    let mut device = Emulated::new("");
+    let mut device = Emulated::at_terminal("device", "");
     let line = RELAX.replace("--duration 4s", "--duration 60s");
     let run = under_way(&device, &line, Stdio::piped());
     device.kill();
@@ -125,7 +126,7 @@ fn a_host_that_is_killed_leaves_a_device_without_force() {
 
 #[test]
 fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
-    let device = Emulated::new("");
+    let device = Emulated::at_terminal("device", "");
     let path = device.place.path("device");
     {
         let port = serialport::new(path.to_string_lossy(), 460_800);

@@ -35,7 +35,7 @@ fn read_by_the_maker(device: &Emulated, id: u8) -> Option<Value> {
 
 #[test]
 fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
-    let device = Emulated::new("--kind moteus --servo-id 5");
+    let device = Emulated::at_terminal("device", "--kind moteus --servo-id 5");
     let Some(seen) = read_by_the_maker(&device, 5) else {
         return;
     };
@@ -180,8 +180,8 @@ fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
 
 /// A run whose log has begun.
 fn under_way(device: &Emulated, line: &str) -> Child {
-    let run = device.place.start(line);
-    device.place.wait_for("run/relax.mcap.part");
+    let mut run = device.place.start(line);
+    device.place.wait_for("run/relax.mcap.part", &mut run);
     std::thread::sleep(Duration::from_millis(1500));
     run
 }

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 #[test]
 fn a_port_that_is_in_use_is_refused() {
-    let device = Emulated::new("");
+    let device = Emulated::at_terminal("device", "");
     let path = device.place.path("device");
     let port = serialport::new(path.to_string_lossy(), 460_800).open_native();
     let _held = port.expect("opens");
@@ -153,7 +153,7 @@ fn of_version(version: u8) -> Vec<u8> {
 
 #[test]
 fn a_port_that_answers_after_a_second_is_waited_for() {
-    let device = Emulated::new("");
+    let device = Emulated::at_terminal("device", "");
     let path = device.place.path("device");
     // As QEMU does it: what is said in the first second is lost.
     let port = serialport::new(path.to_string_lossy(), 460_800);

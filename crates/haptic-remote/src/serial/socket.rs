@@ -1,0 +1,97 @@
+//! A Unix socket as a line: a device that another process emulates, QEMU's or our own.
+
+use super::error::SerialError;
+use super::line::Line;
+use std::boxed::Box;
+use std::format;
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::fs::FileTypeExt as _;
+use std::os::unix::net::UnixStream;
+use std::string::ToString as _;
+use std::time::Duration;
+
+/// The host's end of a socket.
+#[derive(Debug)]
+pub(super) struct Socket(UnixStream);
+
+impl Socket {
+    /// Opens the socket at this path; `None` if something else is there.
+    ///
+    /// # Errors
+    /// Nobody listens, or the system does not let us.
+    pub(super) fn open(
+        path: &str,
+        baud: u32,
+        patience: Duration,
+    ) -> Option<Result<Self, SerialError>> {
+        let file = std::fs::metadata(path).ok()?;
+        if !file.file_type().is_socket() {
+            return None;
+        }
+        let opened = UnixStream::connect(path).and_then(|stream| {
+            stream.set_write_timeout(Some(patience))?;
+            let mut socket = Self(stream);
+            socket.set_patience(patience)?;
+            Ok(socket)
+        });
+        let path = path.to_string();
+        Some(opened.map_err(|error| match error.kind() {
+            ErrorKind::PermissionDenied => SerialError::Forbidden { path },
+            ErrorKind::ConnectionRefused => SerialError::Open {
+                path,
+                baud,
+                reason: "nobody listens at this socket: start its emulator anew".to_string(),
+            },
+            _ => SerialError::Open {
+                path,
+                baud,
+                reason: format!("{error}"),
+            },
+        }))
+    }
+}
+
+/// A time that has passed is the same on every line.
+pub(crate) fn timed_out(error: io::Error) -> io::Error {
+    match error.kind() {
+        ErrorKind::WouldBlock => ErrorKind::TimedOut.into(),
+        _ => error,
+    }
+}
+
+/// Sets the time that reads of a socket wait.
+pub(crate) fn set_patience(stream: &UnixStream, patience: Duration) -> io::Result<()> {
+    stream.set_nonblocking(patience.is_zero())?;
+    if patience.is_zero() {
+        return Ok(());
+    }
+    stream.set_read_timeout(Some(patience))
+}
+
+impl Read for Socket {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        self.0.read(into).map_err(timed_out)
+    }
+}
+
+impl Write for Socket {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes).map_err(timed_out)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Socket {
+    fn share(&self) -> io::Result<Box<dyn Line>> {
+        Ok(Box::new(Self(self.0.try_clone()?)))
+    }
+
+    fn set_baud_rate(&mut self, _: u32) {}
+
+    fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
+        set_patience(&self.0, patience)
+    }
+}
