@@ -34,12 +34,27 @@ pub struct Found {
 }
 
 impl Found {
+    /// True if the function settles by itself.
+    fn settles(&self) -> bool {
+        self.identified.function.unstable_poles() == Some(0)
+    }
+
     fn is_whole(&self) -> bool {
         let function = &self.identified.function;
         let (above, below) = (function.numerator().terms(), function.denominator().terms());
         let mut terms = above.iter().chain(below);
         terms.all(|term| (term.order - term.order.round()).abs() == 0.0)
     }
+}
+
+/// Of a first function that does not settle by itself: another that does, and that the record speaks against no more than weakly, a criterion at most
+/// 6 above (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6).
+#[must_use]
+pub fn settles_as_well(found: &[Found]) -> Option<&Found> {
+    let first = found.first().filter(|first| !first.settles())?;
+    let others = found.iter().filter(|other| other.settles());
+    let mut near = others.filter(|other| other.bic <= first.bic + WEAK);
+    near.next()
 }
 
 /// Guesses of whole orders that are fitted: the most promising.
@@ -70,6 +85,8 @@ pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
 const KEPT: usize = 6;
 /// A difference of the criterion that says nothing.
 const AS_GOOD: f64 = 2.0;
+/// One that speaks weakly.
+const WEAK: f64 = 6.0;
 /// A coefficient whose standard error is above this share of it is tried without.
 const LOOSE: f64 = 0.5;
 

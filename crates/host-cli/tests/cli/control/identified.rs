@@ -110,3 +110,34 @@ fn what_a_record_does_not_determine_is_in_the_json() {
         "{json}"
     );
 }
+
+/// A quarter of a slow answer in noise: a function that rests and one that adds up fit nearly alike, and that is said.
+#[test]
+fn a_record_that_ends_too_soon_does_not_make_an_integrator() {
+    let place = Place::new();
+    let mut noise = 7_u64;
+    let mut draw = || {
+        noise = noise
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (noise >> 11) as f64 / 2_f64.powi(53) - 0.5
+    };
+    let mut text = String::from("time_s,input,output\n");
+    for n in 0..100 {
+        let t = 0.15 * f64::from(n);
+        // A standard deviation of 0.01.
+        let noise = 0.01 * (0..12).map(|_| draw()).sum::<f64>();
+        text += &format!("{t},1,{}\n", 1.0 - (-t / 62.0).exp() + noise);
+    }
+    place.write("oven.csv", &text);
+    let ended = place
+        .run("control identify oven.csv")
+        .succeeded_with_warnings();
+    assert!(
+        ended
+            .error()
+            .contains("does not tell whether the plant comes to rest: 0.7"),
+        "{ended}"
+    );
+    assert!(!ended.stdout.contains("adds up"), "{ended}");
+}

@@ -3,7 +3,9 @@
 use super::super::print::{table, written};
 use super::super::words::digits;
 use fractional_control::{FractionalTransferFunction, FreeNumber};
-use haptic_experiment::control::identification::{Found, InputOutput, Unexplained};
+use haptic_experiment::control::identification::{
+    Found, InputOutput, Unexplained, settles_as_well,
+};
 use serde::Serialize;
 
 /// The result.
@@ -23,6 +25,9 @@ pub(super) struct Report {
     pub(super) plant_file: Option<String>,
     pub(super) files: Vec<String>,
     pub(super) warnings: Vec<String>,
+    /// True if a function that settles fits as well as one that does not.
+    #[serde(skip)]
+    in_doubt: bool,
 }
 
 #[derive(Serialize)]
@@ -149,12 +154,24 @@ impl Report {
             plant_file: None,
             files: Vec::new(),
             warnings: Vec::new(),
+            in_doubt: false,
         };
         let unexplained = report.unexplained(best.neighbours);
         report
             .warnings
             .extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
         report.warnings.extend(report.not_determined());
+        if report.fit >= LEAST
+            && let Some(other) = settles_as_well(found)
+        {
+            report.in_doubt = true;
+            report.warnings.push(format!(
+                "the record does not tell whether the plant comes to rest: {}, which does, fits nearly as well (BIC {:.1} more): record until the output \
+                 rests or clearly does not, and then choose with --model",
+                rounded(&other.identified.function),
+                other.bic - best.bic
+            ));
+        }
         report
     }
 
@@ -203,7 +220,7 @@ impl Report {
     /// What to know of the function before it is used.
     fn nature(&self, function: Option<&FractionalTransferFunction>) -> Option<&'static str> {
         match self.unstable_poles {
-            _ if self.fit < LEAST => None,
+            _ if self.fit < LEAST || self.in_doubt => None,
             Some(0) => None,
             Some(_) => Some(
                 "The record grows: this plant does not hold itself. Close the loop with host-cli control design.",
