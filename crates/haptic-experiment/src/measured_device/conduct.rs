@@ -112,6 +112,10 @@ fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Out
     if let Some(fault) = fault {
         return Some(match fault {
             Fault::PositionStuck => Outcome::Blocked,
+            // There is no force yet that could have moved it.
+            Fault::Workspace | Fault::Velocity if course.phase == Phase::Rest => {
+                Outcome::MovesByItself
+            }
             fault => Outcome::Fault(fault),
         });
     }
