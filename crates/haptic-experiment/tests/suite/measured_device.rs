@@ -252,15 +252,12 @@ fn a_device_that_is_blocked_or_moves_by_itself_is_let_go_and_the_reason_said() {
             .starts_with("the device does not move under 2 N, and the force is zero")
     );
 
-    // The latter leaves its box before anybody has looked twice.
-    for push_n in [0.5, 2000.0] {
-        let mut sliding = Fine::new(usual(), 1);
-        sliding.plant.set_external_force(Vector1::new(push_n));
-        let driven = sliding.drive(&plan);
-        assert_eq!(driven.outcome, Outcome::MovesByItself, "{push_n} N");
-        assert!(driven.record.largest_force_n() <= 0.0);
-        assert!(refusal(&driven, &plan).starts_with("the device moves by itself"));
-    }
+    let mut sliding = Fine::new(usual(), 1);
+    sliding.plant.set_external_force(Vector1::new(0.5));
+    let driven = sliding.drive(&plan);
+    assert_eq!(driven.outcome, Outcome::MovesByItself);
+    assert!(driven.record.largest_force_n() <= 0.0);
+    assert!(refusal(&driven, &plan).starts_with("the device moves by itself"));
 }
 
 #[test]
