@@ -1,5 +1,6 @@
 //! Why a run ended before its time.
 
+use fracdiff::parameter::Shown;
 use haptic_link::FaultReport;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
@@ -22,43 +23,98 @@ pub enum Ended {
 }
 
 /// What became of the force of a run that ended before its time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LetGo {
     /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
     Ramped,
     /// It was zero in the next sample.
     InOneSample,
+    /// It was zero in the next sample that there is, at this time, s, after others that are missing.
+    AfterGap(f64),
+    /// There was none: the run was refused before it began.
+    NeverBegan,
     /// The link is gone: the device lets go when its watchdog has run out.
     ByItself,
+    /// The link is gone to a device that this program serves: it has taken the force away.
+    TakenAway,
     /// The board of another maker failed; it was told to let go if it still could be, and nobody knows for sure if it has heard that.
     Told,
 }
 
+/// What the samples after the last that counts tell of the force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Fall {
+    /// How many have a force.
+    acting: u64,
+    /// Time of the first without one, s, where those between it and the last with one are missing.
+    zero_after_gap_s: Option<f64>,
+    /// Tick of the last with one, of those that count too.
+    last_acting: Option<u64>,
+}
+
+impl Fall {
+    /// A sample that counts.
+    pub(crate) fn before(&mut self, tick: u64, force_n: f64) {
+        self.last_acting = (force_n != 0.0).then_some(tick);
+    }
+
+    /// A sample after those.
+    pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
+        if force_n != 0.0 {
+            self.acting += 1;
+            self.last_acting = Some(tick);
+        } else if let Some(last) = self.last_acting.take()
+            && tick > last + 1
+        {
+            self.zero_after_gap_s = Some(time_s);
+        }
+    }
+}
+
 impl LetGo {
-    /// Of a run that ended for this reason, in whose log so many samples with a force came after the last that counts.
-    pub(crate) const fn of(ended: Ended, acting: u64) -> Self {
-        match ended {
-            Ended::LinkLost(_) => Self::ByItself,
-            Ended::DeviceFault(report) if report.status.fault == Fault::BoardFailed.code() => {
+    /// Of a run that ended for this reason, on a device that this program serves or on one with a watchdog of its own.
+    pub(crate) fn of(ended: Ended, fall: Fall, served: bool) -> Self {
+        match (ended, fall.zero_after_gap_s) {
+            (
+                Ended::LinkLost(LinkError::Refused {
+                    request: "arm" | "start",
+                    ..
+                }),
+                _,
+            ) => Self::NeverBegan,
+            (Ended::LinkLost(_), _) if served => Self::TakenAway,
+            (Ended::LinkLost(_), _) => Self::ByItself,
+            (Ended::DeviceFault(report), _) if report.status.fault == Fault::BoardFailed.code() => {
                 Self::Told
             }
-            _ if acting > 0 => Self::Ramped,
+            (_, Some(zero_s)) => Self::AfterGap(zero_s),
+            _ if fall.acting > 0 => Self::Ramped,
             _ => Self::InOneSample,
         }
     }
 
     /// In words.
     #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
+    pub fn words(self) -> String {
+        let words = match self {
+            Self::AfterGap(zero_s) => {
+                return format!(
+                    "the force was zero at {} s; no sample tells of the time before, in which a device without a watchdog of its own kept \
+                     its last force",
+                    Shown(zero_s)
+                );
+            }
             Self::Ramped => "the force ramped to zero",
             Self::InOneSample => "the force was zero one sample later",
+            Self::NeverBegan => "before there was any force",
             Self::ByItself => "the device lets go by itself",
+            Self::TakenAway => "this program has taken the force away",
             Self::Told => {
                 "if the board has not heard that it is to make no force, as with its plug out, it may still push: switch its supply off \
                  before you touch it"
             }
-        }
+        };
+        words.to_owned()
     }
 }
 
@@ -122,15 +178,31 @@ mod tests {
                 time_us: 7000,
             })
         };
-        for (ended, acting, let_go) in [
-            (Ended::Interrupted, 10, LetGo::Ramped),
-            (Ended::Interrupted, 0, LetGo::InOneSample),
-            (Ended::Fault(Fault::Workspace), 0, LetGo::InOneSample),
-            (fault(Fault::HostSilent), 10, LetGo::Ramped),
-            (fault(Fault::BoardFailed), 0, LetGo::Told),
-            (Ended::LinkLost(LinkError::Gone), 0, LetGo::ByItself),
+        let refused = LinkError::Refused {
+            request: "start",
+            refusal: haptic_link::Refusal::Connection,
+        };
+        let none = Fall::default();
+        let ramp = Fall { acting: 10, ..none };
+        let gap = Fall {
+            zero_after_gap_s: Some(4.735),
+            ..none
+        };
+        for (ended, fall, let_go) in [
+            (Ended::Interrupted, ramp, LetGo::Ramped),
+            (Ended::Interrupted, none, LetGo::InOneSample),
+            (Ended::Fault(Fault::Workspace), none, LetGo::InOneSample),
+            (fault(Fault::HostSilent), ramp, LetGo::Ramped),
+            (fault(Fault::HostSilent), gap, LetGo::AfterGap(4.735)),
+            (fault(Fault::BoardFailed), none, LetGo::Told),
+            (Ended::LinkLost(refused), none, LetGo::NeverBegan),
         ] {
-            assert_eq!(LetGo::of(ended, acting), let_go, "{ended:?} {acting}");
+            for served in [true, false] {
+                assert_eq!(LetGo::of(ended, fall, served), let_go, "{ended:?} {fall:?}");
+            }
         }
+        let gone = Ended::LinkLost(LinkError::Gone);
+        assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);
+        assert_eq!(LetGo::of(gone, none, true), LetGo::TakenAway);
     }
 }

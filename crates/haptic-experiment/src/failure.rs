@@ -87,9 +87,10 @@ impl std::error::Error for Failure {}
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         match error {
-            RecordError::Write { .. } | RecordError::Copy { .. } | RecordError::Csv { .. } => {
-                Self::DataLost(error.into())
-            }
+            RecordError::Write { .. }
+            | RecordError::Lost { .. }
+            | RecordError::Copy { .. }
+            | RecordError::Csv { .. } => Self::DataLost(error.into()),
             RecordError::File(error) => error.into(),
             RecordError::Message(_) | RecordError::Time { .. } => Self::Run(error.into()),
             _ => Self::Input(error.into()),

@@ -6,7 +6,7 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
-use super::ended::{Ended, LetGo};
+use super::ended::{Ended, Fall, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use crate::failure::Failure;
@@ -173,6 +173,8 @@ pub struct Record {
     pub link: Option<LinkSummary>,
     /// Silence after which the device at its other end lets go, ms.
     pub watchdog_ms: Option<u16>,
+    /// The device at its other end is served by this program.
+    pub served: bool,
     /// Words of a served device whose board said nothing any more.
     pub board_lost: Option<String>,
     largest_force_n: f64,
@@ -183,8 +185,7 @@ pub struct Record {
 /// Forces in the log after the last sample that counts: on their way to zero.
 #[derive(Clone, Copy, Debug, Default)]
 struct After {
-    /// Samples with a force.
-    acting: u64,
+    fall: Fall,
     largest_n: f64,
 }
 
@@ -213,6 +214,7 @@ impl Record {
             ended: None,
             link: None,
             watchdog_ms: None,
+            served: false,
             board_lost: None,
             largest_force_n: 0.0,
             farthest_m: 0.0,
@@ -246,7 +248,7 @@ impl Record {
         let ended = self.ended?;
         Some(match self.lost() {
             Some(_) => LetGo::Told,
-            None => LetGo::of(ended, self.after.acting),
+            None => LetGo::of(ended, self.after.fall, self.served),
         })
     }
 
@@ -308,6 +310,7 @@ impl Record {
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
         self.last = Some(sample);
+        self.after.fall.before(sample.tick, sample.force_n);
         if let Some(whole) = &mut self.whole {
             whole.push(sample);
         }
@@ -317,7 +320,8 @@ impl Record {
     pub(super) fn push_after<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();
         let force_n = sample.force_n.abs();
-        self.after.acting += u64::from(force_n > 0.0);
+        let fall = &mut self.after.fall;
+        fall.after(sample.tick, sample.time_s, sample.force_n);
         self.after.largest_n = self.after.largest_n.max(force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
     }

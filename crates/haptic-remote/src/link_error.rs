@@ -39,12 +39,12 @@ pub enum LinkError {
     Faulted(FaultReport),
     /// The device does not know this connection any more.
     Rebooted,
-    /// No sample in the middle of a run for so long, and no answer to a question after that.
+    /// No sample for so long where there ought to be some, and no answer to a question after that.
     NoSamples {
         /// Waited, ms.
         waited_ms: u64,
     },
-    /// No sample in the middle of a run for so long, though the device answers a question after that: it was let go.
+    /// No sample for so long where there ought to be some, though the device answers a question after that: it was let go.
     HeldUp {
         /// Waited, ms.
         waited_ms: u64,
@@ -95,12 +95,12 @@ impl fmt::Display for LinkError {
             ),
             Self::NoSamples { waited_ms } => write!(
                 f,
-                "no sample came for {waited_ms} ms in the middle of a run, and the device does not answer either: look at its plug and \
+                "no sample came for {waited_ms} ms, and the device does not answer either: look at its plug and \
                  supply, then reset it"
             ),
             Self::HeldUp { waited_ms } => write!(
                 f,
-                "no sample came for {waited_ms} ms in the middle of a run, though the device answers: this machine or the line was held \
+                "no sample came for {waited_ms} ms, though the device answers: this machine or the line was held \
                  up: close other programs on this machine, or take a better line"
             ),
             Self::Gone => f.write_str("the line is gone: look at the plug and the supply of the device"),

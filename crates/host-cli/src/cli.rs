@@ -42,7 +42,7 @@ before 1, and 1 before 4.";
     after_help = "Example: host-cli relax --duration 200s --out relaxation"
 )]
 pub struct Cli {
-    /// Print exactly one JSON object on standard output, and nothing else there
+    /// Print the report as one JSON object on standard output, and nothing else there
     #[arg(long, global = true, help_heading = "Printing")]
     pub json: bool,
     /// No progress and no summary; errors and warnings remain

@@ -9,7 +9,7 @@ use std::io::{self, BufWriter, Write};
 /// The amount and form of what is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// One JSON object and nothing else on standard output.
+    /// The report as one JSON object on standard output, and nothing else there.
     pub json: bool,
     /// Neither progress nor summary.
     pub quiet: bool,

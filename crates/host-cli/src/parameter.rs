@@ -49,6 +49,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("listen", "--listen"),
     ("loop", "--loop"),
     ("mass_kg", "--mass"),
+    ("max_age_ticks", "--max-age-ticks"),
     ("noise", "--noise"),
     ("orders", "--orders"),
     ("out", "--out"),

@@ -174,8 +174,8 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
         };
         Some(BoardTrouble {
             words: format!(
-                "{told}: {trouble}; the place of its home is not sure any more: hold the handle there when the next command opens \
-                 it, without home=before"
+                "{told}: {trouble}; the place of its home is not sure any more: hold the handle there when it is opened \
+                 again, without home=before"
             ),
             cause: trouble.cause(),
         })

@@ -16,6 +16,8 @@ pub const LATE_MOST: u8 = 3;
 const WAITING: u32 = 4;
 /// Bytes that are looked at in a tick: more than ever are due.
 const ROOM: usize = 64;
+/// More answers than ever are due: the room for one more byte than theirs is there.
+const DUE_MOST: u8 = 6;
 
 /// A 2DIY on a line, with both axes, m and N in the plane of the maker: x along the base, y away from it.
 ///
@@ -32,8 +34,8 @@ pub struct Planar<L: Line> {
     period_s: f64,
     bytes: [u8; ROOM],
     filled: usize,
-    /// A frame was sent whose answer has not come.
-    awaiting: bool,
+    /// Frames that were sent and whose answers have not come: one, and a second where the board was told to let go meanwhile.
+    due: u8,
     late: u8,
     /// Periods without a tick since the last posture.
     skipped: u32,
@@ -58,7 +60,7 @@ impl<L: Line> Planar<L> {
             period_s: 1e-3,
             bytes: [0; ROOM],
             filled: 0,
-            awaiting: false,
+            due: 0,
             late: 0,
             skipped: 0,
             before: 0,
@@ -138,17 +140,17 @@ impl<L: Line> Planar<L> {
 
     fn hear(&mut self) -> Result<(), Trouble> {
         self.receive()?;
-        let expected = if self.awaiting { ANSWER_BYTES } else { 0 };
+        let expected = usize::from(self.due) * ANSWER_BYTES;
         if self.filled > expected {
             return Err(Trouble::TooMuch {
                 bytes: self.filled as u8,
                 expected: expected as u8,
             });
         }
-        if !self.awaiting {
+        if self.due == 0 {
             return Ok(());
         }
-        if self.filled < ANSWER_BYTES {
+        if self.filled < expected {
             self.late += 1;
             if self.late > LATE_MOST {
                 return Err(Trouble::Silent {
@@ -159,12 +161,12 @@ impl<L: Line> Planar<L> {
             return Ok(());
         }
         let mut answer = [0; ANSWER_BYTES];
-        answer.copy_from_slice(&self.bytes[..ANSWER_BYTES]);
+        answer.copy_from_slice(&self.bytes[expected - ANSWER_BYTES..expected]);
         let passed_s = (1.0 + f64::from(self.unmeasured())) * self.period_s;
         let (_, posture) = judged(&self.model, answer, Some((&self.posture, passed_s)))?;
         self.posture = posture;
         self.before = self.paused();
-        (self.filled, self.awaiting, self.late, self.skipped) = (0, false, 0, 0);
+        (self.filled, self.due, self.late, self.skipped) = (0, 0, 0, 0);
         Ok(())
     }
 
@@ -178,7 +180,7 @@ impl<L: Line> Planar<L> {
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(_) => return Err(Trouble::Gone),
             }
-            if !self.awaiting || self.filled >= ANSWER_BYTES {
+            if self.filled >= usize::from(self.due) * ANSWER_BYTES {
                 return Ok(());
             }
         }
@@ -190,7 +192,7 @@ impl<L: Line> Planar<L> {
             return Err(trouble);
         }
         self.tick += 1;
-        if self.awaiting {
+        if self.due > 0 {
             return Ok(());
         }
         let mut wanted = self.posture.torques(force_n);
@@ -206,7 +208,7 @@ impl<L: Line> Planar<L> {
         if self.line.write_all(&frame).is_err() {
             return Err(self.fails(Trouble::Gone));
         }
-        self.awaiting = true;
+        self.due = 1;
         Ok(())
     }
 
@@ -222,8 +224,10 @@ impl<L: Line> Planar<L> {
     pub(super) fn let_go(&mut self) {
         let nothing = torques(&self.model, [0.0; 2]);
         // A line that takes no bytes has nobody at its other end.
-        let _ = self.line.write_all(&nothing);
+        let heard = self.line.write_all(&nothing).is_ok();
         if self.trouble.is_none() {
+            // It answers this one too.
+            self.due += u8::from(heard && self.due < DUE_MOST);
             return;
         }
         let told = (self.line.write_all(&resynchronise()))

@@ -112,6 +112,10 @@ fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Out
     if let Some(fault) = fault {
         return Some(match fault {
             Fault::PositionStuck => Outcome::Blocked,
+            // There is no force yet that could have moved it.
+            Fault::Workspace | Fault::Velocity if course.phase == Phase::Rest => {
+                Outcome::MovesByItself
+            }
             fault => Outcome::Fault(fault),
         });
     }
@@ -185,4 +189,29 @@ pub fn on_simulated(
     })?;
     driven.outcome.require_complete(plan)?;
     Ok(driven.record)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_loop::Environment as _;
+
+    #[test]
+    fn who_leaves_the_box_before_there_is_a_force_moves_by_itself() {
+        let mut course = Excitation::new(MeasurePlan::default()).at_rest();
+        let never = AtomicBool::new(false);
+        let mut seen = |phase, fault| {
+            course.phase = phase;
+            ended(&course, Some(fault), &never)
+        };
+        for fault in [Fault::Workspace, Fault::Velocity] {
+            let itself = seen(Phase::Rest, fault);
+            assert_eq!(itself, Some(Outcome::MovesByItself), "{fault}");
+            let driven = seen(Phase::Driven, fault);
+            assert_eq!(driven, Some(Outcome::Fault(fault)));
+        }
+        // A sensor that jumps is none that moves.
+        let jump = seen(Phase::Rest, Fault::PositionJump);
+        assert_eq!(jump, Some(Outcome::Fault(Fault::PositionJump)));
+    }
 }

@@ -10,6 +10,8 @@ use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, n
 use crate::safety::{GuardChoice, GuardedDevice};
 use crate::schedule::{Pace, Schedule};
 use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};
+use haptic_loop::Fault;
+use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -80,11 +82,24 @@ fn driven(
     }
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
-        DriveError::Device(error) => at_port(&path, &error),
+        DriveError::Device(error) => too_busy(&error).unwrap_or_else(|| at_port(&path, &error)),
     })?;
     driven.outcome.require_complete(plan)?;
     disarmed.map_err(problem)?;
     Ok(driven)
+}
+
+/// A fault that the machine makes, and no device: with its remedy.
+fn too_busy(error: &SerialError) -> Option<Failure> {
+    let SerialError::Link(LinkError::Faulted(report)) = error else {
+        return None;
+    };
+    let fault = Fault::from_code(report.status.fault);
+    matches!(fault, Some(Fault::HostSilent | Fault::StaleForce)).then(|| {
+        Failure::Run(anyhow::anyhow!(
+            "{error}: run nothing else on this machine, or allow it more with `watchdog_s` = 0.2 and `max_age_ticks` = 50"
+        ))
+    })
 }
 
 /// Sets the limits of the measurement for this run.

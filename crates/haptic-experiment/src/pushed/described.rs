@@ -91,7 +91,7 @@ pub(super) fn warnings(
     if agrees == Some(false) {
         let why = if settling.stable {
             format!(
-                "what the analysis does not know (friction, encoder, force limit) holds the device, or the \
+                "what the analysis does not know (friction, encoder, limits of the force and of its rate) holds the device, or the \
                  {what} grows unstable more slowly than the trial lasts"
             )
         } else {
@@ -100,7 +100,7 @@ pub(super) fn warnings(
                 _ => "",
             };
             format!(
-                "what the analysis does not know (encoder, force limit{contact}) shakes the \
+                "what the analysis does not know (encoder, limits of the force and of its rate{contact}) shakes the \
                  device, or the {what} settles more slowly than the trial lasts"
             )
         };

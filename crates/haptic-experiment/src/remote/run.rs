@@ -122,6 +122,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
         record.watchdog_ms = Some(device.watchdog_ms());
+        record.served = link.is_served();
         record.not_realtime = raised(&link, self.schedule);
         Ok(HostSession {
             link,

@@ -236,13 +236,18 @@ impl TeleoperationExperiment {
             ));
         }
         if verdict == TeleoperationVerdict::Saturated {
-            warnings.0.push(format!(
-                "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
-                 motion or a passive `architecture`",
-                self.force_limit_n
-            ));
+            warnings.0.push(self.saturated());
         }
         warnings
+    }
+
+    /// The warning of a force that was at its limit.
+    pub(super) fn saturated(&self) -> String {
+        format!(
+            "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
+             motion or a passive `architecture`",
+            self.force_limit_n
+        )
     }
 
     fn drawn(&self, report: &TeleoperationReport, curves: Thinned<6>) -> TeleoperationCurves {

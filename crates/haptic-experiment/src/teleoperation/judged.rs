@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// Share of the samples in which a force may be at its limit.
-const SATURATED_SHARE: f64 = 0.01;
+pub(super) const SATURATED_SHARE: f64 = 0.01;
 /// Energy of rounding errors, as a share of what went back and forth.
 pub(super) const ROUNDING: f64 = 1e-12;
 

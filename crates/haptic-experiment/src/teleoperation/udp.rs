@@ -13,8 +13,8 @@ use crate::realtime::RealtimeOptions;
 use crate::schedule::{Pace, Schedule};
 use fracdiff::Operator;
 use haptic_link::{Architecture, HandSide, hand_digest};
-use haptic_loop::SafeForce;
 use haptic_loop::realtime::Periodic;
+use haptic_loop::{Limiters, SafeForce};
 use haptic_teleoperation::{Heard, Introduction, Port};
 pub use line::End;
 use line::{Line, unusable};
@@ -67,6 +67,7 @@ impl TeleoperationExperiment {
             sent: 0,
             acted_on: 0,
             heard_tick: 0,
+            at_limit: 0,
             peak_force_n: 0.0,
             left: false,
         };
@@ -85,7 +86,11 @@ impl TeleoperationExperiment {
                 "this machine was late: {skipped} of {ticks} ticks were skipped"
             ));
         }
-        Ok(self.told(&side, (ended, ticks, skipped, silent_to_zero)))
+        let report = self.told(&side, (ended, ticks, skipped, silent_to_zero));
+        if report.is_saturated() {
+            warn(&self.saturated());
+        }
+        Ok(report)
     }
 
     fn check_side(&self, side: HandSide) -> Result<(), Failure> {
@@ -147,6 +152,7 @@ impl TeleoperationExperiment {
             duplicate: counts.duplicate,
             corrupt: line.corrupt.saturating_add(line.oversize),
             foreign: side.line.strangers + u64::from(side.line.state.other_connections()),
+            ticks_at_limit: side.at_limit,
             peak_force_n: side.peak_force_n,
             final_force_n: side.port.force_n(),
             given_j: side.port.given_j(),
@@ -165,6 +171,8 @@ struct Side {
     acted_on: u64,
     /// The tick of the newest message.
     heard_tick: u64,
+    /// Ticks whose force was at its limit.
+    at_limit: u64,
     peak_force_n: f64,
     left: bool,
 }
@@ -226,7 +234,9 @@ impl Side {
     fn tick(&mut self, tick: u64) -> Result<SafeForce<f64, 1>, Failure> {
         let begun = self.port.begin(self.body.reading(tick));
         let force = begun.force();
-        let message = begun.finish().message;
+        let done = begun.finish();
+        let message = done.message;
+        self.at_limit += u64::from(done.sample.limiters.contains(Limiters::MAGNITUDE));
         self.peak_force_n = self.peak_force_n.max(force.newtons()[0].abs());
         let Line { state, buffer, .. } = &mut self.line;
         let length = (state.sample(message, buffer)).map_err(|error| Failure::Run(error.into()))?;

@@ -13,10 +13,7 @@ pub enum RecordError {
     #[error(transparent)]
     File(#[from] NewFileError),
     /// Writing failed while the run went on, as on a full disk. The file named stays.
-    #[error(
-        "writing the log `{}` failed: {source}; {samples_safe} samples are safe in it; make space, then save them with `host-cli log recover`",
-        .path.display()
-    )]
+    #[error("writing the log `{}` failed: {source}; {}", .path.display(), rest(*.samples_safe))]
     Write {
         /// The unfinished file.
         path: PathBuf,
@@ -24,6 +21,20 @@ pub enum RecordError {
         samples_safe: u64,
         /// Error of the operating system.
         source: io::Error,
+    },
+    /// The unfinished file was removed, emptied or cut by somebody else while the run went on.
+    #[error(
+        "the log `{}` is lost: it was {what} while the run wrote to it, {samples} samples in all; leave the folder of a run alone until it has ended, and \
+         make the run again",
+        .path.display()
+    )]
+    Lost {
+        /// The unfinished file.
+        path: PathBuf,
+        /// What happened to it.
+        what: &'static str,
+        /// Samples that were written to it.
+        samples: u64,
     },
     /// A copy could not be written; the log it was made from is as it was.
     #[error("writing `{}` failed: {source}; nothing was left behind under that name, the log it was made from is untouched: make space and try again", .path.display())]
@@ -76,6 +87,16 @@ pub enum RecordError {
         /// Error of the CSV writer.
         source: csv::Error,
     },
+}
+
+/// What is left of a log, and what to do.
+fn rest(samples_safe: u64) -> String {
+    match samples_safe {
+        0 => "no sample is in it: remove it, make space and try again".to_owned(),
+        count => format!(
+            "{count} samples are safe in it; make space, then save them with `host-cli log recover`"
+        ),
+    }
 }
 
 impl RecordError {

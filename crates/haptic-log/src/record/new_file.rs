@@ -116,7 +116,8 @@ impl NewFile {
         let mut options = OpenOptions::new();
         options.write(true);
         match leftover {
-            Leftover::Keep => options.create_new(true),
+            // Appended to, so that what somebody else cuts from it shows in its length.
+            Leftover::Keep => options.append(true).create_new(true),
             Leftover::Discard => options.create(true).truncate(true),
         };
         let file = options.open(&part).map_err(|source| match source.kind() {

@@ -180,8 +180,10 @@ fn begin(
 ) -> Result<LogWriter<BufWriter<File>>, RecordError> {
     let interval = Some(SYNC_INTERVAL);
     let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
-    log.metadata("experiment", metadata.clone())?;
-    Ok(log)
+    match log.metadata("experiment", metadata.clone()) {
+        Ok(()) => Ok(log),
+        Err(error) => Err(log.take_back(error)),
+    }
 }
 
 /// The name of a file beside this one, as metadata.

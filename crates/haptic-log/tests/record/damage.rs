@@ -267,12 +267,15 @@ fn a_full_disk_says_which_file_and_how_much_is_safe_and_loses_no_more() {
         };
         assert_eq!(source.raw_os_error(), Some(28));
         let text = error.to_string();
-        for part in [
-            "run.mcap.part",
-            &samples_safe.to_string(),
-            "log recover",
-            "No space",
-        ] {
+        let safe = match samples_safe {
+            0 => "no sample is in it: remove it, make space".to_owned(),
+            count => {
+                format!(
+                    "{count} samples are safe in it; make space, then save them with `host-cli log recover`"
+                )
+            }
+        };
+        for part in ["run.mcap.part", &safe, "No space"] {
             assert!(text.contains(part), "`{part}` is not in: {text}");
         }
         assert!(!text.contains('\n'));
@@ -332,4 +335,32 @@ fn a_log_whose_writer_died_before_the_first_byte_is_an_empty_one() {
     let summary = recover(&part, &saved, false).expect("recovers");
     assert!(summary.lost_data() && summary.samples == 0, "{summary:?}");
     assert!(inspect(&saved).expect("inspects").complete);
+}
+
+/// A log of a file, with something done to its unfinished file after so many ticks.
+fn meddled(done: impl Fn(&Path)) -> RecordError {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut writer = LogWriter::create(&folder.path().join("run.mcap")).expect("creates");
+    for n in 0..3 * CHUNK_TICKS {
+        if n == 2 * CHUNK_TICKS {
+            done(&folder.path().join("run.mcap.part"));
+        }
+        writer.tick(&tick(n)).expect("takes it");
+    }
+    let error = writer.finish().expect_err("it is not whole");
+    assert!(!folder.path().join("run.mcap").exists());
+    error
+}
+
+#[test]
+fn a_log_that_somebody_removes_or_empties_is_not_called_whole() {
+    let said = |done: fn(&Path)| {
+        let error = meddled(done);
+        assert!(matches!(error, RecordError::Lost { .. }), "{error}");
+        error.to_string()
+    };
+    assert!(said(|part| fs::remove_file(part).expect("removes")).contains("was removed"));
+    assert!(
+        said(|part| drop(fs::File::create(part).expect("empties"))).contains("was emptied or cut")
+    );
 }

@@ -100,6 +100,12 @@ impl SerialLink {
             .try_for_each(|thread| raise_thread(thread, priority))
     }
 
+    /// True for a device that this process [serves](Served): its board has no watchdog that hears this link.
+    #[must_use]
+    pub const fn is_served(&self) -> bool {
+        self.served.is_some()
+    }
+
     /// Words of a served device about its last fault: a code says less than the board that failed knows.
     #[must_use]
     pub fn trouble(&self) -> Option<BoardTrouble> {

@@ -17,6 +17,7 @@ mod line;
 mod link;
 mod pipe;
 mod port;
+mod punctual;
 mod request;
 mod run;
 mod served;

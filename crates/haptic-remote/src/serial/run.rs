@@ -18,18 +18,18 @@ use std::time::{Duration, Instant};
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
 
 impl SerialLink {
-    /// The next thing the device says unasked; `None` after the time. The end of a run and a fault are told even if
-    /// their own frame was lost: what the device answers to keep-alives says so too.
+    /// The next thing the device says unasked; `None` after the time, of which a pause of this process itself, stopped or asleep, is no
+    /// part. The end of a run and a fault are told even if their own frame was lost: what the device answers to keep-alives says so too.
     pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
         /// A pause in which a missing end is looked for.
         const PAUSE: Duration = Duration::from_millis(50);
-        let began = Instant::now();
+        let mut left = patience;
         loop {
             if let Some(heard) = self.ahead.take() {
                 return Some(self.noted(heard));
             }
-            let left = patience.saturating_sub(began.elapsed());
-            match self.heard.recv_timeout(left.min(PAUSE)) {
+            let pause = left.min(PAUSE);
+            match self.heard.recv_timeout(pause) {
                 Ok(heard) => return Some(self.noted(heard)),
                 Err(RecvTimeoutError::Disconnected) => return Some(Heard::Over(LinkError::Gone)),
                 Err(RecvTimeoutError::Timeout) => {}
@@ -37,7 +37,8 @@ impl SerialLink {
             if let Some(heard) = self.missed() {
                 return Some(heard);
             }
-            if began.elapsed() >= patience {
+            left -= pause;
+            if left.is_zero() {
                 return None;
             }
         }
@@ -49,12 +50,22 @@ impl SerialLink {
     pub fn silent(&self, waited: Duration) -> LinkError {
         /// Time for its answer, of several questions.
         const PATIENCE: Duration = Duration::from_secs(4);
+        self.answers_after(waited, &Request::Disarm, PATIENCE)
+    }
+
+    /// The same of a device that is only watched: it is asked once, and nothing is done to it.
+    #[must_use]
+    pub fn unheard(&self, waited: Duration) -> LinkError {
+        self.answers_after(waited, &Request::GetStatistics, Duration::ZERO)
+    }
+
+    fn answers_after(&self, waited: Duration, request: &Request, patience: Duration) -> LinkError {
         let waited_ms = waited.as_millis() as u64;
         let began = Instant::now();
         loop {
-            return match self.ask(Request::Disarm) {
+            return match self.ask(request.clone()) {
                 Err(SerialError::Link(LinkError::NoAnswer { .. }))
-                    if began.elapsed() < PATIENCE =>
+                    if began.elapsed() < patience =>
                 {
                     continue;
                 }

@@ -4,12 +4,14 @@
 //! SerialLink ◀── Pipe ──▶ thread: DeviceSession, TickSide ◀── read, write ──▶ hardware of another maker
 //! ```
 //! The state machine of firmware and emulator, ticked by the clock. A period that has passed is skipped and counted as
-//! late, as on a board: nothing waits for a machine that is too busy, and the number of the next tick tells it. Emulated
-//! hardware of this process needs no clock: it is served in its own time, which waits.
+//! late, as on a board: nothing waits for a machine that is too busy, and the number of the next tick tells it. Where the thread stood
+//! still for longer than the watchdog time, as when the machine slept, the first that the hardware hears is that there is no force.
+//! Emulated hardware of this process needs no clock: it is served in its own time, which waits.
 
 use super::device_time::DeviceTime;
 use super::line::Line as _;
 use super::pipe::Pipe;
+use super::punctual::Punctual;
 use super::shared::lock;
 use super::trouble::BoardTrouble;
 use crate::held_clock::HeldClock;
@@ -76,7 +78,7 @@ impl Served {
         hardware: H,
         own_time: Option<DeviceTime>,
     ) -> Result<Self, ServeError> {
-        let device = TickSide::new(hardware).map_err(ServeError::Hardware)?;
+        let device = TickSide::new(Punctual::new(hardware)).map_err(ServeError::Hardware)?;
         let (here, there) = Pipe::pair();
         let stop = Arc::new(AtomicBool::new(false));
         let trouble = Arc::new(Mutex::new(None));
@@ -150,7 +152,7 @@ impl core::error::Error for ServeError {}
 
 /// The thread.
 struct Serving<H: Hardware<D>, const D: usize> {
-    device: RefCell<TickSide<H, D>>,
+    device: RefCell<TickSide<Punctual<H>, D>>,
     session: DeviceSession,
     line: Pipe,
     frame: [u8; FRAME_MAX],
@@ -235,11 +237,18 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
     }
 
     fn tick_by_the_clock(&mut self, due_us: u64, period_us: u64) {
+        let began = Instant::now();
         let now_us = self.clock.now_us();
         // Whole periods that had passed before it have no tick.
         let skipped = now_us.saturating_sub(due_us) / period_us;
         let mut device = self.device.borrow_mut();
         device.skip(skipped as u32);
+        let watchdog_ms = u64::from(device.configuration().0.limits.watchdog_ms);
+        if now_us.saturating_sub(self.clock.ticked_us) > 1000 * watchdog_ms {
+            device.stood_still();
+        }
+        let latest = began + Duration::from_millis(watchdog_ms);
+        device.hardware_mut().at_latest(latest);
         device.tick(now_us);
         self.clock.ticked_us = due_us + skipped * period_us;
         // The timer of a board would have fired again.
@@ -253,7 +262,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         let device = self.device.borrow();
         let faults = device.status().faults;
         if core::mem::replace(&mut self.faults, faults) != faults {
-            *lock(&self.trouble) = device.hardware().trouble();
+            *lock(&self.trouble) = device.hardware().hardware.trouble();
         }
     }
 

@@ -51,6 +51,15 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
+    /// Nothing ticked for longer than the watchdog time. To be told before the next [`tick`](Self::tick): the force of before belongs to a
+    /// place of then, so there is none any more, at once, whoever has been heard meanwhile.
+    pub fn stood_still(&mut self) {
+        if self.state != State::Idle {
+            self.trip(Fault::HostSilent);
+            self.controller.let_go();
+        }
+    }
+
     /// The timer fired again before the tick was done. To be told after [`tick`](Self::tick); the next one,
     /// which then begins late, is not counted once more.
     pub fn overrun(&mut self) {

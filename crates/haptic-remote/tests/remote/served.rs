@@ -20,7 +20,19 @@ struct Done {
     let_go: AtomicU32,
     /// The next read fails.
     breaks: AtomicBool,
+    /// The next read, or write, stands still for longer than the watchdog time.
+    stalls: [AtomicBool; 2],
 }
+
+impl Done {
+    fn stand_still(&self, place: usize) {
+        if self.stalls[place].swap(false, Ordering::Relaxed) {
+            std::thread::sleep(2 * WATCHDOG);
+        }
+    }
+}
+
+const WATCHDOG: Duration = Duration::from_secs(1);
 
 /// A board that stands still, slowly.
 struct Slow {
@@ -33,6 +45,7 @@ impl Device<f32, 1> for Slow {
 
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
         std::thread::sleep(self.takes);
+        self.done.stand_still(0);
         if self.done.breaks.swap(false, Ordering::Relaxed) {
             return Err(Fault::BoardFailed);
         }
@@ -46,6 +59,8 @@ impl Device<f32, 1> for Slow {
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
         let mut forces = self.done.forces_n.lock().expect("nobody panicked");
         forces.push(force.newtons()[0]);
+        drop(forces);
+        self.done.stand_still(1);
         Ok(())
     }
 }
@@ -89,7 +104,7 @@ fn spring(late_ticks: u16) -> Configuration {
         stiffness_n_per_m: 100.0,
         limits: Limits {
             late_ticks,
-            watchdog_ms: 1000,
+            watchdog_ms: WATCHDOG.as_millis() as u16,
             ..Limits::bare(10.0, 1e5)
         },
         ..Configuration::PASSIVE
@@ -106,7 +121,7 @@ fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
     let mut link = SerialLink::to_served(served, "slow:one").expect("answers");
     assert_eq!((link.name().as_str(), link.trouble()), ("slow:one", None));
     link.set(spring(late_ticks), &[0.0]).expect("good");
-    link.arm(Duration::from_secs(1)).expect("arms");
+    link.arm(WATCHDOG).expect("arms");
     link.start(Start::ENDLESS).expect("starts");
     (link, done)
 }
@@ -180,6 +195,30 @@ fn a_board_that_fails_is_let_go_at_once_and_says_why() {
     let failed = failed.expect("it is among them");
     assert_eq!((failed.force_n, failed.position_m), (0.0, 0.01));
     assert_eq!(failed.limiters, Limiters::FAULT.bits());
+}
+
+#[test]
+fn after_a_standstill_no_force_of_before_goes_out() {
+    // Inside a tick, between its place and its force; and between two ticks, where the host is heard before the next.
+    for place in [0, 1] {
+        let (mut link, done) = running(Duration::ZERO, 0);
+        samples(&mut link, 20);
+        // Held, so that nothing goes out between.
+        let before = {
+            let forces = done.forces_n.lock().expect("nobody panicked");
+            done.stalls[place].store(true, Ordering::Relaxed);
+            forces.len()
+        };
+        let (fault, _) = fault(&mut link);
+        assert_eq!(fault, Fault::HostSilent, "{place}");
+        drop(link);
+        assert!(done.let_go.load(Ordering::Relaxed) >= 1);
+        let forces = done.forces_n.lock().expect("nobody panicked");
+        // Of the tick that was held.
+        let pushed = forces[before..].iter().filter(|&&force| force != 0.0);
+        let pushed = pushed.count();
+        assert!(pushed <= 1, "{place}: {pushed} forces");
+    }
 }
 
 #[test]

@@ -25,7 +25,10 @@ between them. Who listens is the slave in the remote tissue or wall; who connect
 Messages carry their number and the device's time. What comes late or twice is refused and counted, so is what comes from elsewhere. A side whose \
 partner is silent for silence_s lets its force fall to zero within stop_time_s, never growing, and ends with exit code 1. So does a side whose clock skipped \
 more than --skipped-most of its ticks: the device moved on under held forces, and that is not the experiment of the file. Ctrl-C does the same at \
-once and says goodbye; then the partner ends too. Without a fault each side ends after --duration.";
+once and says goodbye; then the partner ends too. Without a fault each side ends after --duration.
+
+With must_be_passive = true in the file a side ends with exit code 1 if its force was at the limit in more than 1 % of its ticks, or if the other side left \
+more than silence_s before the end. Energy takes both reports: the line gave some if the sum of their given_j is above 0.";
 
 /// Arguments of `teleoperate`.
 #[derive(Debug, Args)]
@@ -95,8 +98,18 @@ impl Arguments {
         };
         let report = experiment.run_side(end, terms, &opened, (stop, &warn))?;
         output.summary(&report, |out| print(out, &report))?;
+        let against = report.against_passive(&experiment);
         match report.ended {
-            FarEnd::Done | FarEnd::OtherLeft => Ok(()),
+            FarEnd::Done | FarEnd::OtherLeft => {
+                match against.filter(|_| experiment.must_be_passive) {
+                    None => Ok(()),
+                    Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
+                        "must_be_passive: {} after {} s; take must_be_passive out of the file to allow it; the force is zero",
+                        verdict.words(),
+                        plain(report.duration_s)
+                    ))),
+                }
+            }
             FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
                 "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer `sample_time_s`, or \
                  allow it with --skipped-most; the force is zero",

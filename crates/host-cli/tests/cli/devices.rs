@@ -6,6 +6,8 @@ mod lines;
 mod moteus;
 mod ports;
 mod selftest;
+#[cfg(unix)]
+mod watched;
 
 pub(crate) use crate::emulated::Emulated;
 use crate::process::{cases, says};

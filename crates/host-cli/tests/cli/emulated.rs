@@ -79,6 +79,12 @@ impl Emulated {
         );
     }
 
+    /// It hangs: its port is there, and it says nothing.
+    #[cfg(unix)]
+    pub(crate) fn hang(&mut self) {
+        signal(&self.child, "STOP");
+    }
+
     pub(crate) fn json(&self, line: &str) -> Value {
         let ended = self.place.run(&format!("{line} --json"));
         ended.succeeded_with_warnings().json()

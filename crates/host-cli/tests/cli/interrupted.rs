@@ -1,5 +1,8 @@
 //! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
 
+#[cfg(unix)]
+mod from_outside;
+
 use crate::experiments::SHORT;
 use crate::process::{Ended, PATIENCE, Place, number, says, skip, table};
 use std::process::Child;

@@ -330,3 +330,38 @@ fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
         .succeeded();
     assert_eq!(ended.json()["verdict"], "passive");
 }
+
+#[test]
+fn a_side_that_must_be_passive_fails_at_its_limit_and_where_the_other_left_early() {
+    let place = Place::new();
+    // A limit that a coupler of 300 N/m reaches at once.
+    let text = "[teleoperation]\nsilence_s = 60\nforce_limit_n = 0.01\n";
+    place.write("free.toml", text);
+    place.write("must.toml", format!("{text}must_be_passive = true\n"));
+    let (slave, master) = both(&place, "free.toml", "--duration 1s");
+    for ended in [master.end(), slave.end()] {
+        let ended = ended.succeeded_with_warnings();
+        assert!(ended.stderr.contains("a force was at its limit"), "{ended}");
+    }
+    let (slave, master) = both(&place, "must.toml", "--duration 1s");
+    for ended in [master.end(), slave.end()] {
+        says(&ended.failed(1), &["must_be_passive: saturated"]);
+    }
+    let text = "[teleoperation]\nsilence_s = 0.5\nmust_be_passive = true\n";
+    place.write("left.toml", text);
+    let (slave, master) = both(&place, "left.toml", "--duration 600s");
+    std::thread::sleep(Duration::from_millis(500));
+    master.signal("INT");
+    master.end().failed(1);
+    let ended = slave.end().failed(1);
+    // A busy machine may hear nothing of it, nor of anything else.
+    let known = [
+        "must_be_passive: unfinished",
+        "fell silent",
+        "interrupted before",
+    ];
+    assert!(
+        known.iter().any(|words| ended.error().contains(words)),
+        "{ended}"
+    );
+}

@@ -1,14 +1,15 @@
 //! A host that is late while a hand moves the handle: no fast hand, and no jump of the position.
 
 use super::wire::{FORCE_N, Law, Running, TICK_US, stroking};
-use haptic_devices::haply::Version;
+use haptic_devices::haply::{Version, configuration};
 use haptic_link::{Limits, State};
 use haptic_loop::Fault;
+use haptic_remote::Hardware as _;
 
 /// A stroked handle under the limits of any device, free of force.
 fn free(version: Version, limits: Limits) -> Running {
     let mut board = stroking(version);
-    for byte in haptic_devices::haply::configuration(&version.model()) {
+    for byte in configuration(&version.model()) {
         board.receive(byte, 0, &mut Vec::new());
     }
     let now_us = 1_200_000;
@@ -78,5 +79,36 @@ fn a_handle_that_is_too_fast_is_too_fast_with_a_late_host_too() {
             fault.is_some_and(|fault| known.contains(&fault)),
             "{skipped} of {every}: {fault:?}"
         );
+    }
+}
+
+#[test]
+fn after_a_standstill_the_first_frame_has_no_torque_and_the_board_stays_in_order() {
+    let model = Version::V3.model();
+    // Told at the next tick; and at once, while the board still owes an answer.
+    for at_once in [false, true] {
+        let mut board = stroking(Version::V3);
+        for byte in configuration(&model) {
+            board.receive(byte, 0, &mut Vec::new());
+        }
+        board.advance(1_200_000);
+        let mut running = Running::on(board, Version::V3, 1_200_000);
+        while running.device.newest().force_n[0].abs() < 0.1 {
+            running.tick();
+        }
+        assert!(running.torque() > 1e-4);
+        running.device.stood_still();
+        if at_once {
+            running.device.hardware_mut().let_go();
+        } else {
+            running.tick_after(2600);
+        }
+        for _ in 0..20 {
+            assert!(running.torque() <= 0.0);
+            running.tick();
+        }
+        let fault = Fault::from_code(running.device.status().fault);
+        assert_eq!(fault, Some(Fault::HostSilent));
+        assert_eq!(running.device.hardware().planar().trouble(), None);
     }
 }

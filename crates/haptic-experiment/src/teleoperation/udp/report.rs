@@ -1,6 +1,9 @@
 //! How a side ended, its report, and the terms on which it meets the other.
 
 use crate::failure::Failure;
+use crate::teleoperation::judged::SATURATED_SHARE;
+use crate::teleoperation::report::TeleoperationVerdict;
+use crate::teleoperation::specification::TeleoperationExperiment;
 use fracdiff::parameter::Shown;
 use serde::Serialize;
 use std::time::Duration;
@@ -91,6 +94,8 @@ pub struct FarReport {
     pub corrupt: u32,
     /// Datagrams from elsewhere or of another connection.
     pub foreign: u64,
+    /// Ticks whose force was at its limit.
+    pub ticks_at_limit: u64,
     /// Largest force, N.
     pub peak_force_n: f64,
     /// Force at the end, N: 0.
@@ -101,6 +106,30 @@ pub struct FarReport {
     pub silent_to_zero_s: Option<f64>,
     /// Most of that: silence, stop time and two samples, s.
     pub silent_to_zero_most_s: f64,
+}
+
+impl FarReport {
+    /// True if a force was at its limit in more of the ticks than a passive run may have.
+    pub(super) fn is_saturated(&self) -> bool {
+        self.ticks_at_limit as f64 > SATURATED_SHARE * self.ticks as f64
+    }
+
+    /// What speaks against a passive run of this experiment, as far as one side sees it: its force was at the limit, or the other side
+    /// left longer before the end than it may be silent. Energy of the line is that of both sides together: the sum of their `given_j`.
+    #[must_use]
+    pub fn against_passive(
+        &self,
+        experiment: &TeleoperationExperiment,
+    ) -> Option<TeleoperationVerdict> {
+        let left_s = experiment.duration_s - self.duration_s;
+        if self.is_saturated() {
+            Some(TeleoperationVerdict::Saturated)
+        } else if self.ended == FarEnd::OtherLeft && left_s > experiment.silence_s {
+            Some(TeleoperationVerdict::Unfinished)
+        } else {
+            None
+        }
+    }
 }
 
 #[cfg(test)]

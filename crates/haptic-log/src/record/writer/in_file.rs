@@ -72,15 +72,27 @@ impl LogWriter<BufWriter<File>> {
             }
             Err(error) => {
                 new_file.discard();
-                Err(error)
+                Err(unbegun(path, error))
             }
+        }
+    }
+
+    /// Takes the file back for a log that could not begin; its error, in which no sample is.
+    pub(crate) fn take_back(mut self, error: RecordError) -> RecordError {
+        match self.new_file.take() {
+            Some(new_file) => {
+                let path = new_file.target().to_owned();
+                new_file.discard();
+                unbegun(&path, error)
+            }
+            None => error,
         }
     }
 
     /// Writes the index, brings the file to the disk and gives it its name.
     ///
     /// # Errors
-    /// If the disk is full, or the name was taken in the meantime; the `.part` file stays.
+    /// If the disk is full, or the name was taken in the meantime; the `.part` file stays. If that was removed or cut meanwhile.
     pub fn finish(mut self) -> Result<FinishedLog, RecordError> {
         let new_file = self.new_file.take();
         let syncer = self.syncer.take();
@@ -90,6 +102,7 @@ impl LogWriter<BufWriter<File>> {
             samples_safe: samples,
             source,
         };
+        let control = self.control.clone();
         let sink = self.close()?;
         let file = sink
             .into_inner()
@@ -100,6 +113,19 @@ impl LogWriter<BufWriter<File>> {
         let bytes = file.metadata().map_err(fail)?.len();
         let path = match new_file {
             Some(new_file) => {
+                // Seen here and not earlier, as nobody else writes to it: what was appended after that is in it, or in no folder.
+                let what = match new_file.part().exists() {
+                    false => Some("removed"),
+                    true if bytes < control.bytes() => Some("emptied or cut"),
+                    true => None,
+                };
+                if let Some(what) = what {
+                    return Err(RecordError::Lost {
+                        path,
+                        what,
+                        samples,
+                    });
+                }
                 let target = new_file.target().to_owned();
                 new_file.publish()?;
                 target
@@ -113,5 +139,13 @@ impl LogWriter<BufWriter<File>> {
             bytes,
             syncs,
         })
+    }
+}
+
+/// A log whose first bytes the disk did not take is a file that could not be created.
+fn unbegun(path: &Path, error: RecordError) -> RecordError {
+    match error {
+        RecordError::Write { source, .. } => NewFileError::io(path, source).into(),
+        other => other,
     }
 }

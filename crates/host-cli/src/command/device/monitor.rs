@@ -65,13 +65,16 @@ struct Watched {
     /// Times the session ended and a new one was begun.
     reconnected: u64,
     logs: Vec<String>,
+    /// Why it is not there at the end.
+    #[serde(skip)]
+    gone: Option<String>,
 }
 
 impl Watched {
     /// Says what was seen.
     ///
     /// # Errors
-    /// Exit code 4 if samples were lost.
+    /// Exit code 3 if the device is not there any more, 4 if samples were lost.
     fn report(&self, output: Output) -> Result<(), Failure> {
         let missing = self.samples_lost + self.dropped_samples;
         output.summary(self, |out| {
@@ -84,12 +87,19 @@ impl Watched {
                 .iter()
                 .try_for_each(|log| writeln!(out, "  log               {log}"))
         })?;
-        if missing > 0 {
-            return Err(Failure::DataLost(anyhow::anyhow!(
-                "{missing} samples are missing from the logs"
-            )));
+        let lost = match missing {
+            0 => None,
+            missing => Some(format!("{missing} samples are missing from the logs")),
+        };
+        match (&self.gone, lost) {
+            (Some(gone), lost) => Err(Failure::Device(anyhow::anyhow!(
+                "{}: {gone}; it was not there again until the end{}",
+                self.device,
+                lost.map(|lost| format!(", and {lost}")).unwrap_or_default()
+            ))),
+            (None, Some(lost)) => Err(Failure::DataLost(anyhow::anyhow!("{lost}"))),
+            (None, None) => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -107,7 +117,7 @@ impl Arguments {
     /// Runs the command.
     ///
     /// # Errors
-    /// Exit code 3 if the device is not there at the beginning, 4 if samples were lost.
+    /// Exit code 3 if the device is not there at the beginning or at the end, 4 if samples were lost.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let duration = duration(self.duration)?;
         let stop = stop_on_interrupt()?;
@@ -142,13 +152,16 @@ impl Arguments {
             watch.watched.logs.push(log.path.display().to_string());
             let zeroed = link.trouble().is_some();
             drop(link);
-            match over {
-                None => break,
-                Some(reason) => note("link", reason),
-            }
+            let Some(reason) = over else {
+                break;
+            };
+            note("link", &reason);
             match self.reconnect(&watch) {
                 Some(again) => link = again,
-                None => break,
+                None => {
+                    watch.watched.gone = Some(reason);
+                    break;
+                }
             }
             watch.watched.reconnected += 1;
             note(
@@ -195,6 +208,9 @@ fn status_line(output: Output) -> ProgressBar {
     bar
 }
 
+/// Nothing for so long where samples are due is a silence.
+const SILENCE: Duration = Duration::from_secs(2);
+
 struct Watch<'a> {
     every: u16,
     until: Option<Instant>,
@@ -210,6 +226,8 @@ impl Watch<'_> {
 
     /// Watches until the time is over, or the session: then why.
     fn session(&mut self, link: &mut SerialLink, recorder: &mut Recorder) -> Option<String> {
+        /// A pause in which the end is looked for.
+        const PAUSE: Duration = Duration::from_millis(100);
         // Batches at 1 kHz save half of the line; one at a time below.
         let batch = if self.every == 1 { BATCH_MAX as u8 } else { 1 };
         if let Err(error) = link.stream(self.every, batch) {
@@ -217,6 +235,8 @@ impl Watch<'_> {
         }
         let period_s = link.period_s();
         let mut next_tick = None;
+        let silence = SILENCE + Duration::from_secs_f64(2.0 * period_s * f64::from(self.every));
+        let mut quiet = Duration::ZERO;
         let over = loop {
             if self.is_over() {
                 break None;
@@ -228,21 +248,17 @@ impl Watch<'_> {
                 let _ = recorder.event(time_s, "link", trouble.clone());
                 break Some(trouble);
             }
-            match link.hear(Duration::from_millis(100)) {
+            let heard = link.hear(PAUSE);
+            quiet = match heard {
+                Some(_) => Duration::ZERO,
+                None => quiet + PAUSE,
+            };
+            if quiet >= silence {
+                break Some(link.unheard(quiet).to_string());
+            }
+            match heard {
                 Some(Heard::Sample(sample)) => {
-                    let expected =
-                        next_tick.replace(sample.tick.wrapping_add(u32::from(self.every)));
-                    let missing = expected.map_or(0, |tick| sample.tick.wrapping_sub(tick));
-                    // A tick that went back is a run that began.
-                    let went_back = missing >= u32::MAX / 2;
-                    if expected.is_none() || went_back {
-                        let time_s = f64::from(sample.tick) * period_s;
-                        let start = StartTime::before(SystemTime::now(), time_s);
-                        let _ = recorder.starts_at(start);
-                    }
-                    if !went_back {
-                        self.watched.samples_lost += u64::from(missing / u32::from(self.every));
-                    }
+                    self.count(&sample, &mut next_tick, period_s, recorder);
                     self.take(&sample, period_s, recorder);
                 }
                 // That of a board that has failed is told as its trouble, next.
@@ -266,6 +282,28 @@ impl Watch<'_> {
         // Best effort: the session may be over.
         let _ = link.stream(0, 1);
         over
+    }
+
+    /// Counts what is missing before a sample; dates the log at the first, and again where a run began.
+    fn count(
+        &mut self,
+        sample: &Sample,
+        next_tick: &mut Option<u32>,
+        period_s: f64,
+        recorder: &mut Recorder,
+    ) {
+        let expected = next_tick.replace(sample.tick.wrapping_add(u32::from(self.every)));
+        let missing = expected.map_or(0, |tick| sample.tick.wrapping_sub(tick));
+        // A tick that went back is a run that began.
+        let went_back = missing >= u32::MAX / 2;
+        if expected.is_none() || went_back {
+            let time_s = f64::from(sample.tick) * period_s;
+            let start = StartTime::before(SystemTime::now(), time_s);
+            let _ = recorder.starts_at(start);
+        }
+        if !went_back {
+            self.watched.samples_lost += u64::from(missing / u32::from(self.every));
+        }
     }
 
     /// Notes a fault.
