@@ -58,13 +58,7 @@ impl Bench<'_> {
         let link = self.link()?;
         let status = link.status();
         let latched = status.state == State::Fault && status.faults != self.faults_before();
-        let fault = Fault::from_code(status.fault).filter(|fault| latched && ends_the_test(*fault));
-        // A board that said nothing may have been asked too late: that is judged elsewhere.
-        let by_itself = |fault: &Fault| {
-            *fault != Fault::BoardFailed
-                || (link.trouble()).is_none_or(|trouble| trouble.cause == TroubleCause::Board)
-        };
-        match fault.filter(by_itself) {
+        match self.ends(status.fault).filter(|_| latched) {
             None => Ok(()),
             Some(fault) => {
                 let words = link
@@ -74,6 +68,16 @@ impl Bench<'_> {
                 Err(Broken::Fault(format!("fault {code}, {fault}{words}")))
             }
         }
+    }
+
+    /// The fault of this code, if it ends the test. A board that said nothing may have been asked too late, or be lost: that is judged
+    /// elsewhere.
+    fn ends(&self, code: u8) -> Option<Fault> {
+        let fault = Fault::from_code(code).filter(|fault| ends_the_test(*fault))?;
+        let trouble = self.link().ok()?.trouble();
+        let by_itself = fault != Fault::BoardFailed
+            || trouble.is_none_or(|trouble| trouble.cause == TroubleCause::Board);
+        by_itself.then_some(fault)
     }
 
     /// Arms for a trial.
@@ -88,9 +92,8 @@ impl Bench<'_> {
         let SerialError::Link(LinkError::Refused { refusal, .. }) = &error else {
             return Err(error.into());
         };
-        let persists = |code| Fault::from_code(code).is_some_and(ends_the_test);
         match refusal {
-            Refusal::FaultPersists(code) if persists(*code) => {
+            Refusal::FaultPersists(code) if self.ends(*code).is_some() => {
                 return Err(Broken::Fault(error.to_string()));
             }
             // Which one is on its way here.

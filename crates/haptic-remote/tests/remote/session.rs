@@ -295,7 +295,8 @@ fn a_device_that_is_not_there_is_reported() {
 fn a_device_that_falls_silent_is_not_said_to_have_sent_other_frames() {
     let mut bench = Bench::ideal();
     bench.hello();
-    bench.ask(Request::GetCapabilities).expect("answers");
+    let answer = bench.ask(Request::GetCapabilities).expect("answers");
+    assert!(answer.is_ok(), "{answer:?}");
     let all = haptic_remote::LineFaults {
         drop: 1.0,
         ..Default::default()

@@ -3,7 +3,7 @@
 use super::{Emulated, number};
 
 /// Two dissipations, in trials of half a second.
-const SEARCH: &str = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --device serial:device --watchdog 1s --quiet --json";
+const SEARCH: &str = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --device serial:device --watchdog 1s --quiet";
 
 /// Faults that have latched since it was switched on.
 fn faults(device: &Emulated) -> f64 {
@@ -47,7 +47,7 @@ fn a_fault_of_the_sensor_ends_a_search_at_once() {
         "the position jumped by more than the speed limit allows",
         "no more trials are made",
     ];
-    let ended = device.place.run(SEARCH).failed(3);
+    let ended = device.place.run(&format!("{SEARCH} --json")).failed(3);
     for word in words {
         assert!(ended.error().contains(word), "{ended}");
     }
@@ -70,11 +70,31 @@ fn a_search_that_meets_nothing_but_a_limit_of_the_device_says_which() {
     ] {
         device.json(&format!("device set --device serial:device {limits}"));
         let before = faults(&device);
-        let ended = device.place.run(SEARCH).failed(1);
+        let ended = device.place.run(&format!("{SEARCH} --json")).failed(1);
         for word in words {
             assert!(ended.error().contains(word), "{ended}");
         }
         assert_eq!(ended.stdout, "", "{ended}");
         assert_eq!(faults(&device) - before, 20.0, "{ended}");
+    }
+}
+
+#[test]
+fn an_impact_that_a_device_cannot_have_is_warned_of() {
+    let device = Emulated::new("--speed 20");
+    let wall = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 1\nstiffness_n_per_m = 1000\n\
+                dissipation_n_s_mu_per_m = 5\nduration_s = 1\n";
+    let on = "--device serial:device --watchdog 1s --quiet --json";
+    for (name, impact, warned) in [
+        ("thrown", "impact_m_per_s = 0.3\n", true),
+        ("pushed", "", false),
+    ] {
+        device.place.write("wall.toml", format!("{wall}{impact}"));
+        let ended = device
+            .place
+            .run(&format!("run wall.toml {on} --out {name}"));
+        let ended = ended.succeeded_with_warnings();
+        let said = ended.stderr.contains("impact_m_per_s = 0.3 had no effect");
+        assert_eq!(said, warned, "{ended}");
     }
 }
