@@ -50,6 +50,19 @@ impl Failure {
         }
     }
 
+    /// The same, and these words behind its own.
+    #[must_use]
+    pub fn and(self, words: &str) -> Self {
+        let more = anyhow::anyhow!("{self}: {words}");
+        match self {
+            Self::Run(_) => Self::Run(more),
+            Self::Input(_) => Self::Input(more),
+            Self::Device(_) => Self::Device(more),
+            Self::DataLost(_) => Self::DataLost(more),
+            Self::BrokenPipe => Self::BrokenPipe,
+        }
+    }
+
     /// The exit code.
     #[must_use]
     pub fn exit_code(&self) -> u8 {

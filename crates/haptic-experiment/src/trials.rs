@@ -1,23 +1,32 @@
 //! Many short runs on one serial device, without log or files: what a search is made of.
 //!
 //! A trial that says nothing about its law is made again, ten times in all: samples missing or held up, a host, line or tick that was
-//! late. Then, and at once where the emergency stop opens, the device is reset or its board fails, no more trials are made.
+//! late. Then no more trials are made; nor after twenty in a row that ended at a limit of the device, nor after any fault that is none of
+//! the law: see [`Meaning`].
+
+mod meaning;
+#[cfg(test)]
+mod tests;
+
+use meaning::{Meaning, remedy};
 
 use super::realtime::RealtimeOptions;
 use super::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
 use super::schedule::{Pace, Schedule};
-use crate::device::{Warn, at_link, at_port, refused_at_port};
+use crate::device::{Warn, at_link, at_port, refused_at_port, trouble};
 use crate::failure::Failure;
-use haptic_link::{Configuration, EventKind, LoopMode, Refusal, Scope, Start, State};
+use haptic_link::{Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How often a trial that says nothing about its law is made.
 const TRIES: usize = 10;
+/// So many trials in a row that ended at a limit of the device are enough.
+pub const TRIPS_IN_A_ROW: usize = 20;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
 /// A trial without a sample for so long is held up, or its line is.
@@ -29,10 +38,19 @@ const PAUSE: Duration = Duration::from_millis(10);
 enum Trial {
     /// Position, m, and force, N, of each sample.
     Whole(Vec<(f64, f64)>),
-    /// The law moved the device beyond a limit.
-    Tripped,
+    /// The law moved the device beyond a limit: this fault.
+    Tripped(Fault),
     /// Nothing is known of the law, because of the line or this machine.
     Unjudged(Failure),
+}
+
+/// Trials that ended at a limit of the device.
+#[derive(Debug, Default)]
+struct Trips {
+    trials: usize,
+    all: usize,
+    in_a_row: usize,
+    last: Option<Fault>,
 }
 
 /// A serial device that is tried again and again, by one thread at a time.
@@ -45,6 +63,7 @@ pub struct Trials<'a> {
     warn: Warn<'a>,
     /// Why no more trials can be made.
     failure: Mutex<Option<Failure>>,
+    trips: Mutex<Trips>,
     run: AtomicU32,
 }
 
@@ -71,6 +90,7 @@ impl<'a> Trials<'a> {
             warn,
             remote: remote.clone(),
             failure: Mutex::new(None),
+            trips: Mutex::default(),
             run: AtomicU32::new(1),
         })
     }
@@ -89,8 +109,16 @@ impl<'a> Trials<'a> {
         let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         for tries in 1.. {
             let failure = match self.try_once(&mut link, law, samples, sample_time_s) {
-                Ok(Trial::Whole(motion)) => return Some(motion),
-                Ok(Trial::Tripped) => return None,
+                Ok(Trial::Whole(motion)) => {
+                    self.counted(None, link.path());
+                    return Some(motion);
+                }
+                Ok(Trial::Tripped(fault)) => {
+                    if let Some(enough) = self.counted(Some(fault), link.path()) {
+                        self.failed().get_or_insert(enough);
+                    }
+                    return None;
+                }
                 Ok(Trial::Unjudged(_)) if tries < TRIES => continue,
                 Ok(Trial::Unjudged(failure)) | Err(failure) => failure,
             };
@@ -110,15 +138,67 @@ impl<'a> Trials<'a> {
         )
     }
 
-    /// Why the device cannot be used any more, if so.
-    pub fn failure(self) -> Option<Failure> {
-        self.failure
-            .into_inner()
-            .unwrap_or_else(PoisonError::into_inner)
+    /// True if no more trials are made.
+    pub fn has_failed(&self) -> bool {
+        self.failed().is_some()
     }
 
-    fn failed(&self) -> std::sync::MutexGuard<'_, Option<Failure>> {
+    /// Why the search ended before its end, if so; `found` something or not, `stop`ped or not.
+    ///
+    /// # Errors
+    /// The same where nothing was found; that nothing was to be found.
+    pub fn ended(self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
+        let failure = self.failed().take();
+        match failure {
+            Some(failure) if !found => Err(failure),
+            None if !found && !stop.load(Ordering::Relaxed) => Err(self.nothing()),
+            failure => Ok(failure),
+        }
+    }
+
+    fn failed(&self) -> MutexGuard<'_, Option<Failure>> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn trips(&self) -> MutexGuard<'_, Trips> {
+        self.trips.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts a trial that was judged; the failure if it was the last of too many that ended at a limit.
+    fn counted(&self, fault: Option<Fault>, path: &str) -> Option<Failure> {
+        let mut trips = self.trips();
+        trips.trials += 1;
+        let Some(fault) = fault else {
+            trips.in_a_row = 0;
+            return None;
+        };
+        trips.all += 1;
+        trips.in_a_row += 1;
+        trips.last = Some(fault);
+        (trips.in_a_row >= TRIPS_IN_A_ROW).then(|| {
+            Failure::Run(anyhow::anyhow!(
+                "{path}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so no more are made: {}",
+                remedy(fault, &self.set.limits)
+            ))
+        })
+    }
+
+    /// No law came to rest in any trial.
+    fn nothing(&self) -> Failure {
+        let Trips {
+            trials, all, last, ..
+        } = *self.trips();
+        let name = &self.remote.name;
+        let why = match last {
+            Some(fault) => format!(
+                "{all} of them ended at a limit of the device ({fault}): {}",
+                remedy(fault, &self.set.limits)
+            ),
+            None => "give the trials a longer `duration_s`, or hold the device".to_owned(),
+        };
+        Failure::Run(anyhow::anyhow!(
+            "{name}: no wall came to rest in {trials} trials; {why}"
+        ))
     }
 
     fn try_once(
@@ -144,9 +224,7 @@ impl<'a> Trials<'a> {
         let asked = Instant::now();
         loop {
             if let Some(fault) = self.forbids(link) {
-                return Err(Failure::Run(anyhow::anyhow!(
-                    "{path}: {fault}, between two trials: no more are made"
-                )));
+                return Err(ended_by(link, &format!("{fault}, between two trials")));
             }
             let Err(error) = self.begin(link, configuration, &law.operator.1, samples as u32)
             else {
@@ -192,14 +270,7 @@ impl<'a> Trials<'a> {
                 }
                 Some(Heard::Vector(_) | Heard::Event(_)) => {}
                 Some(Heard::Fault(report)) => {
-                    let fault = Fault::from_code(report.status.fault);
-                    match fault.filter(|_| link.lost_board().is_none()) {
-                        Some(fault) if is_of_the_law(fault) => return Ok(Trial::Tripped),
-                        Some(fault) if is_of_the_clock(fault) => {
-                            return Ok(Trial::Unjudged(late(path, fault)));
-                        }
-                        _ => return Err(problem(LinkError::Faulted(report).into())),
-                    }
+                    return faulted(link, report);
                 }
                 Some(Heard::Over(error)) => return Err(problem(error.into())),
                 None => match link.silent(patience) {
@@ -216,7 +287,7 @@ impl<'a> Trials<'a> {
     fn forbids(&self, link: &SerialLink) -> Option<Fault> {
         let first = self.run.load(Ordering::Relaxed) == 1;
         let latched = Fault::from_code(link.status().fault)?;
-        (!first && !is_of_the_law(latched) && !is_of_the_clock(latched)).then_some(latched)
+        (!first && Meaning::of(latched) == Meaning::Ends).then_some(latched)
     }
 
     /// Sets a law, arms and starts.
@@ -265,25 +336,28 @@ fn passes(error: &SerialError) -> bool {
     )
 }
 
-/// A law that moves the device so is no stable one.
-fn is_of_the_law(fault: Fault) -> bool {
-    matches!(
-        fault,
-        Fault::NonFiniteForce
-            | Fault::CurrentMismatch
-            | Fault::Workspace
-            | Fault::Velocity
-            | Fault::PositionStuck
-            | Fault::PositionJump
-    )
+/// A trial that a fault has ended.
+///
+/// # Errors
+/// A fault after which no more trials are made.
+fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
+    let fault = Fault::from_code(report.status.fault).filter(|_| link.lost_board().is_none());
+    match fault.map(|fault| (fault, Meaning::of(fault))) {
+        Some((fault, Meaning::Answer)) => Ok(Trial::Tripped(fault)),
+        Some((fault, Meaning::Unjudged)) => Ok(Trial::Unjudged(late(link.path(), fault))),
+        Some((_, Meaning::Ends)) | None => {
+            Err(ended_by(link, &LinkError::Faulted(report).to_string()))
+        }
+    }
 }
 
-/// Host, line or tick was late: nothing is known of the law.
-fn is_of_the_clock(fault: Fault) -> bool {
-    matches!(
-        fault,
-        Fault::HostSilent | Fault::TickOverrun | Fault::StaleForce
-    )
+/// The end of a search by a fault in these words, and what its board says of it: the device is to be mended first.
+fn ended_by(link: &SerialLink, words: &str) -> Failure {
+    let board = trouble(link).map_or_else(String::new, |trouble| format!(": {trouble}"));
+    Failure::Device(anyhow::anyhow!(
+        "{}: {words}, so no more trials are made{board}",
+        link.path()
+    ))
 }
 
 fn lost(path: &str, came: usize, samples: u64) -> Failure {
@@ -310,72 +384,5 @@ impl std::fmt::Debug for Trials<'_> {
         f.debug_struct("Trials")
             .field("remote", &self.remote)
             .finish_non_exhaustive()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use haptic_devices::NearLine;
-    use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
-    use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
-    use haptic_remote::serial::{DeviceTime, Served};
-    use std::sync::Arc;
-
-    /// An emulated servo in its own time, which runs and tells no sample; and its adapter.
-    fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
-        let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
-        let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
-        let time = DeviceTime::default();
-        let line = NearLine::new(Arc::clone(&adapter), time.clone());
-        let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("answers");
-        let served = Served::in_its_own_time(axis, time).expect("serves");
-        let mut link = SerialLink::to_served(served, "moteus:emulated").expect("answers");
-        link.arm(Duration::from_secs(1)).expect("arms");
-        let rarely = Start {
-            every: u16::MAX,
-            ..Start::ENDLESS
-        };
-        link.start(rarely).expect("starts");
-        (link, adapter)
-    }
-
-    #[test]
-    fn a_silence_of_a_device_that_answers_is_no_end_of_the_search() {
-        let (mut link, _adapter) = running_without_samples();
-        let patience = Duration::from_millis(20);
-        let trial = Trials::followed(&mut link, "here", 1000, patience);
-        let Ok(Trial::Unjudged(failure)) = trial else {
-            panic!("it is to be made again");
-        };
-        assert_eq!(failure.exit_code(), 3, "{failure}");
-        // It was let go before anything else.
-        assert!(link.wait_for_rest());
-    }
-
-    #[test]
-    fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
-        let (mut link, adapter) = running_without_samples();
-        let stuck = adapter.lock().expect("nobody panicked with it");
-        let patience = Duration::from_millis(20);
-        let Err(failure) = Trials::followed(&mut link, "here", 1000, patience) else {
-            panic!("nothing more can be tried");
-        };
-        let said = failure.to_string();
-        assert!(said.contains("look at its plug and supply"), "{said}");
-        assert_eq!(failure.exit_code(), 3, "{said}");
-        drop(stuck);
-    }
-
-    #[test]
-    fn a_fault_is_of_the_law_or_of_the_clock_or_ends_the_search() {
-        for fault in Fault::ALL {
-            let ends = matches!(
-                fault,
-                Fault::EmergencyStop | Fault::Reset | Fault::BoardFailed
-            );
-            let kinds = [ends, is_of_the_law(fault), is_of_the_clock(fault)];
-            assert_eq!(kinds.map(u8::from).iter().sum::<u8>(), 1, "{fault}");
-        }
     }
 }

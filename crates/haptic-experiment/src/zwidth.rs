@@ -2,7 +2,8 @@
 //!
 //! The device hits a wall at its start position and is pushed into it; the rule by which it comes to rest is
 //! that of [`settling`](super::settling). For each dissipation B the largest stable stiffness K is bracketed
-//! from above on a coarse scale and then bisected. Beside it stands what the analysis says.
+//! from above on a coarse scale and then bisected. Beside it stands what the analysis says. A device at a port
+//! is tried from soft walls up instead, and few times beyond its limits.
 //! Cells are independent and run on all cores; each has a seed of its own, made from the
 //! seed of the experiment and the cell's place, so the result does not depend on the number of cores.
 //! - *Friction* can hold a wall that would shake. So a device with friction is tried with and without: stable is
@@ -16,6 +17,7 @@ mod running;
 mod search;
 mod specification;
 mod theory;
+mod upward;
 
 pub use report::{BoundaryPoint, BoundaryRow, OrderBoundary, ZWidthReport};
 pub use specification::{ZWidth, dissertation_device};

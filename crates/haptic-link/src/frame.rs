@@ -207,6 +207,20 @@ pub struct LineCounters {
     pub foreign_version: u8,
 }
 
+impl LineCounters {
+    /// What came since these counts were taken. They may have gone round since.
+    #[must_use]
+    pub const fn since(&self, before: &Self) -> Self {
+        Self {
+            received: self.received.wrapping_sub(before.received),
+            corrupt: self.corrupt.wrapping_sub(before.corrupt),
+            oversize: self.oversize.wrapping_sub(before.oversize),
+            foreign: self.foreign.wrapping_sub(before.foreign),
+            foreign_version: self.foreign_version,
+        }
+    }
+}
+
 /// Takes messages out of a line of bytes.
 ///
 /// *Start-up*: what comes before the first zero may be the rest of a frame; if it is not whole it

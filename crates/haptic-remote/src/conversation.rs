@@ -2,8 +2,8 @@
 
 use crate::link_error::LinkError;
 use haptic_link::{
-    Alive, Direction, Header, Outcome, Receiver, Refusal, Report, Request, SequenceTracker, Status,
-    encode,
+    Alive, Direction, Header, LineCounters, Outcome, Receiver, Refusal, Report, Request,
+    SequenceTracker, Status, encode,
 };
 
 /// Tries of a request before the device counts as gone.
@@ -48,6 +48,8 @@ struct Outstanding {
     /// Numbers under which it was sent; the newest last.
     sequences: heapless::Vec<u32, { TRIES as usize }>,
     sent_us: u64,
+    /// What had come when it was sent for the second time: what was on its way when it was sent first says nothing of the device.
+    before: LineCounters,
 }
 
 /// Counters of the host.
@@ -162,6 +164,7 @@ impl Conversation {
             request,
             sequences,
             sent_us: now_us,
+            before: self.receiver.counters(),
         });
         length
     }
@@ -192,9 +195,12 @@ impl Conversation {
             } else if outstanding.sequences.push(self.sequence).is_err() {
                 return Err(LinkError::NoAnswer {
                     request: outstanding.request.name(),
-                    line: line_counters,
+                    line: line_counters.since(&outstanding.before),
                 });
             } else {
+                if outstanding.sequences.len() == 2 {
+                    outstanding.before = line_counters;
+                }
                 self.retries = self.retries.wrapping_add(1);
                 let length = self.tell(&outstanding.request, line);
                 outstanding.sent_us = now_us;
@@ -216,9 +222,15 @@ impl Conversation {
     /// Gives up the outstanding request.
     pub fn no_answer(&mut self) -> LinkError {
         let request = self.outstanding.take();
-        LinkError::NoAnswer {
-            request: request.map_or("", |outstanding| outstanding.request.name()),
-            line: self.receiver.counters(),
+        let line = self.receiver.counters();
+        match request {
+            Some(Outstanding {
+                request, before, ..
+            }) => LinkError::NoAnswer {
+                request: request.name(),
+                line: line.since(&before),
+            },
+            None => LinkError::NoAnswer { request: "", line },
         }
     }
 

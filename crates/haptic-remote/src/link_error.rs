@@ -11,7 +11,7 @@ pub enum LinkError {
     NoAnswer {
         /// Name of the request.
         request: &'static str,
-        /// Counts of the frames that came instead.
+        /// Counts of the frames that came instead, from the second try on.
         line: LineCounters,
     },
     /// The device refused.
@@ -58,7 +58,7 @@ impl fmt::Display for LinkError {
         match self {
             Self::NoAnswer { request, line } => {
                 write!(f, "no answer to \"{request}\": ")?;
-                explain_silence(f, line)
+                explain_silence(f, request, line)
             }
             Self::Refused { request, refusal } => {
                 write!(f, "the device refused \"{request}\": ")?;
@@ -125,7 +125,7 @@ impl fmt::Display for Short {
 }
 
 /// Explains a missing answer by the frames that came instead.
-fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
+fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounters) -> fmt::Result {
     match line {
         LineCounters {
             received: 0,
@@ -136,6 +136,9 @@ fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Resu
             f,
             "{} pieces of garbage came instead; is this the right port, and the right baud rate?",
             corrupt + oversize
+        ),
+        LineCounters { received: 0, .. } if request != "hello" => f.write_str(
+            "nothing came any more: look at its plug and supply, then reset it",
         ),
         LineCounters { received: 0, .. } => f.write_str(
             "nothing came; is this the right port, and is the device switched on and flashed?",

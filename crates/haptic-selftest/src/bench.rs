@@ -26,6 +26,8 @@ const TICKS_MOST: u32 = 100_000;
 pub(super) enum Broken {
     /// The device or the line.
     Link(SerialError),
+    /// A fault after which nobody but a person arms the device again, in words.
+    Fault(String),
     /// Somebody stopped it.
     Interrupted,
 }
@@ -47,6 +49,10 @@ pub(super) struct Bench<'a> {
     run: u32,
     /// What the device said of this machine's own lateness, since it was asked last.
     late: Option<String>,
+    /// The limit of the device that ended a trial, in words, since this was asked last.
+    left: Option<String>,
+    /// Faults of the device before the test.
+    faults: u16,
 }
 
 impl<'a> Bench<'a> {
@@ -62,6 +68,7 @@ impl<'a> Bench<'a> {
         let set = (link.configuration()).map_err(|error| at_port(link.path(), &error))?;
         let limited = limited(&link, &test, &set.0);
         let path = link.path().to_owned();
+        let faults = link.status().faults;
         let mut bench = Self {
             link: Some(link),
             test,
@@ -70,6 +77,8 @@ impl<'a> Bench<'a> {
             limited,
             run: 0,
             late: None,
+            left: None,
+            faults,
         };
         let taken = bench.limit(LONG_WATCHDOG_MS);
         taken.map_err(|error| at_port(&path, &error))?;
@@ -176,6 +185,21 @@ impl<'a> Bench<'a> {
     /// The lateness of this machine since this was asked last, in words.
     pub(super) const fn take_late(&mut self) -> Option<String> {
         self.late.take()
+    }
+
+    /// A limit of the device ended a trial, in these words.
+    pub(super) fn was_at_limit(&mut self, words: Option<String>) {
+        self.left = words.or(self.left.take());
+    }
+
+    /// The limit of the device that ended a trial since this was asked last, in words.
+    pub(super) const fn take_left(&mut self) -> Option<String> {
+        self.left.take()
+    }
+
+    /// Faults of the device before the test.
+    pub(super) const fn faults_before(&self) -> u16 {
+        self.faults
     }
 
     /// Puts the limits of the test in force, with this watchdog.

@@ -20,6 +20,24 @@ impl Bounds {
         from_n.max((most_n as f32).min(self.limits.force_n))
     }
 
+    /// Largest magnitude of a force that brakes, N, so many ticks after a fault or stop at which it was this large; 0 without braking.
+    pub(super) fn braked(&self, from_n: f32, ticks: u32) -> f32 {
+        if self.limits.braking_n_s_per_m <= 0.0 {
+            return 0.0;
+        }
+        let left = 1.0 - f64::from(ticks) / f64::from(self.stop_ticks().max(1));
+        (left.max(0.0) as f32) * from_n.max(self.limits.brake_force_n)
+    }
+
+    /// How the force falls after a fault or stop, in words.
+    pub(super) const fn fall_in_words(&self) -> &'static str {
+        if self.limits.braking_n_s_per_m > 0.0 {
+            "growing only to brake, and less and less"
+        } else {
+            "never growing"
+        }
+    }
+
     /// Ticks of the stop time.
     pub(super) fn stop_ticks(&self) -> u32 {
         // A time in single precision is no whole number of ticks more.

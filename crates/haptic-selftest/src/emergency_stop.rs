@@ -18,7 +18,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     }
     let judged = |seen: &str, ok| Check::judged(Promise::EmergencyStop, PROMISED, seen, ok);
     bench.limit(LONG_WATCHDOG_MS)?;
-    bench.arm()?;
+    bench.arm_for_trial()?;
     bench.notice(Notice::PressEmergencyStop);
     let pressed = wait(bench, |bench| Ok(bench.state()? == State::Fault))?;
     if !pressed {

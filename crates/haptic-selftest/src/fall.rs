@@ -11,7 +11,7 @@ const ROUNDING: f32 = 1e-6;
 pub(super) struct Fall {
     /// Magnitude in the last sample before, N.
     pub(super) from_n: f32,
-    /// True if no sample has a larger magnitude than the one before it.
+    /// True if no sample has a larger magnitude than the one before it, or than the braking may have by then.
     pub(super) never_grew: bool,
     /// Ticks until it was zero and stayed so; `None` if the samples do not show it.
     pub(super) ticks: Option<u32>,
@@ -35,10 +35,12 @@ impl Fall {
             None => from_n,
         };
         most *= 1.0 + ROUNDING;
+        let begun_n = most;
         for sample in samples.iter().filter(|sample| sample.tick >= first) {
             let force = sample.force_n.abs();
             // Written so that what is no number has grown.
-            fall.never_grew &= force <= most;
+            let braked = bounds.braked(begun_n, sample.tick - first);
+            fall.never_grew &= force <= most.max(braked);
             most = force * (1.0 + ROUNDING);
             fall.ticks = if force > 0.0 || force.is_nan() {
                 None
@@ -134,6 +136,30 @@ mod tests {
             let fall = Fall::of(&samples(bad), 1, &within(1.0));
             assert!(!fall.is_within(&within(1.0)), "{bad:?}: {fall:?}");
         }
+    }
+
+    #[test]
+    fn a_force_may_grow_to_brake_within_its_envelope() {
+        let braking = |braking_n_s_per_m, brake_force_n| Bounds {
+            limits: Limits {
+                braking_n_s_per_m,
+                brake_force_n,
+                ..BOUNDS.limits
+            },
+            ..BOUNDS
+        };
+        let fall = |forces: &[f32], bounds: &Bounds| {
+            Fall::of(&samples(forces), 1, bounds).is_within(bounds)
+        };
+        // From 80 mN within 4 ticks: a tick late 80, 60, 40, 20 mN.
+        let grows = [0.08, 0.03, 0.055, -0.035, 0.0];
+        assert!(fall(&grows, &braking(5.0, 0.0)));
+        assert!(!fall(&grows, &BOUNDS), "without braking");
+        let beyond = [0.08, 0.03, 0.065, -0.035, 0.0];
+        assert!(!fall(&beyond, &braking(5.0, 0.0)));
+        assert!(fall(&beyond, &braking(5.0, 0.1)), "with more brake force");
+        let too_long = [0.08, 0.03, 0.055, -0.035, 0.02, 0.01, 0.0];
+        assert!(!fall(&too_long, &braking(5.0, 0.0)));
     }
 
     /// A force that rises by 10 mN a tick up to tick 5 and falls by 10 mN a tick from tick 6 on, without these ticks.

@@ -39,7 +39,11 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
         "at most {} N and {} N/s, whatever is asked for; a run does not loosen it",
         limits.force_n, limits.force_rate_n_per_s
     );
-    let zero = format!("zero within {} s, never growing", limits.stop_time_s);
+    let zero = format!(
+        "zero within {} s, {}",
+        limits.stop_time_s,
+        bounds.fall_in_words()
+    );
     let followed = match bench.conduct(&trial, Followed::was_late)? {
         Ok(followed) => followed,
         Err(refused) => {

@@ -4,6 +4,7 @@
 //! device hears nothing, or its answers and samples wait here, and a fault or a silence ends the trial: that breaks no promise of the device.
 
 use super::bench::{Bench, Broken};
+use super::ending::within_limits;
 use super::promise::Check;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
@@ -38,6 +39,7 @@ pub(super) fn in_time<T>(
             let opened = bench.reconnect()?;
             opened.map_err(|_| Broken::Link(LinkError::Gone.into()))?;
         }
+        let rows = within_limits(rows, bench.take_left());
         let Some(why) = excuse(&rows, board, host) else {
             checks.extend(rows);
             return Ok(told);

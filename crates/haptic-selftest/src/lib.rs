@@ -6,6 +6,7 @@ mod attendant;
 mod bench;
 mod bounds;
 mod emergency_stop;
+mod ending;
 mod fall;
 mod followed;
 mod force_limit;
@@ -46,10 +47,13 @@ pub struct SelfTestReport {
     pub holds: bool,
     /// Why the test ended before its end, if the link was lost.
     pub link_lost: Option<String>,
+    /// The fault that ended the test before its end: the emergency stop, or one of the device's electronics.
+    pub ended_by_fault: Option<String>,
 }
 
 impl SelfTest {
-    /// Goes through all promises. One that is broken is a row of the table and no error, and so is a link that is lost.
+    /// Goes through all promises. One that is broken is a row of the table and no error, and so is a link that is lost,
+    /// or a fault that ends the test.
     ///
     /// Takes some 4 s, and as long as somebody needs for the emergency stop.
     ///
@@ -69,16 +73,19 @@ impl SelfTest {
         if !simulated {
             (attendant.notice)(Notice::MayMove(bench.limits().force_n));
         }
-        let link_lost = match try_all(&mut bench, &mut checks) {
-            Ok(()) => None,
+        let (link_lost, ended_by_fault) = match try_all(&mut bench, &mut checks) {
+            Ok(()) => (None, None),
             Err(Broken::Interrupted) => {
                 return Err(Failure::Run(anyhow::anyhow!(
                     "interrupted: the device was disarmed"
                 )));
             }
-            Err(Broken::Link(error)) => Some(bench.lost_board().unwrap_or(error.to_string())),
+            Err(Broken::Fault(words)) => (None, Some(words)),
+            Err(Broken::Link(error)) => {
+                (Some(bench.lost_board().unwrap_or(error.to_string())), None)
+            }
         };
-        if let Some(error) = &link_lost {
+        if let Some(error) = link_lost.as_ref().or(ended_by_fault.as_ref()) {
             not_reached(&mut checks, error);
         }
         Ok(SelfTestReport {
@@ -90,11 +97,12 @@ impl SelfTest {
             holds: (checks.iter()).all(|check| check.ok != Some(false) && !check.not_judged),
             checks,
             link_lost,
+            ended_by_fault,
         })
     }
 }
 
-/// Tries one promise after another, up to the end or to that of the link.
+/// Tries one promise after another, up to the end, to that of the link, or to a fault that ends the test.
 fn try_all(bench: &mut Bench<'_>, checks: &mut Vec<Check>) -> Result<(), Broken> {
     let one = |check: fn(&mut Bench<'_>) -> Result<Check, Broken>| {
         move |bench: &mut Bench<'_>| Ok((vec![check(bench)?], ()))

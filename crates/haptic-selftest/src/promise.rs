@@ -65,7 +65,8 @@ pub struct Check {
     pub seen: String,
     /// True if it was kept; `None` if this device has nothing of the kind, or if it could not be judged.
     pub ok: Option<bool>,
-    /// It could not be judged, which is neither kept nor broken: see `host_late`, or the link was lost, or an earlier trial failed.
+    /// It could not be judged, which is neither kept nor broken: see `host_late`, or the link was lost, an earlier trial failed, a limit
+    /// of the device ended the trial, or a fault the test.
     pub not_judged: bool,
     /// It could not be judged: this machine was late in every attempt, and the board let go because of that.
     pub host_late: bool,
@@ -124,10 +125,17 @@ impl Check {
     /// One that this machine was too late for, whatever was seen.
     pub(super) fn too_late(self, why: &str) -> Self {
         Self {
+            host_late: true,
+            ..self.spoiled(why)
+        }
+    }
+
+    /// One whose trial ended before its end for this reason, whatever was seen.
+    pub(super) fn spoiled(self, why: &str) -> Self {
+        Self {
             seen: format!("not judged: {why}; {}", self.seen),
             ok: None,
             not_judged: true,
-            host_late: true,
             ..self
         }
     }

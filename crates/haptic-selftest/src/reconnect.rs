@@ -63,6 +63,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
 fn armed(bench: &mut Bench<'_>) -> Result<Option<String>, Broken> {
     let watchdog_ms = LONG_WATCHDOG_MS;
     bench.limit(watchdog_ms)?;
+    bench.is_well()?;
     if let Some(refused) = bench.try_arm()? {
         return Ok(Some(refused.to_string()));
     }

@@ -64,7 +64,7 @@ impl Bench<'_> {
     }
 
     /// A run from limits to rest: arm, start, follow, stop, disarm. Where the device let go because this machine was silent or late
-    /// against its will, as `spoiled` tells, the bench remembers that.
+    /// against its will, as `spoiled` tells, or where a limit of it ended the run, the bench remembers that.
     pub(super) fn conduct<S, U>(
         &mut self,
         trial: &Trial<S, U>,
@@ -75,9 +75,10 @@ impl Bench<'_> {
         U: Fn(&Followed) -> bool,
     {
         self.limit(trial.watchdog_ms)?;
-        self.arm()?;
+        self.arm_for_trial()?;
         if let Some(refused) = self.start()? {
             self.calm()?;
+            self.is_well()?;
             // Silent between arm and start.
             if self.link()?.status().fault == Fault::HostSilent.code() {
                 self.was_late(Fault::HostSilent.to_string());
@@ -92,6 +93,8 @@ impl Bench<'_> {
             let _ = self.calm();
         }
         let followed = followed?;
+        self.is_well()?;
+        self.was_at_limit(followed.left_limits());
         if spoiled(&followed) {
             self.was_late(followed.fault_in_words().unwrap_or_default());
         }

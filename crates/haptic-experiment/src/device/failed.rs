@@ -21,10 +21,10 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
     }
 }
 
-/// What a device refused is bad input; else as [`at_port`].
+/// What a device refused is bad input, unless it is only because of where it stands or of a fault that persists; else as [`at_port`].
 #[must_use]
 pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
-    match error.is_refusal() {
+    match error.is_refusal() && !error.is_of_its_state() {
         true => Failure::bad_input(error),
         false => at_port(path, &error),
     }
@@ -82,5 +82,22 @@ mod tests {
         assert_eq!(faulted.exit_code(), 1);
         assert!(faulted.to_string().starts_with("/dev/x: "), "{faulted}");
         assert_eq!(failure(LinkError::Gone).exit_code(), 3);
+    }
+
+    #[test]
+    fn a_device_that_stands_in_the_wall_is_no_bad_input() {
+        use haptic_link::Refusal;
+        let code = |refusal| {
+            let request = "start";
+            let error = LinkError::Refused { request, refusal };
+            refused_at_port("/dev/x", error.into()).exit_code()
+        };
+        let too_deep = Refusal::ForceNotSmall {
+            wanted_n: 5.0,
+            allowed_n: 1.0,
+        };
+        assert_eq!(code(too_deep), 3);
+        assert_eq!(code(Refusal::FaultPersists(4)), 3);
+        assert_eq!(code(Refusal::Incomplete), 2);
     }
 }

@@ -98,6 +98,7 @@ pub(super) fn setup(
         force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
         safety,
         remote,
+        impact_was_given: table.number_if(&p::IMPACT)?.is_some(),
         known_delay_and_lag_s,
         ..TrialSetup::new(device, sensors, plan)
     })

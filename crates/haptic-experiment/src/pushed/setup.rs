@@ -14,6 +14,7 @@ use crate::safety::{GuardedDevice, Safety};
 use crate::schedule::{Pace, Schedule};
 use crate::sensed::{Sensed, Sensors};
 use crate::settling::{Criterion, Judge, Settling};
+use fracdiff::parameter::Shown;
 use haptic_link::{LoopMode, Simulation, SimulationKind};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
@@ -42,6 +43,8 @@ pub struct TrialSetup {
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
+    /// The speed of the impact was asked for: of a serial device, which cannot be thrown, it is warned then.
+    pub impact_was_given: bool,
     /// Delay and lag of the serial device by its device file, s, for the pre-flight; zeros if they are not known.
     pub known_delay_and_lag_s: [f64; 2],
     /// Run on a serial device what the analysis refuses.
@@ -86,6 +89,7 @@ impl TrialSetup {
             safety: Safety::default(),
             pace: Pace::Virtual,
             remote: None,
+            impact_was_given: false,
             known_delay_and_lag_s: [0.0; 2],
             force_unstable: false,
         }
@@ -135,6 +139,18 @@ impl TrialSetup {
             Some(_) => self.plan.from_rest(),
             None => self.plan,
         }
+    }
+
+    /// What to say of an impact that was asked for and that there was none of.
+    pub(super) fn not_thrown(&self) -> Option<String> {
+        let impact_m_per_s = self.plan.impact_m_per_s;
+        let asked = self.impact_was_given && self.remote.is_some() && impact_m_per_s > 0.0;
+        asked.then(|| {
+            format!(
+                "impact_m_per_s = {} had no effect: a serial device cannot be thrown, it was pushed from rest; leave it away",
+                Shown(impact_m_per_s)
+            )
+        })
     }
 
     /// The device behind its sensors, pushed and thrown.

@@ -135,6 +135,7 @@ pub(crate) trait Trial: Clone {
         let agrees =
             (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
         let mut warnings = warnings(Self::KIND, &settling, agrees, record);
+        warnings.0.extend(setup.not_thrown());
         warnings.0.extend(self.warning(ran));
         let mut files = Files::default();
         let mut curves = None;

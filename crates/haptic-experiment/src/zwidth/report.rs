@@ -1,10 +1,11 @@
 //! The boundaries that were found. The keys are a contract of the command line.
 
+use crate::failure::Failure;
 use crate::settling::CriterionName;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// The result. The keys are a contract of the command line.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct ZWidthReport {
     /// One entry an order.
     pub orders: Vec<OrderBoundary>,
@@ -29,7 +30,12 @@ pub struct ZWidthReport {
     /// Points where trial and analysis disagree by more than 5 % of the wall.
     pub disagreements: usize,
     /// Why the search ended early; null if it did not. The points that are there are whole.
-    pub ended_early: Option<&'static str>,
+    #[serde(serialize_with = "in_words")]
+    pub ended_early: Option<Failure>,
+}
+
+fn in_words<S: Serializer>(failure: &Option<Failure>, to: S) -> Result<S::Ok, S::Error> {
+    failure.as_ref().map(ToString::to_string).serialize(to)
 }
 
 /// The boundary of one order.

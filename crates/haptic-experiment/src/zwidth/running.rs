@@ -16,7 +16,7 @@ impl ZWidth {
     /// user should know before the end.
     ///
     /// # Errors
-    /// A parameter outside its range.
+    /// A parameter outside its range; on a device the first failure, if no point was found before it, or that no wall came to rest.
     pub fn run(
         &self,
         progress: &(dyn Fn(u64) + Sync),
@@ -36,13 +36,18 @@ impl ZWidth {
             .collect::<Result<_, _>>()?;
         let orders: Vec<OrderBoundary> = searches
             .par_iter()
+            .with_min_len(self.at_once())
             .map(|search| self.boundary(search, progress))
             .collect();
         let runs = searches.iter().map(|search| search.runs()).sum();
         drop(searches);
-        if let Some(failure) = trials.and_then(Trials::failure) {
-            return Err(failure);
-        }
+        let found = orders.iter().any(|order| !order.boundary.is_empty());
+        let interrupted = || Failure::Run(anyhow::anyhow!("interrupted"));
+        let ended_early = match trials {
+            Some(trials) => trials.ended(found, stop)?,
+            None => None,
+        };
+        let ended_early = ended_early.or_else(|| stop.load(Ordering::Relaxed).then(interrupted));
         let config = &self.device;
         let plan = self.plan();
         let delta = config.damping.0 * config.sample_time.0 / config.mass.0;
@@ -61,15 +66,24 @@ impl ZWidth {
             push_n: plan.push_n,
             alpha_searched: search_limit(delta),
             runs,
-            ended_early: stop.load(Ordering::Relaxed).then_some("interrupted"),
+            ended_early,
         })
     }
 
+    /// Orders or dissipations that one core takes at least: all of them where there is a device, which tries one wall after another.
+    fn at_once(&self) -> usize {
+        self.remote.as_ref().map_or(1, |_| usize::MAX)
+    }
+
     fn boundary(&self, search: &Search<'_>, progress: &(dyn Fn(u64) + Sync)) -> OrderBoundary {
-        let beta_most = search.largest_dissipation();
-        let boundary = (0..self.points).into_par_iter().filter_map(|point| {
-            let beta = beta_most? * point as f64 / (self.points - 1) as f64;
-            let found = search.cell(beta, 1 + point as u64);
+        let extent = search.extent();
+        let points = (0..self.points)
+            .into_par_iter()
+            .with_min_len(self.at_once());
+        let boundary = points.filter_map(|point| {
+            let extent = extent.as_ref()?;
+            let beta = extent.largest_dissipation() * point as f64 / (self.points - 1) as f64;
+            let found = search.cell(beta, extent, 1 + point as u64);
             progress(1);
             found.map(|cell| search.point(beta, cell))
         });
@@ -115,14 +129,16 @@ mod tests {
         };
         let never = AtomicBool::new(false);
         let whole = experiment.run(&|_| {}, &never, &|_| {}).expect("runs");
-        assert_eq!(
-            (whole.ended_early, whole.orders[0].boundary.len()),
-            (None, 9)
-        );
+        assert!(whole.ended_early.is_none());
+        assert_eq!(whole.orders[0].boundary.len(), 9);
         let stop = AtomicBool::new(false);
         let first = |_| stop.store(true, Ordering::Relaxed);
         let cut = experiment.run(&first, &stop, &|_| {}).expect("runs");
-        assert_eq!(cut.ended_early, Some("interrupted"));
+        let why = cut.ended_early.expect("a reason");
+        assert_eq!(
+            (why.to_string().as_str(), why.exit_code()),
+            ("interrupted", 1)
+        );
         let kept = &cut.orders[0].boundary;
         assert!((1..9).contains(&kept.len()), "{kept:?}");
         assert!(

@@ -3,6 +3,7 @@
 use super::report::BoundaryPoint;
 use super::specification::ZWidth;
 use super::theory::Theory;
+use super::upward::Settled;
 use crate::failure::Failure;
 use crate::pushed::{
     TrialPlan, encoder_step, force_alone, force_limit, thrown, try_out, wall_at_start,
@@ -62,6 +63,24 @@ fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
 pub(super) struct Cell {
     stable: f64,
     held: Option<f64>,
+}
+
+/// How far the search of one order goes.
+pub(super) enum Extent {
+    /// Of a simulated device: the largest β.
+    UpTo(f64),
+    /// Of a real one: walls that came to rest.
+    Known(Settled),
+}
+
+impl Extent {
+    /// The largest β.
+    pub(super) fn largest_dissipation(&self) -> f64 {
+        match self {
+            Self::UpTo(beta) => *beta,
+            Self::Known(settled) => settled.largest_dissipation().unwrap_or(0.0),
+        }
+    }
 }
 
 /// A wall of one order that lacks only its stiffness and dissipation.
@@ -177,9 +196,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The largest α that is stable with this β; `None` if none of the coarse scale is, or the search was
-    /// stopped.
-    pub(super) fn cell(&self, beta: f64, cell: u64) -> Option<Cell> {
+    /// The largest α that is stable with this β; `None` if none that is tried is, or the search has ended.
+    pub(super) fn cell(&self, beta: f64, extent: &Extent, cell: u64) -> Option<Cell> {
+        if let Extent::Known(settled) = extent {
+            let rests = |alpha| self.settles(&self.device, alpha, beta, cell);
+            let stable = settled.largest(beta, self.most, rests)?;
+            return self.whole(Cell { stable, held: None });
+        }
         let as_it_is = largest(self.most, |alpha| {
             self.settles(&self.device, alpha, beta, cell)
         })?;
@@ -197,15 +220,36 @@ impl<'a> Search<'a> {
         self.whole(Cell { stable, held })
     }
 
-    /// The result, unless the search was stopped on the way.
+    /// The result, unless the search has ended on the way.
     fn whole<T>(&self, found: T) -> Option<T> {
-        (!self.stop.load(Ordering::Relaxed)).then_some(found)
+        (!self.is_over()).then_some(found)
+    }
+
+    /// True if nothing more is tried: it was stopped, or its device failed.
+    fn is_over(&self) -> bool {
+        let failed = |(_, trials): &(_, &Trials<'_>)| trials.has_failed();
+        self.stop.load(Ordering::Relaxed) || self.remote.as_ref().is_some_and(failed)
+    }
+
+    /// How far it goes; `None` if no wall of a real device comes to rest, or the search has ended.
+    pub(super) fn extent(&self) -> Option<Extent> {
+        if self.remote.is_none() {
+            return self.largest_dissipation().map(Extent::UpTo);
+        }
+        let rests = |alpha, beta| self.settles(&self.device, alpha, beta, 0);
+        // α = β·(T/τ)^μ: what is left of the way is an eighth of the time for it.
+        let plan = &self.plan;
+        let tau_s = (plan.duration_s - plan.window_s) / 8.0;
+        let soft = (self.rate * tau_s.powf(self.order.get())).recip();
+        let settled = Settled::look(self.most, |beta| beta * soft, rests);
+        settled.largest_dissipation()?;
+        self.whole(Extent::Known(settled))
     }
 
     /// The largest β that is stable with any α, 0 if there is none; `None` if the search was stopped. Not with
     /// α = 0: a pure damper of order 1 and more gives way for ever; and with A₃ at μ > 1 a wall needs
     /// stiffness to be stable at all.
-    pub(super) fn largest_dissipation(&self) -> Option<f64> {
+    fn largest_dissipation(&self) -> Option<f64> {
         let any_stiffness = |beta| {
             let mut walls = coarse(self.most).filter(|alpha| *alpha > 0.0);
             walls.any(|alpha| self.is_stable(alpha, beta))
@@ -222,7 +266,7 @@ impl<'a> Search<'a> {
 
     /// One run. Whatever goes wrong on the way is not stable.
     fn settles(&self, device: &MassDamper<1>, alpha: f64, beta: f64, cell: u64) -> bool {
-        if self.stop.load(Ordering::Relaxed) {
+        if self.is_over() {
             return false;
         }
         self.runs.fetch_add(1, Ordering::Relaxed);

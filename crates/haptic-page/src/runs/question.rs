@@ -146,7 +146,7 @@ fn of_zwidth(
     folder.write_table("csv", report.rows())?;
     Ok(Answer {
         verdict: stiffest(&report),
-        ended_early: report.ended_early.map(str::to_owned),
+        ended_early: report.ended_early.as_ref().map(ToString::to_string),
         report: json!(report),
         experiment: None,
     })

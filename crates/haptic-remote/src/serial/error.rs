@@ -66,6 +66,19 @@ impl SerialError {
         matches!(self, Self::Link(LinkError::Refused { refusal, .. }) if *refusal == unsupported)
     }
 
+    /// True if the device refused a request that was good, because of where it stands or of a fault whose cause is still there.
+    #[must_use]
+    pub const fn is_of_its_state(&self) -> bool {
+        use haptic_link::Refusal;
+        matches!(
+            self,
+            Self::Link(LinkError::Refused {
+                refusal: Refusal::ForceNotSmall { .. } | Refusal::FaultPersists(_),
+                ..
+            })
+        )
+    }
+
     /// True if the device is there and well, but refused the request.
     #[must_use]
     pub const fn is_refusal(&self) -> bool {

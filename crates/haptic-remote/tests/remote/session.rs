@@ -292,6 +292,26 @@ fn a_device_that_is_not_there_is_reported() {
 }
 
 #[test]
+fn a_device_that_falls_silent_is_not_said_to_have_sent_other_frames() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let answer = bench.ask(Request::GetCapabilities).expect("answers");
+    assert!(answer.is_ok(), "{answer:?}");
+    let all = haptic_remote::LineFaults {
+        drop: 1.0,
+        ..Default::default()
+    };
+    for line in [&mut bench.to_device, &mut bench.to_host] {
+        *line = haptic_remote::FaultyLine::new(all, 1).expect("valid");
+    }
+    let error = bench
+        .ask(Request::GetCapabilities)
+        .expect_err("nobody answers");
+    let said = error.to_string();
+    assert!(said.contains("nothing came any more"), "{said}");
+}
+
+#[test]
 fn an_indentation_is_imposed_by_the_device_itself() {
     let mut bench = Bench::ideal();
     bench.hello();

@@ -5,7 +5,7 @@
 use haptic_experiment::Failure;
 use haptic_link::{
     Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Refusal, Report,
-    Sample, Simulation, State, encode,
+    Sample, Scope, Simulation, State, encode,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{Line as _, Pipe, SerialLink};
@@ -136,6 +136,26 @@ impl Board {
 
     pub(crate) fn open_stop(&self, open: bool) {
         self.stop_is_open.store(open, Ordering::Relaxed);
+    }
+
+    /// Opens the emergency stop after a moment, and closes it again.
+    pub(crate) fn press_stop_for_a_moment(&self) {
+        let stop_is_open = Arc::clone(&self.stop_is_open);
+        std::thread::spawn(move || {
+            for open in [true, false] {
+                std::thread::sleep(Duration::from_millis(100));
+                stop_is_open.store(open, Ordering::Relaxed);
+            }
+        });
+    }
+
+    /// Changes its settings for good.
+    pub(crate) fn set(&self, change: impl FnOnce(&mut haptic_link::Limits)) {
+        let mut link = self.connect().expect("answers");
+        let (mut configuration, coefficients) = link.configuration().expect("has one");
+        change(&mut configuration.limits);
+        link.set_for(configuration, &coefficients, Scope::Lasting)
+            .expect("takes it");
     }
 
     /// Pulls the plug.

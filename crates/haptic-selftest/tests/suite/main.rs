@@ -12,6 +12,7 @@ use board::{Board, Flaw};
 use haptic_experiment::Failure;
 use haptic_remote::serial::SerialLink;
 use haptic_selftest::{Attendant, EmergencyStop, Notice, Promise, SelfTest, SelfTestReport};
+use std::cell::RefCell;
 use std::sync::atomic::AtomicBool;
 
 /// What a host sees of a device.
@@ -48,6 +49,9 @@ fn what_each_device_keeps_and_breaks_is_seen() {
         settings_that_a_connection_leaves_behind_are_seen,
         an_emergency_stop_is_pressed_and_released_by_somebody,
         a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more,
+        an_emergency_stop_during_another_check_ends_the_test,
+        a_device_that_brakes_keeps_every_promise,
+        a_limit_of_the_device_breaks_no_promise,
         foreign::a_2diy_keeps_every_promise,
         foreign::a_servo_keeps_every_promise,
         late::a_host_that_was_late_once_tries_again_and_judges,
@@ -152,6 +156,67 @@ fn a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more() {
     assert_eq!(kept.count(), 4, "{report:#?}");
     assert_eq!(report.checks.len(), Promise::ALL.len());
     assert_eq!(report.checks[5].seen, "not reached");
+}
+
+fn an_emergency_stop_during_another_check_ends_the_test() {
+    let board = Board::start(Flaw::None);
+    let tried = RefCell::new(Vec::new());
+    let report = tested(&|| board.connect(), SelfTest::DEFAULT, &|notice| {
+        tried.borrow_mut().push(notice);
+        if notice == Notice::Trying(Promise::FiniteCheck) {
+            board.press_stop_for_a_moment();
+        }
+    });
+    let last = tried.borrow().last().copied();
+    assert_eq!(last, Some(Notice::Trying(Promise::FiniteCheck)));
+    let fault = report.ended_by_fault.as_deref().expect("a fault");
+    assert!(fault.contains("the emergency stop is open"), "{fault}");
+    let [.., finite, watchdog, _, _, _] = report.checks.as_slice() else {
+        panic!("{report:#?}");
+    };
+    assert_eq!(
+        (finite.check, finite.seen.as_str()),
+        (Promise::FiniteCheck, fault)
+    );
+    assert!(finite.not_judged && !finite.host_late, "{finite:?}");
+    assert_eq!(watchdog.seen, "not reached");
+    assert!(!report.holds && report.link_lost.is_none());
+}
+
+fn a_device_that_brakes_keeps_every_promise() {
+    let board = Board::start(Flaw::None);
+    board.set(|limits| {
+        limits.device_mass_kg = 0.065;
+        limits.braking_n_s_per_m = 20.0;
+    });
+    let report = tested(&|| board.connect(), SelfTest::DEFAULT, &|_| {});
+    assert!(report.holds, "{report:#?}");
+}
+
+fn a_limit_of_the_device_breaks_no_promise() {
+    let board = Board::start(Flaw::None);
+    board.set(|limits| {
+        limits.speed_soft_m_per_s = 5e-4;
+        limits.speed_hard_m_per_s = 1e-3;
+    });
+    let report = tested(&|| board.connect(), SelfTest::DEFAULT, &|_| {});
+    assert!(
+        !report.holds && report.ended_by_fault.is_none(),
+        "{report:#?}"
+    );
+    for check in &report.checks {
+        assert_ne!(check.ok, Some(false), "{report:#?}");
+    }
+    let stop = &report.checks[2];
+    assert!(stop.not_judged && !stop.host_late, "{stop:?}");
+    let words = [
+        "moved faster than its limit",
+        "`speed_limit_m_per_s` = SPEED",
+    ];
+    assert!(
+        words.iter().all(|word| stop.seen.contains(word)),
+        "{stop:?}"
+    );
 }
 
 #[test]

@@ -170,9 +170,7 @@ impl Arguments {
         }
         output.summary(&report, |out| print(out, &report, &files))?;
         match report.ended_early {
-            Some(reason) => Err(Failure::Run(anyhow::anyhow!(
-                "{reason}: the points that were done are kept"
-            ))),
+            Some(failure) => Err(failure.and("the points that were done are kept")),
             None => Ok(()),
         }
     }

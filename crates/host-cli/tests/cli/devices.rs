@@ -5,6 +5,7 @@ mod gone;
 mod lines;
 mod moteus;
 mod ports;
+mod searches;
 mod selftest;
 #[cfg(unix)]
 mod watched;
@@ -97,29 +98,6 @@ fn a_wall_and_a_creep_test_run_on_a_device() {
         "creep --device serial:device --watchdog 1s --contact rigid --duration 3s --out creep --quiet",
     );
     assert!(number(&creep, "/closed_form_error") < 0.1, "{creep}");
-}
-
-#[test]
-fn a_z_width_can_be_found_on_a_device() {
-    // Some 3000 runs.
-    let device = Emulated::new("--speed 400");
-    device.loosen();
-    let line = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --quiet";
-    // A device on a line cannot be thrown.
-    let here = device.json(&format!("{line} --impact 0"));
-    let there = device.json(&format!("{line} --device serial:device --watchdog 1s"));
-    let stiffness = |report: &Value, point| {
-        number(report, &format!("/orders/0/boundary/{point}/stiffness_max"))
-    };
-    // With the largest dissipation next to no stiffness is left, so the scale is that of the first point.
-    let scale = stiffness(&here, 0);
-    for point in [0, 1] {
-        let (here, there) = (stiffness(&here, point), stiffness(&there, point));
-        assert!(
-            (here - there).abs() < 0.02 * scale,
-            "point {point}: {here} {there}"
-        );
-    }
 }
 
 #[test]

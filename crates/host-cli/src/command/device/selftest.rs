@@ -4,6 +4,7 @@ use super::port::PortArguments;
 use crate::choice::choice;
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::{Output, note};
+use crate::parameter::with_options;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -22,8 +23,9 @@ times a second; three times that is asked for to see it limited. Settings of the
 some 4 s. A real device moves by a few millimetres: let it move freely. Somebody presses its emergency stop when told \
 to (--emergency-stop none for a device that has none).
 
-Exit code 0 only if every promise was kept that the device makes, 1 if one was not, 3 if the link was lost or this \
-machine was too busy to judge one.";
+Exit code 0 only if every promise was kept that the device makes, 1 if one was not, 3 if the link was lost, an emergency \
+stop or a fault of the electronics ended the test, or one could not be judged: this machine was too busy, or a limit of the device \
+ended the trial.";
 
 /// Arguments of `device selftest`.
 #[derive(Debug, Args)]
@@ -116,18 +118,19 @@ fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
             None => "–",
         };
         let name = check.check.to_string();
+        let seen = with_options(&check.seen);
         if !check.promised.is_empty() {
             writeln!(out, "  {ok:<2}  {name:<15}  promised  {}", check.promised)?;
-            writeln!(out, "      {:<15}  seen      {}", "", check.seen)?;
+            writeln!(out, "      {:<15}  seen      {seen}", "")?;
         } else {
-            writeln!(out, "  {ok:<2}  {name:<15}  seen      {}", check.seen)?;
+            writeln!(out, "  {ok:<2}  {name:<15}  seen      {seen}")?;
         }
     }
     Ok(())
 }
 
 /// # Errors
-/// A link that was lost, else a promise that was not kept, else one that this machine was too busy to judge.
+/// A link that was lost or a fault that ended the test, else a promise that was not kept, else one that this machine was too busy to judge.
 fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     if let Some(error) = &report.link_lost {
         return Err(Failure::Device(anyhow::anyhow!(
@@ -135,13 +138,20 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
             report.device
         )));
     }
+    if let Some(fault) = &report.ended_by_fault {
+        return Err(Failure::Device(anyhow::anyhow!(
+            "{}: {fault}; the self-test ended there: mend the cause, then test again",
+            report.device
+        )));
+    }
     let named = |which: &dyn Fn(&Check) -> bool| -> Vec<String> {
         let checks = report.checks.iter().filter(|check| which(check));
         checks.map(|check| check.check.to_string()).collect()
     };
-    let (broken, late) = (
+    let (broken, late, limited) = (
         named(&|check| check.ok == Some(false)),
         named(&|check| check.host_late),
+        named(&|check| check.not_judged && !check.host_late),
     );
     let of = report.checks.len();
     if !broken.is_empty() {
@@ -149,6 +159,13 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
             "{} of {of} promises were not kept: {}; do not use this device before that is mended",
             broken.len(),
             broken.join(", ")
+        )));
+    }
+    if !limited.is_empty() {
+        return Err(Failure::Device(anyhow::anyhow!(
+            "{} of {of} promises could not be judged, as a limit of the device ended their trials: {}; what to do about it stands in the table",
+            limited.len(),
+            limited.join(", ")
         )));
     }
     if late.is_empty() {
