@@ -8,14 +8,14 @@ use haptic_link::Status;
 use haptic_remote::serial::{DeviceTime, Served};
 use std::sync::Arc;
 
-/// An emulated servo in its own time, which runs and tells no sample; its adapter, and that time.
-fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>, DeviceTime) {
+/// An emulated servo in its own time, which runs and tells no sample; and its adapter.
+fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
     let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
     let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
     let time = DeviceTime::default();
     let line = NearLine::new(Arc::clone(&adapter), time.clone());
     let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("answers");
-    let served = Served::in_its_own_time(axis, time.clone()).expect("serves");
+    let served = Served::in_its_own_time(axis, time).expect("serves");
     let mut link = SerialLink::to_served(served, "moteus:emulated").expect("answers");
     link.arm(Duration::from_secs(1)).expect("arms");
     let rarely = Start {
@@ -23,7 +23,7 @@ fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>, Device
         ..Start::ENDLESS
     };
     link.start(rarely).expect("starts");
-    (link, adapter, time)
+    (link, adapter)
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn a_silence_of_a_device_that_answers_is_no_end_of_the_search() {
 
 #[test]
 fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
-    let (mut link, adapter, _) = running_without_samples();
+    let (mut link, adapter) = running_without_samples();
     let stuck = adapter.lock().expect("nobody panicked with it");
     let patience = Duration::from_millis(20);
     let Err(failure) = Trials::followed(&mut link, "here", 1000, patience) else {
@@ -55,15 +55,16 @@ fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
 
 #[test]
 fn a_board_that_failed_ends_it_with_its_own_words() {
-    let (mut link, adapter, time) = running_without_samples();
-    let late_us = time.now_us() + 150_000;
-    (adapter.lock().expect("nobody panicked with it").servo).advance(late_us);
+    let (mut link, adapter) = running_without_samples();
+    // Its supply is too low.
+    (adapter.lock().expect("nobody panicked with it").servo).fail(40);
     let Err(failure) = Trials::followed(&mut link, "here", 1000, SILENCE) else {
         panic!("nothing more can be tried");
     };
     let said = failure.to_string();
+    let own = link.trouble().expect("it says why").words;
     assert!(
-        said.contains("heard nothing for its watchdog time"),
+        said.contains(&own) && said.contains("no more trials"),
         "{said}"
     );
     assert_eq!(failure.exit_code(), 3, "{said}");
