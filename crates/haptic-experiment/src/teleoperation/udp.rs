@@ -38,14 +38,7 @@ impl TeleoperationExperiment {
         let side = end.side();
         self.check_side(side)?;
         let (port, body) = (self.port(side)?, self.body(side)?);
-        let schedule = Schedule {
-            samples: self.samples(),
-            sample_time_s: self.sample_time().0,
-            pace: match self.pace {
-                Pace::Virtual => Pace::Realtime(RealtimeOptions::NORMAL),
-                pace @ Pace::Realtime(_) => pace,
-            },
-        };
+        let schedule = self.schedule_by_the_clock();
         let Some(clock) = schedule.clock().map_err(Failure::input)? else {
             return Err(Failure::bad_input("two processes need a clock"));
         };
@@ -91,6 +84,18 @@ impl TeleoperationExperiment {
             warn(&self.saturated());
         }
         Ok(report)
+    }
+
+    /// In real time, whatever the pace of a simulation is.
+    fn schedule_by_the_clock(&self) -> Schedule {
+        Schedule {
+            samples: self.samples(),
+            sample_time_s: self.sample_time().0,
+            pace: match self.pace {
+                Pace::Virtual => Pace::Realtime(RealtimeOptions::NORMAL),
+                pace @ Pace::Realtime(_) => pace,
+            },
+        }
     }
 
     fn check_side(&self, side: HandSide) -> Result<(), Failure> {

@@ -2,8 +2,8 @@
 
 use crate::process::Place;
 
-#[test]
-fn bad_input_is_refused_in_one_line_with_the_remedy() {
+/// Thirteen files, most of them bad.
+fn files() -> Place {
     let place = Place::new();
     place.write("c.toml", "[pid]\nproportional_gain = x\n");
     place.write("p.toml", "[device]\nmass_kg = 1\ndampng_n_s_per_m = 2\n");
@@ -25,6 +25,12 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
     place.write("far.csv", rows(&|n| format!("1e60,{n}e-60")));
     place.write("large.csv", "time_s,reference\n0,1\n1,1e300\n2,0\n");
     place.write("small.csv", rows(&|n| format!("1,{n}e-200")));
+    place
+}
+
+#[test]
+fn bad_input_is_refused_in_one_line_with_the_remedy() {
+    let place = files();
     let design = "control design --crossover 1rad/s";
     place.refuses(
         &format!(
@@ -75,6 +81,17 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
             control design --plant 1/(s+1) --crossover 0 => from 1e-12 to 1e9 rad/s | --crossover
             control simulate --plant 1/(s+1) --controller 2 --sample-time 1s --reference large.csv
                 => large.csv: line 3: 1e300 in column reference is not from -1e12 to 1e12 | another unit
+            "
+        ),
+    );
+    assert_eq!(place.files().len(), 13, "nothing was written");
+}
+
+#[test]
+fn bad_records_are_refused_in_one_line_with_the_remedy() {
+    let place = files();
+    place.refuses(
+        "
             control identify good.csv --time input => column input | --time and by --input | give each its own
             control identify good.csv --output input => --input and by --output
             control identify still.csv --time input --input time_s => the time does not grow | column input, that of --time
@@ -91,8 +108,7 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
             control identify small.csv => column `output` is 2.9e-199 at most | unit
             control identify good.csv --model 2 => no power of s | --model
             control identify short.csv --out p.txt => .toml | --out
-            "
-        ),
+        ",
     );
     assert_eq!(place.files().len(), 13, "nothing was written");
 }
