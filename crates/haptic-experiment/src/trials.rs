@@ -2,7 +2,7 @@
 //!
 //! A trial that says nothing about its law is made again, ten times in all: samples missing or held up, a host, line or tick that was
 //! late. Then no more trials are made; nor after twenty in a row that ended at a limit of the device, nor after any fault that is none of
-//! the law: see [`Meaning`].
+//! the law: see `Meaning`.
 
 mod meaning;
 #[cfg(test)]
@@ -95,8 +95,8 @@ impl<'a> Trials<'a> {
         })
     }
 
-    /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made,
-    /// see [`failure`](Self::failure).
+    /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made:
+    /// the search then tells why.
     pub fn motion(
         &self,
         law: &RemoteLaw,
