@@ -17,6 +17,8 @@ import operator
 import os
 import random
 import select
+import socket
+import stat
 import struct
 import sys
 import termios
@@ -104,15 +106,25 @@ def well_formed(message):
     return LENGTHS.get(number) == length
 
 
+def opened(path, baud):
+    """A serial port set up for bytes; or a Unix socket, where an emulator listens at one."""
+    if stat.S_ISSOCK(os.stat(path).st_mode):
+        line = socket.socket(socket.AF_UNIX)
+        line.connect(path)
+        return line.detach()
+    port = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    speed, control = getattr(termios, f"B{baud}"), termios.tcgetattr(port)[6]
+    control[termios.VMIN] = control[termios.VTIME] = 0
+    raw = [0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL, 0, speed, speed, control]
+    termios.tcsetattr(port, termios.TCSAFLUSH, raw)
+    return port
+
+
 class Device:
     """A device at the other end of a line. Everything happens in `poll`; there is no thread."""
 
     def __init__(self, path, baud=460800):
-        self.port = os.open(path, os.O_RDWR | os.O_NOCTTY)
-        speed, control = getattr(termios, f"B{baud}"), termios.tcgetattr(self.port)[6]
-        control[termios.VMIN] = control[termios.VTIME] = 0
-        raw = [0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL, 0, speed, speed, control]
-        termios.tcsetattr(self.port, termios.TCSAFLUSH, raw)
+        self.port = opened(path, baud)
         self.rest, self.number, self.connection, self.last, self.late_run = b"", 0, 0, None, (None, 0)
         self.awaited, self.answer = None, None
         self.keep_alive_s, self.keep_alive_due, self.token = None, 0.0, 0
