@@ -18,10 +18,10 @@ const ONE_BY_ONE: usize = 1024;
 /// What G passes on at once, D, is seen by the next measurement: G − D in the sum, and D·w^⌈τ/T⌉, at least D·w.
 #[derive(Clone, Debug)]
 pub(crate) struct HeldResponse {
-    plant: Plant,
-    /// Numerator and denominator of G − D.
+    /// G, without its dead time.
+    function: FractionalTransferFunction,
+    /// The numerator of G − D, whose denominator is that of G.
     above: FractionalPolynomial,
-    below: FractionalPolynomial,
     /// Terms whose rates are bounded one by one; `None` where that would be too many.
     one_by_one: Option<usize>,
     direct: f64,
@@ -43,18 +43,16 @@ impl HeldResponse {
         } else {
             above.coefficient / below.coefficient
         };
-        let below = *function.denominator();
         let led = |k: &usize| {
             let omega = 2.0 * PI * *k as f64 / sample_time_s;
-            Bounds::new(&below, libm::log(omega)).led > 0.25
+            Bounds::new(function.denominator(), libm::log(omega)).led > 0.25
         };
         let counts = core::iter::successors(Some(1), |k| Some(2 * k));
         Some(Self {
             direct,
             delay: plant.delay_s() / sample_time_s,
-            plant: plant.without_dead_time()?,
+            function: **function,
             above: without(function, direct)?,
-            below,
             one_by_one: counts.take_while(|k| *k <= ONE_BY_ONE).find(led),
             sample_time_s,
         })
@@ -87,14 +85,13 @@ impl HeldResponse {
 
     /// The number of poles of the plant that grow, where it is known.
     pub(crate) fn growing_poles(&self) -> Option<usize> {
-        self.plant.function()?.growing_poles()
+        self.function.growing_poles()
     }
 
     /// (G − D)/(jω) at the angle x = ωT.
     fn term(&self, x: f64) -> Complex<f64> {
         let omega = x / self.sample_time_s;
-        let response = self.plant.response(omega).unwrap_or_default();
-        (response - self.direct) / Complex::new(0.0, omega)
+        (self.function.response(omega) - self.direct) / Complex::new(0.0, omega)
     }
 
     /// Σ of (G − D)/(jω)·e^(−j(x − θ)τ/T) over x = from + 2πk, k from 0 on; `aliases` of the first are the turns of x − θ.
@@ -129,11 +126,11 @@ impl HeldResponse {
         let half = x - ln(low);
         let (above, below) = (
             Bounds::new(&self.above, ln(high)),
-            Bounds::new(&self.below, ln(high)),
+            Bounds::new(self.function.denominator(), ln(high)),
         );
         let size =
             |of: &FractionalPolynomial, bounds: &Bounds| OnAxis(of).at(x, bounds.scale).norm();
-        let least = size(&self.below, &below) - half * below.rate;
+        let least = size(self.function.denominator(), &below) - half * below.rate;
         let most = size(&self.above, &above) + half * above.rate;
         above.over(&below, most, least) * self.sample_time_s / (low * low)
     }
@@ -145,11 +142,15 @@ impl HeldResponse {
     /// ```
     fn rest_rate(&self, x: f64) -> f64 {
         let ln = libm::log(x / self.sample_time_s);
-        let (above, below) = (Bounds::new(&self.above, ln), Bounds::new(&self.below, ln));
+        let (above, below) = (
+            Bounds::new(&self.above, ln),
+            Bounds::new(self.function.denominator(), ln),
+        );
         if above.size == 0.0 {
             return 0.0;
         }
-        let (degree_above, degree_below) = (self.above.degree(), self.below.degree());
+        let (degree_above, degree_below) =
+            (self.above.degree(), self.function.denominator().degree());
         let relative = 1.0 + degree_above + degree_below / below.led;
         let least = below.led * below.lead;
         let first = relative * above.size / least * libm::exp(above.scale - below.scale);

@@ -6,15 +6,29 @@ use fracdiff::Seconds;
 use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
 use num_complex::Complex;
 
+/// A gain on a plant of 1 s a sample.
 fn closed(plant: &str, gain: f64) -> SampledLoop {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
-    let plant: Plant = plant.parse().expect("valid");
-    let plant = SampledPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
-    let controller = PidParameters {
+    sampled(plant, proportional(gain), Rule::Bdf2, Seconds(1.0))
+}
+
+fn proportional(gain: f64) -> PidParameters {
+    PidParameters {
         proportional: gain,
         ..PidParameters::NONE
-    };
-    SampledLoop::new(controller.into(), memory, &plant).expect("valid")
+    }
+}
+
+fn sampled(plant: &str, gains: PidParameters, rule: Rule, sample_time: Seconds) -> SampledLoop {
+    let memory = Memory::new(rule, 1e-9, 1e6 * sample_time.0).expect("valid");
+    let plant: Plant = plant.parse().expect("valid");
+    let plant = SampledPlant::new(&plant, memory, sample_time).expect("runs");
+    SampledLoop::new(gains.into(), memory, &plant).expect("valid")
+}
+
+/// The gain above 1 at which the loop of the plant itself is lost.
+fn lost_at(own: &SampledLoop) -> f64 {
+    let truth = own.of_plant().expect("a rule");
+    truth.margins().gain_up.expect("ends").value
 }
 
 /// The answer of 1/s^order to one held sample, late by this.
@@ -48,17 +62,14 @@ fn the_response_behind_a_hold_is_that_of_the_weights() {
 /// A dead time of a hundredth of a sample: the plant answers to the sample before it with nearly all that it has.
 #[test]
 fn a_short_dead_time_of_a_low_order_is_seen() {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
-    let plant: Plant = "exp(-0.01s)/s^0.18".parse().expect("valid");
-    let plant = SampledPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
     let gain = 0.015 * libm::pow(0.01, 0.18);
-    let own = PidParameters {
+    let gains = PidParameters {
         proportional: gain,
         derivative: gain * 100.0,
         derivative_order: 1.0,
         ..PidParameters::NONE
     };
-    let own = SampledLoop::new(own.into(), memory, &plant).expect("valid");
+    let own = sampled("exp(-0.01s)/s^0.18", gains, Rule::Bdf2, Seconds(1.0));
     // It grows from a gain of 0.39 times that on.
     let up = own.of_plant().expect("a rule").gain_crossings();
     let first = up
@@ -82,13 +93,7 @@ fn grows(gain: f64) -> bool {
 
 #[test]
 fn where_a_rule_stands_for_its_plant_its_verdict_is_that_of_the_weights() {
-    let up = closed("1/s^0.5", 0.55)
-        .of_plant()
-        .expect("a rule")
-        .margins()
-        .gain_up
-        .expect("ends")
-        .value;
+    let up = lost_at(&closed("1/s^0.5", 0.55));
     assert!(!grows(0.55 * 0.99 * up) && grows(0.55 * 1.01 * up), "{up}");
     for gain in [0.05, 0.2, 0.4, 0.55, 0.9, 1.05, 1.2, 1.3, 2.0, 10.0] {
         let own = closed("1/s^0.5", gain);
@@ -128,12 +133,16 @@ fn pushed_apart(omega: f64, gain: f64) -> f64 {
     -gain / (2.0 * omega) * (Complex::from_polar(1.0, -0.3 * omega) * hold / slow).im
 }
 
-/// A rule damps a resonance, which its plant does not: the spike of the plant lies between any angles that are looked at.
+/// A gain on a plant of 0.1 s a sample.
+fn swinging(plant: &str, gain: f64, rule: Rule) -> SampledLoop {
+    sampled(plant, proportional(gain), rule, Seconds(0.1))
+}
+
+/// A rule damps a resonance, which its plant does not: the spike of the plant would lie between any angles that could be looked at.
 #[test]
 fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
     let (damping, gain) = (2e-7, 1e-4);
     for rule in [Rule::Bdf2, Rule::Grunwald] {
-        let memory = Memory::new(rule, 1e-9, 1e5).expect("valid");
         let (mut damped, mut apart) = (0, 0);
         for k in 0..12 {
             let omega = 0.6 * 1.11_f64.powi(k);
@@ -145,13 +154,7 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
                 "exp(-0.3s)/(s^2+{damping}s+{})/(0.01s^0.5+1)",
                 omega * omega
             );
-            let plant: Plant = text.parse().expect("valid");
-            let plant = SampledPlant::new(&plant, memory, Seconds(0.1)).expect("runs");
-            let own = PidParameters {
-                proportional: gain,
-                ..PidParameters::NONE
-            };
-            let own = SampledLoop::new(own.into(), memory, &plant).expect("valid");
+            let own = swinging(&text, gain, rule);
             let holds = own.rule_error().expect("a rule").holds();
             damped += usize::from(own.verdict().stable);
             apart += usize::from(!holds);
@@ -164,25 +167,10 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
 /// One that decays as fast as the rule has it is proved, with its interval of gains.
 #[test]
 fn a_resonance_that_decays_by_itself_is_proved() {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e5).expect("valid");
-    let plant: Plant = "exp(-0.3s)/(s^2+0.2s+1)/(0.01s^0.5+1)"
-        .parse()
-        .expect("valid");
-    let plant = SampledPlant::new(&plant, memory, Seconds(0.1)).expect("runs");
-    let own = PidParameters {
-        proportional: 0.1,
-        ..PidParameters::NONE
-    };
-    let own = SampledLoop::new(own.into(), memory, &plant).expect("valid");
+    let own = swinging("exp(-0.3s)/(s^2+0.2s+1)/(0.01s^0.5+1)", 0.1, Rule::Bdf2);
     let rule = own.rule_error().expect("a rule");
     assert!(own.verdict().stable && rule.holds());
-    let up = own
-        .of_plant()
-        .expect("a rule")
-        .margins()
-        .gain_up
-        .expect("ends")
-        .value;
+    let up = lost_at(&own);
     let [low, high] = rule.within([0.01, up]);
     assert!(
         low < 0.011 && high > 0.8 * up && high < up,
