@@ -160,24 +160,28 @@ fn longer_watchdog(watchdog_ms: u16) -> String {
     format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
 }
 
+/// What a device tells of a fault in its tick 7, of 1 ms.
+#[cfg(test)]
+pub(crate) fn reported(fault: Fault) -> FaultReport {
+    let status = haptic_link::Status {
+        state: haptic_link::State::Fault,
+        fault: fault.code(),
+        faults: 1,
+    };
+    FaultReport {
+        status,
+        tick: 7,
+        time_us: 7000,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_link::{State, Status};
 
     #[test]
     fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {
-        let fault = |fault: Fault| {
-            Ended::DeviceFault(FaultReport {
-                status: Status {
-                    state: State::Fault,
-                    fault: fault.code(),
-                    faults: 1,
-                },
-                tick: 7,
-                time_us: 7000,
-            })
-        };
+        let fault = |fault: Fault| Ended::DeviceFault(reported(fault));
         let refused = LinkError::Refused {
             request: "start",
             refusal: haptic_link::Refusal::Connection,

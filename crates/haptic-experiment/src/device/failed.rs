@@ -68,15 +68,7 @@ mod tests {
 
     #[test]
     fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
-        let report = haptic_link::FaultReport {
-            status: haptic_link::Status {
-                state: haptic_link::State::Fault,
-                fault: 12,
-                faults: 1,
-            },
-            tick: 7,
-            time_us: 7000,
-        };
+        let report = crate::ended::reported(haptic_loop::Fault::BoardFailed);
         let failure = |error: LinkError| at_port("/dev/x", &error.into());
         let faulted = failure(LinkError::Faulted(report));
         assert_eq!(faulted.exit_code(), 1);

@@ -1,10 +1,10 @@
 //! Trials on a device that is silent, that fails, and that has had enough.
 
 use super::*;
+use crate::ended::reported;
 use haptic_devices::NearLine;
 use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
-use haptic_link::Status;
 use haptic_remote::serial::{DeviceTime, Served};
 use std::sync::Arc;
 
@@ -74,16 +74,7 @@ fn a_board_that_failed_ends_it_with_its_own_words() {
 fn a_fault_of_the_device_is_no_answer_of_a_wall() {
     for fault in Fault::ALL {
         let (link, ..) = running_without_samples();
-        let report = FaultReport {
-            status: Status {
-                state: State::Fault,
-                fault: fault.code(),
-                faults: 1,
-            },
-            tick: 7,
-            time_us: 7000,
-        };
-        let trial = faulted(&link, report);
+        let trial = faulted(&link, reported(fault));
         match fault.code() {
             6 | 7 => assert!(matches!(trial, Ok(Trial::Tripped(was)) if was == fault)),
             2 | 3 | 11 => assert!(matches!(trial, Ok(Trial::Unjudged(_))), "{fault}"),
