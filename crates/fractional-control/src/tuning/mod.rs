@@ -11,6 +11,7 @@
 //! Source: C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for
 //! industry applications*, Control Engineering Practice 16, 2008, whose five equations these are.
 
+mod equations;
 mod nyquist;
 mod open_loop;
 mod robustness;

@@ -5,8 +5,11 @@ use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;
 
-/// |L| at the highest frequency of the grid, above which the loop is not judged.
+/// |L| above which the loop is not judged at the highest frequency of the grid, and where dead time turns L by more than [`TURN`] from point
+/// to point.
 const SMALL: f64 = 0.7;
+/// Turn by dead time between two points of the grid, rad.
+const TURN: f64 = 1.0;
 
 /// What the poles of the plant add to the count: its denominator A on the grid.
 ///
@@ -26,6 +29,8 @@ pub(super) struct Nyquist {
     rise: f64,
     /// ln of the second frequency over the first.
     ratio: f64,
+    /// The first point from which on dead time turns L fast.
+    fast_from: usize,
 }
 
 impl Nyquist {
@@ -44,7 +49,19 @@ impl Nyquist {
             degree: plant.degree(),
             rise,
             ratio,
+            fast_from: omegas
+                .windows(2)
+                .position(|pair| (pair[1] - pair[0]) * plant.delay_s() > TURN)
+                .unwrap_or(omegas.len()),
         }
+    }
+
+    /// The largest |L| at the end of the grid, and where dead time turns it fast.
+    pub(super) fn end(&self, open: &[Complex<f64>]) -> f64 {
+        let from = self.fast_from.min(open.len().saturating_sub(1));
+        let sizes = open.iter().skip(from).map(|l| l.norm());
+        // What is no number is no small one.
+        sizes.fold(0.0, |most, size| if size <= most { most } else { size })
     }
 
     /// True if the loop is stable at a gain k, as far as the grid tells; `open` is L on it.
@@ -54,7 +71,7 @@ impl Nyquist {
             return false;
         };
         // Also not so of what is no number.
-        let ends_small = last.norm() * gain <= SMALL;
+        let ends_small = self.end(open) * gain <= SMALL;
         if !ends_small {
             return false;
         }

@@ -12,6 +12,10 @@ const POINTS: usize = 180;
 /// Decades below and above the crossover.
 const BELOW: f64 = 4.0;
 const ABOVE: f64 = 3.0;
+/// Points a decade beyond, up to half the sample rate.
+const FAR_POINTS: f64 = 20.0;
+/// Aliases of a sampled plant on each side. Those left out are 0.6 % of the sum at half the sample rate where a plant falls as 1/ω.
+const ALIASES: i32 = 32;
 /// Times at which a step is looked at, from 0.4/`ω_c` over two decades.
 const TIMES: usize = 64;
 
@@ -56,8 +60,12 @@ pub struct Measures {
     pub overshoot_spread: f64,
     /// Largest change of the phase margin while the gain goes from half to double, rad.
     pub margin_spread_rad: f64,
+    /// Least phase margin in size at the crossovers beside the wished one, rad; π without any.
+    pub other_margin_rad: f64,
     /// The closed loop is stable by Nyquist's count on the grid; the verdict that counts is [`SampledLoop`](crate::SampledLoop)'s.
     pub stable: bool,
+    /// Largest |L| at the highest frequencies, where a loop is judged by nothing else.
+    pub(crate) end: f64,
     /// So is that of half to double the gain, each of [`GAINS`](super::GAINS).
     pub stable_over_gains: bool,
 }
@@ -76,15 +84,58 @@ fn ln_s(omega: f64, sampling: Option<Sampling>) -> Complex<f64> {
     (s / sample_time.0).ln()
 }
 
-/// G(jω) behind a hold of T: (1 − e^(−jωT))/(jωT).
-fn held(plant: &Plant, omega: f64, sampling: Option<Sampling>) -> Option<Complex<f64>> {
+/// The plant behind a hold of T as its samples see it, and the share of all aliases in it: the first ones on each side.
+///
+/// ```text
+/// Σ_k G(jω_k)·(1 − e^(−jωT))/(jω_k T),   ω_k = ω + 2πk/T
+/// ```
+fn held(
+    plant: &Plant,
+    omega: f64,
+    sampling: Option<Sampling>,
+) -> Option<(Complex<f64>, Complex<f64>)> {
     let response = plant.response(omega)?;
     let Some(sampling) = sampling else {
-        return Some(response);
+        return Some((response, Complex::new(1.0, 0.0)));
     };
-    let half = 0.5 * omega * sampling.sample_time.0;
-    let (sin, cos) = libm::sincos(half);
-    Some(response * Complex::new(cos, -sin) * (sin / half))
+    let t = sampling.sample_time.0;
+    let (sin, cos) = libm::sincos(0.5 * omega * t);
+    let at = |k: i32| {
+        let omega = omega + 2.0 * PI * f64::from(k) / t;
+        // Of a measured response nothing is known there.
+        let response = plant.response(omega.abs())?;
+        let turned = Complex::new(response.re, response.im * omega.signum());
+        Some(turned / omega)
+    };
+    // Far ones first, both of a pair together.
+    let pairs = (1..=ALIASES).rev().map(|k| at(k).zip(at(-k)));
+    let aliases: Complex<f64> = pairs.flatten().map(|(above, below)| above + below).sum();
+    let first = response / omega;
+    let sum = first + aliases;
+    let behind_hold = sum * Complex::new(cos, -sin) * (2.0 * sin / t);
+    Some((behind_hold, sum / first))
+}
+
+/// Frequencies around the crossover within the band of the plant, those of the bounds, and of samples all up to half their rate.
+fn grid(plant: &Plant, wishes: &Specification, half_rate: Option<f64>) -> Vec<f64> {
+    let omega = wishes.crossover_rad_s;
+    let (low, high) = plant.band();
+    let low = (omega * libm::pow(10.0, -BELOW)).max(low * (1.0 + 1e-9));
+    let high = (high * (1.0 - 1e-9)).min(half_rate.unwrap_or(f64::INFINITY));
+    let near = (omega * libm::pow(10.0, ABOVE)).min(high);
+    let ratio = libm::log(near / low) / (POINTS - 1) as f64;
+    let around = (0..POINTS).map(|k| low * libm::exp(ratio * k as f64));
+    let far = half_rate.map_or(near, |_| high);
+    let count = libm::ceil(FAR_POINTS * libm::log10(far / near)) as usize;
+    let step = libm::log(far / near) / count.max(1) as f64;
+    let beyond = (1..=count).map(|k| near * libm::exp(step * k as f64));
+    let bounds = [wishes.noise, wishes.disturbance].into_iter().flatten();
+    let bounds = bounds.map(|bound| bound.omega_rad_s);
+    let bounds = bounds.filter(|omega| *omega > low && *omega < far);
+    let mut grid: Vec<f64> = around.chain(beyond).chain(bounds).collect();
+    grid.sort_by(f64::total_cmp);
+    grid.dedup();
+    grid
 }
 
 impl OpenLoop {
@@ -98,34 +149,27 @@ impl OpenLoop {
             what: "the response of the plant at the crossover",
             why: "measure on both sides of it",
         };
-        let (low, high) = plant.band();
-        let nyquist = sampling.map_or(f64::INFINITY, |own| 0.999 * PI / own.sample_time.0);
-        let low = (omega * libm::pow(10.0, -BELOW)).max(low * (1.0 + 1e-9));
-        let high = (omega * libm::pow(10.0, ABOVE))
-            .min(high * (1.0 - 1e-9))
-            .min(nyquist);
-        let ratio = libm::log(high / low) / (POINTS - 1) as f64;
-        let grid = (0..POINTS).map(|k| low * libm::exp(ratio * k as f64));
-        let bounds = [wishes.noise, wishes.disturbance].into_iter().flatten();
-        let bounds = bounds.map(|bound| bound.omega_rad_s);
-        let bounds = bounds.filter(|omega| *omega > low && *omega < high);
-        let mut grid: Vec<f64> = grid.chain(bounds).collect();
-        grid.sort_by(f64::total_cmp);
-        grid.dedup();
+        let half_rate = sampling.map(|own| 0.999 * PI / own.sample_time.0);
+        let grid = grid(plant, wishes, half_rate);
+        let low = grid.first().copied().unwrap_or(omega);
         let points = grid.into_iter().filter_map(|omega| {
-            let plant = held(plant, omega, sampling)?;
+            let (plant, _) = held(plant, omega, sampling)?;
             let ln_s = ln_s(omega, sampling);
             Some(Point { omega, ln_s, plant })
         });
         let points: Vec<Point> = points.collect();
-        let here = held(plant, omega, sampling).ok_or(unknown)?;
+        let (here, _) = held(plant, omega, sampling).ok_or(unknown)?;
         // Slopes by central differences.
         let h = 1e-5;
         let (above, below) = (omega * libm::exp(h), omega * libm::exp(-h));
         let slope_s = (ln_s(above, sampling) - ln_s(below, sampling)) / (2.0 * h);
         let hold = |omega: f64| sampling.map_or(0.0, |own| -0.5 * omega * own.sample_time.0);
+        let aliased = |omega: f64| held(plant, omega, sampling).map(|(_, share)| share.ln());
+        let aliased = aliased(above).zip(aliased(below)).ok_or(unknown)?;
+        let aliases = (aliased.0 - aliased.1) / (2.0 * h);
         // The phase of the hold; its gain is flat to (ωT)²/12.
-        let slope_plant = plant.slope(omega).ok_or(unknown)? + Complex::new(0.0, hold(omega));
+        let slope_plant =
+            plant.slope(omega).ok_or(unknown)? + aliases + Complex::new(0.0, hold(omega));
         let frequencies: Vec<f64> = points.iter().map(|point| point.omega).collect();
         let times =
             (0..TIMES).map(|k| libm::pow(10.0, -0.4 + 2.0 * k as f64 / TIMES as f64) / omega);
@@ -196,7 +240,9 @@ impl OpenLoop {
                 f64::INFINITY
             },
             margin_spread_rad: self.margin_spread(&open, wishes.phase_margin_rad),
+            other_margin_rad: self.other_margin(&open),
             stable,
+            end: self.nyquist.end(&open),
             stable_over_gains: super::GAINS
                 .iter()
                 .all(|gain| self.nyquist.is_stable(&open, *gain)),
@@ -235,14 +281,32 @@ impl OpenLoop {
             let Some(at) = open.windows(2).rposition(falls) else {
                 return PI;
             };
-            let (a, b) = (open[at], open[at + 1]);
-            let (high, low) = (libm::log(a.norm() * gain), libm::log(b.norm() * gain));
-            let share = high / (high - low);
-            let phase = (-a).arg() + share * (b / a).arg();
+            let phase = margin_between(open[at], open[at + 1], gain);
             spread = spread.max((phase - margin).abs());
         }
         spread
     }
+
+    /// The least margin in size where |L| passes 1, but for the wished crossover.
+    fn other_margin(&self, open: &[Complex<f64>]) -> f64 {
+        let places = self.points.windows(2).zip(open.windows(2));
+        let margins = places.filter_map(|(points, values)| {
+            let ([below, above], [a, b]) = (points, values) else {
+                return None;
+            };
+            let wished = (below.omega..=above.omega).contains(&self.omega);
+            let crosses = (a.norm() < 1.0) != (b.norm() < 1.0);
+            (crosses && !wished).then(|| margin_between(*a, *b, 1.0).abs())
+        });
+        margins.fold(PI, f64::min)
+    }
+}
+
+/// The phase margin where k·|L| is 1 between two neighbours of the grid, by a straight line of ln L, rad.
+fn margin_between(a: Complex<f64>, b: Complex<f64>, gain: f64) -> f64 {
+    let (from, to) = (libm::log(a.norm() * gain), libm::log(b.norm() * gain));
+    let share = from / (from - to);
+    (-a).arg() + share * (b / a).arg()
 }
 
 /// y(t) = (2/π)∫ Re T(jω)·sin(ωt)/ω dω as a row of weights of Re T, which is constant below the first frequency and where Re T/ω is a straight line

@@ -1,11 +1,10 @@
 //! Orders and slope by search, gains by three linear equations.
 
+use super::equations::Equations;
 use super::open_loop::{Measures, OpenLoop, at};
 use super::specification::{Sampling, Specification};
 use crate::{ControlError, PidParameters, Plant};
 use core::f64::consts::PI;
-use nalgebra::{Matrix3, Vector3};
-use num_complex::Complex;
 use std::vec::Vec;
 
 /// A controller that was tuned, and what it reaches.
@@ -42,7 +41,7 @@ impl core::fmt::Display for Unmet {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(
             f,
-            "`{}` {:.4} is not reached: {:.4} is the best with the others met; allow more, or move `crossover_rad_s`",
+            "`{}` {:.4} is not reached: {:.4} is the best that was found; allow more, or move `crossover_rad_s`",
             self.what, self.wanted, self.reached
         )
     }
@@ -101,8 +100,17 @@ fn search(
     let mut trials: Vec<Trial> = Vec::new();
     for lambda in orders() {
         for mu in orders() {
-            let places = slopes.iter().map(|slope| [lambda, mu, *slope]);
-            trials.extend(places.filter_map(|place| search.trial(place)));
+            for slope in slopes {
+                let ends = [mu, (mu + 0.1).min(ORDERS[1])];
+                let between = search.equations.between(lambda, ends, *slope);
+                let places = [Some([lambda, mu, *slope]), between];
+                trials.extend(
+                    places
+                        .into_iter()
+                        .flatten()
+                        .filter_map(|place| search.trial(place)),
+                );
+            }
         }
     }
     search.finish(trials, [true, true, !wishes.iso_damping])
@@ -136,9 +144,7 @@ const MET: f64 = 0.01;
 struct Search<'a> {
     open: OpenLoop,
     wishes: &'a Specification,
-    /// `C(s_c)` that crossover and margin ask for.
-    target: Complex<f64>,
-    sign: f64,
+    equations: Equations,
 }
 
 /// λ, μ, ψ; the controller; how bad it is.
@@ -155,6 +161,23 @@ fn rounded(order: f64) -> f64 {
     libm::round(1e4 * order) / 1e4
 }
 
+/// −1, 0 or 1 along each axis that is free: sides and corners.
+fn directions(free: [bool; 3]) -> impl Iterator<Item = [f64; 3]> {
+    let signs = |free: bool| {
+        if free {
+            [0.0, -1.0, 1.0].as_slice()
+        } else {
+            &[0.0]
+        }
+    };
+    let [x, y, z] = free.map(signs);
+    let all = x.iter().flat_map(move |x| {
+        y.iter()
+            .flat_map(move |y| z.iter().map(move |z| [*x, *y, *z]))
+    });
+    all.filter(|direction| direction.iter().any(|sign| *sign != 0.0))
+}
+
 impl<'a> Search<'a> {
     /// Of wishes that can be had together.
     fn new(
@@ -164,40 +187,10 @@ impl<'a> Search<'a> {
     ) -> Result<Self, ControlError> {
         wishes.check(plant, sampling)?;
         let open = OpenLoop::new(plant, wishes, sampling)?;
-        let (_, _, response, _) = open.crossover;
-        let target = Complex::from_polar(1.0, wishes.phase_margin_rad - PI) / response;
         Ok(Self {
+            equations: Equations::new(&open, wishes.phase_margin_rad, plant.sign()),
             open,
             wishes,
-            target,
-            sign: plant.sign(),
-        })
-    }
-
-    /// The three gains, if `K_p` and `K_i` have the sign of the plant. `K_d` may have any: a negative one of small order is a lag.
-    fn gains(&self, [lambda, mu, slope]: [f64; 3]) -> Option<PidParameters> {
-        let (ln_s, slope_s, _, slope_plant) = self.open.crossover;
-        let powers = [0.0, -lambda, mu].map(|order| (order, (ln_s * order).exp() / self.target));
-        // Σ k·s^μ/R = 1,   Im(σ·Σ k·μ·s^μ/R) = ψ − Im(G′/G)
-        let row = |value: &dyn Fn(f64, Complex<f64>) -> f64| {
-            powers.map(|(order, power)| value(order, power))
-        };
-        let rows = [
-            row(&|_, power| power.re),
-            row(&|_, power| power.im),
-            row(&|order, power| (power * slope_s * order).im),
-        ];
-        let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
-        let wanted = Vector3::new(1.0, 0.0, slope - slope_plant.im);
-        let gains = matrix.lu().solve(&wanted)?;
-        let with_plant = gains[0] * self.sign >= 0.0 && gains[1] * self.sign >= 0.0;
-        let usable = with_plant && gains.iter().all(|gain| gain.is_finite());
-        usable.then_some(PidParameters {
-            proportional: gains[0],
-            integral: gains[1],
-            integral_order: lambda,
-            derivative: gains[2],
-            derivative_order: mu,
         })
     }
 
@@ -207,18 +200,19 @@ impl<'a> Search<'a> {
         if !place[..2].iter().all(within) {
             return None;
         }
-        let gains = self.gains(place)?;
+        let gains = self.equations.gains(place)?;
         let measures = self.open.measure(&gains, self.wishes);
         let missed: f64 = self
             .bounds(&measures)
             .map(|(_, wanted, reached)| (reached / wanted - 1.0).max(0.0))
             .sum();
-        let mut cost = 100.0 * missed + 0.01 * measures.margin_spread_rad;
-        // Any stable one is better.
+        let margin = (1.0 - measures.other_margin_rad / self.wishes.phase_margin_rad).max(0.0);
+        let mut cost = 100.0 * (missed + margin) + 0.01 * measures.margin_spread_rad;
+        // Any stable one is better; the way there is that of less gain at the end.
         cost += if measures.stable {
             measures.overshoot_spread
         } else {
-            1e6
+            1e6 * (1.0 + measures.end)
         };
         // An overshoot has no end where the loop is lost at some gain.
         if !measures.stable_over_gains {
@@ -278,20 +272,20 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Steps to all sides, halved where none helps.
+    /// Steps to all sides and corners, halved where none helps.
     fn refine(&self, mut best: Trial, free: [bool; 3]) -> Trial {
         let mut step = 0.05;
         while step > 1e-4 {
             let before = best.cost;
-            for (axis, _) in free.iter().enumerate().filter(|(_, free)| **free) {
-                for direction in [-step, step] {
-                    let mut place = best.place;
-                    place[axis] += direction;
-                    if let Some(trial) = self.trial(place)
-                        && trial.cost < best.cost
-                    {
-                        best = trial;
-                    }
+            for direction in directions(free) {
+                let mut place = best.place;
+                for (value, sign) in place.iter_mut().zip(direction) {
+                    *value += step * sign;
+                }
+                if let Some(trial) = self.trial(place)
+                    && trial.cost < best.cost
+                {
+                    best = trial;
                 }
             }
             if best.cost >= before {
@@ -313,6 +307,7 @@ impl<'a> Search<'a> {
         let slope = (integral + derivative) * slope_s / own + slope_plant;
         let open = own * response;
         let margin = (-open).arg();
+        let least_margin = margin.min(best.measures.other_margin_rad);
         let wishes = self.wishes;
         let mut unmet: Vec<Unmet> = self
             .bounds(&best.measures)
@@ -325,7 +320,7 @@ impl<'a> Search<'a> {
             .collect();
         let exact = [
             ("crossover_rad_s", 1.0, open.norm()),
-            ("phase_margin_rad", wishes.phase_margin_rad, margin),
+            ("phase_margin_rad", wishes.phase_margin_rad, least_margin),
         ];
         let missed = exact
             .into_iter()

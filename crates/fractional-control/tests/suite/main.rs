@@ -5,9 +5,11 @@
 mod any_pole;
 mod boundary;
 mod controllers;
+mod crossovers;
 mod defining_sums;
 mod draw;
 mod fast_poles;
+mod flat;
 mod golden;
 mod identification;
 mod margins;

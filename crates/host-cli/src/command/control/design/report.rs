@@ -261,7 +261,7 @@ impl Report {
             "move --crossover, or change --phase-margin"
         };
         Err(Failure::Run(anyhow::anyhow!(
-            "not met: {unmet}; the best with the others met: allow more, {remedies}"
+            "not met: {unmet}; it is the best that was found: allow more, {remedies}"
         )))
     }
 

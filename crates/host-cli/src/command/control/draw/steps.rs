@@ -249,4 +249,21 @@ mod tests {
             .collect();
         assert!(turns(&calm, 1.0).is_empty() && !Curves::is_ink(&calm));
     }
+
+    #[test]
+    fn a_loop_that_grows_as_it_is_run_is_left_out_by_name() {
+        let step: Points = vec![(0.0, 0.0), (1.0, 1.0)];
+        let curves = |is_stable| Curves {
+            gains: vec![("gain +0 dB".to_owned(), step.clone())],
+            output: step.clone(),
+            command: step.clone(),
+            is_stable,
+        };
+        assert_eq!(curves(true).left_out("it"), None);
+        let words = curves(false).left_out("it").expect("it grows");
+        assert!(
+            words.contains("it at its own gain in (c) or (d)"),
+            "{words}"
+        );
+    }
 }
