@@ -12,8 +12,6 @@ use haptic_remote::serial::{SerialError, SerialLink};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Period of the loop, µs, where the board allows it.
-const PERIOD_US: u32 = 1000;
 /// Ticks in which the limit of the rate lets the force rise from zero to its limit.
 const RISE_TICKS: f32 = 10.0;
 /// Watchdog of trials in which nobody is silent on purpose, ms.
@@ -277,7 +275,8 @@ pub(super) fn refusal(asked: Result<(), SerialError>) -> Result<Option<LinkError
 /// A loop on the host without an environment, with the limits of the test or those that are set where these are tighter.
 fn limited(link: &SerialLink, test: &SelfTest, set: &Configuration) -> Configuration {
     let can = link.capabilities();
-    let period_us = PERIOD_US.clamp(can.tick_period_min_us, can.tick_period_max_us);
+    let most = can.tick_period_max_us;
+    let period_us = test.period_us.max(can.tick_period_min_us).min(most);
     let force_n = (test.force_limit_n as f32).min(can.force_max_n);
     let rate = force_n / (RISE_TICKS * period_us as f32 * 1e-6);
     let asked = Configuration {

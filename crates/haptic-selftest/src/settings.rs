@@ -12,6 +12,8 @@ pub struct SelfTest {
     pub force_limit_n: f64,
     /// Silence after which the device has to let go, ms.
     pub watchdog_ms: u16,
+    /// Period of the loop in the trials, µs; the nearest that the device has.
+    pub period_us: u32,
     /// The emergency stop.
     pub emergency_stop: EmergencyStop,
 }
@@ -28,10 +30,11 @@ pub enum EmergencyStop {
 }
 
 impl SelfTest {
-    /// 0.1 N, 200 ms.
+    /// 0.1 N, 200 ms, 1 kHz.
     pub const DEFAULT: Self = Self {
         force_limit_n: 0.1,
         watchdog_ms: 200,
+        period_us: 1000,
         emergency_stop: EmergencyStop::AsTheDevice,
     };
     /// Range of [`force_limit_n`](Self::force_limit_n): what a hand feels, and what it holds without effort.

@@ -18,8 +18,8 @@ const LONG_ABOUT: &str = "\
 Goes through what a device promises, whatever device it is, and prints a table of promised and seen: arm, force limit, \
 stop, finite check, watchdog, flight recorder, reconnect, emergency stop.
 
-The loop is closed on the host without any wall, with a force of at most 0.1 N (--force-limit) whose sign changes 25 \
-times a second; three times that is asked for to see it limited. Settings of the device stay as they are. It takes \
+The loop is closed on the host without any wall, with a force of at most 0.1 N (--force-limit) whose sign changes \
+every 40 samples, 25 times a second; three times that is asked for to see it limited. Settings of the device stay as they are. It takes \
 some 4 s. A real device moves by a few millimetres: let it move freely. Somebody presses its emergency stop when told \
 to (--emergency-stop none for a device that has none).
 
@@ -42,6 +42,9 @@ pub struct Arguments {
     /// Silence after which the device has to let go
     #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), value_name = "TIME", allow_hyphen_values = true)]
     watchdog: Option<Time>,
+    /// Sample time of the trials, the nearest that the device has: longer for a slow line
+    #[arg(long, value_parser = within::<Time>(parameters::MEASURE_SAMPLE_TIME.range()), default_value = parameters::MEASURE_SAMPLE_TIME.shown, allow_hyphen_values = true)]
+    sample_time: Time,
     /// The emergency stop [default: none on a simulated device, pressed on a real one]
     #[arg(long, value_parser = choice::<EmergencyStop>())]
     emergency_stop: Option<EmergencyStop>,
@@ -60,6 +63,7 @@ impl Arguments {
         if let Some(watchdog) = self.watchdog {
             test.watchdog_ms = super::number::watchdog_ms(watchdog)?;
         }
+        test.period_us = (self.sample_time.0 * 1e6).round() as u32;
         if let Some(emergency_stop) = self.emergency_stop {
             test.emergency_stop = emergency_stop;
         }
