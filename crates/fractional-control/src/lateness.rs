@@ -78,9 +78,9 @@ impl Part {
 }
 
 impl SampledLoop {
-    /// The delay margin of a stable loop around a plant behind a hold, s: with any smaller dead time more it is stable. That of
-    /// [`margins`](Self::margins), `first`, turns the phase of L as a dead time of whole samples does; a part of a sample turns it otherwise, for
-    /// the hold then switches inside a sample. `later` is the loop whose plant has so much more dead time.
+    /// The delay margin of a stable loop around a plant behind a hold, s: with any smaller dead time more it is stable; `None` if no dead time loses
+    /// it. That of [`margins`](Self::margins), `first`, turns the phase of L as a dead time of whole samples does; a part of a sample turns it
+    /// otherwise, for the hold then switches inside a sample. `later` is the loop whose plant has so much more dead time.
     ///
     /// ```text
     /// each part h of a sample:  L(h) is lost with no fewer than (π + arg L(h))/θ whole samples more, θ its crossovers
@@ -91,9 +91,9 @@ impl SampledLoop {
     /// # Errors
     /// Those of `later`.
     pub fn delay_margin<E>(
-        first: Crossing,
+        first: Option<Crossing>,
         later: impl Fn(f64) -> Result<Self, E>,
-    ) -> Result<Crossing, E> {
+    ) -> Result<Option<Crossing>, E> {
         let prompt = later(0.0)?;
         let rate = prompt.rate();
         let at = |samples: f64| later(samples / rate);
@@ -119,10 +119,10 @@ impl SampledLoop {
             };
             if !at(next.delay)?.verdict().stable {
                 let (samples, theta) = narrowed(&at, &next)?;
-                return Ok(Crossing {
+                return Ok(Some(Crossing {
                     omega_rad_s: theta * rate,
                     value: samples / rate,
-                });
+                }));
             }
             after = next.delay;
         }

@@ -248,7 +248,8 @@ fn contradicted(own: &Loop, tried: &mut usize) -> Vec<String> {
         .filter(|delay| delay.value < 50.0 && !own.times.is_empty())
     {
         let later = |further| own.with_delay(further).closed();
-        let delay = SampledLoop::delay_margin(first, later).expect("runs").value;
+        let delay = SampledLoop::delay_margin(Some(first), later).expect("runs");
+        let delay = delay.expect("a crossover").value;
         check("delay", &own.with_delay(0.99 * delay), true);
         check("delay", &own.with_delay(1.01 * delay), false);
     }

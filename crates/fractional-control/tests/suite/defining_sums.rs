@@ -135,7 +135,8 @@ impl Loop {
         }
         if let Some(first) = seen(margins.delay_s) {
             let later = |further| Ok::<_, ()>(self.with_delay(further).closed());
-            let delay = SampledLoop::delay_margin(first, later).expect("runs").value;
+            let delay = SampledLoop::delay_margin(Some(first), later).expect("runs");
+            let delay = delay.expect("a crossover").value;
             tried.push(("delay", self.with_delay(0.99 * delay), false));
             tried.push(("delay", self.with_delay(1.01 * delay), true));
         }

@@ -43,7 +43,8 @@ fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
         };
         let closed = later(0.0).expect("runs");
         let first = closed.margins().delay_s.expect("a crossover");
-        let found = SampledLoop::delay_margin(first, later).expect("runs");
+        let found = SampledLoop::delay_margin(Some(first), later).expect("runs");
+        let found = found.expect("a margin");
         let wanted = T.0 / rate;
         println!("{rate}: {wanted}, {} and {}", first.value, found.value);
         assert!((found.value / wanted - 1.0).abs() < 1e-6, "{found:?}");
@@ -72,11 +73,13 @@ fn no_delay_within_the_margin_loses_the_loop() {
         };
         let later = |delay: f64| Ok::<_, ()>(closed(&text(start + delay), "1"));
         let now = later(0.0).expect("runs");
-        let Some(first) = now.margins().delay_s.filter(|_| now.verdict().stable) else {
+        let first = now.margins().delay_s.filter(|_| now.verdict().stable);
+        if first.is_none() {
             continue;
-        };
+        }
         tried += 1;
-        let found = SampledLoop::delay_margin(first, later).expect("runs").value;
+        let found = SampledLoop::delay_margin(first, later).expect("runs");
+        let found = found.expect("a margin").value;
         let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
         let edge = stable(0.999 * found) && !stable(1.001 * found);
         let lost = (1..32)
@@ -84,6 +87,40 @@ fn no_delay_within_the_margin_loses_the_loop() {
             .find(|d| !stable(*d));
         assert!(edge && lost.is_none(), "{} {found} {lost:?}", text(start));
     }
+}
+
+/// Near half the sample rate two aliases meet: at whole samples |L| is never 1, and a part of a sample loses the loop.
+#[test]
+fn a_loop_without_a_crossover_has_the_delay_margin_of_its_parts() {
+    for (omega, damping, gain, start) in [
+        (3727.613, 0.07004, 2.792_25e6, 1.047_84e-3),
+        (3213.58, 0.038_977, 1.975_35e6, 0.695_806e-3),
+        (3099.368, 0.073_387, 1.935_11e6, 1.413_553e-3),
+    ] {
+        let later = |delay: f64| {
+            let (damped, square, dead) = (2.0 * damping * omega, omega * omega, start + delay);
+            let plant = format!("{gain}*exp(-{dead}s)/(s^2+{damped}s+{square})");
+            Ok::<_, ()>(closed(&plant, "1"))
+        };
+        let now = later(0.0).expect("runs");
+        assert!(
+            now.verdict().stable && now.margins().delay_s.is_none(),
+            "{omega}"
+        );
+        let found = SampledLoop::delay_margin(None, later).expect("runs");
+        let found = found.expect("a margin").value;
+        let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
+        let lost = (1..32)
+            .map(|k| f64::from(k) / 32.0 * 0.999 * found)
+            .find(|d| !stable(*d));
+        assert!(
+            lost.is_none() && !stable(1.001 * found),
+            "{omega} {found} {lost:?}"
+        );
+    }
+    // A loop that no dead time loses.
+    let later = |delay: f64| Ok::<_, ()>(closed(&format!("0.5*exp(-{delay}s)/(s+1)"), "1"));
+    assert_eq!(SampledLoop::delay_margin(None, later), Ok(None));
 }
 
 /// A loop that is lost next to whole samples only.
@@ -95,12 +132,9 @@ fn a_loss_at_whole_samples_is_found_however_short() {
             &controller(),
         ))
     };
-    let first = later(0.0)
-        .expect("runs")
-        .margins()
-        .delay_s
-        .expect("a crossover");
-    let found = SampledLoop::delay_margin(first, later).expect("runs").value;
+    let first = later(0.0).expect("runs").margins().delay_s;
+    let found = SampledLoop::delay_margin(first, later).expect("runs");
+    let found = found.expect("a margin").value;
     let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
     assert!(
         found < 0.01 * T.0 && stable(0.999 * found) && !stable(1.001 * found),

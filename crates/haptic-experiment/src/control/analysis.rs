@@ -110,9 +110,8 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
     let closed = file.closed_with(&sampled)?;
     let (verdict, mut margins) = (closed.verdict(), closed.margins());
     // Slower than all that a fractional memory holds, the loop is not the one that was asked about.
-    margins.delay_s =
-        (margins.delay_s).filter(|delay| closed.memory_s().is_none_or(|held| delay.value < held));
-    margins.delay_s = margins.delay_s.map(|delay| exact_delay(file, plant, delay));
+    let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);
+    margins.delay_s = exact_delay(file, plant, margins.delay_s.filter(held)).filter(held);
     if let Some(plant) = closed.of_plant() {
         let truth = plant.margins();
         margins.gain_up = true_gain(&closed, margins.gain_up, truth.gain_up);
@@ -143,7 +142,7 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
 }
 
 /// The delay margin of the plant behind its hold.
-fn exact_delay(file: &ControllerFile, plant: &Plant, first: Crossing) -> Crossing {
+fn exact_delay(file: &ControllerFile, plant: &Plant, first: Option<Crossing>) -> Option<Crossing> {
     let later = |delay_s: f64| {
         let plant = plant.clone().delayed(delay_s)?;
         file.closed_with(&sampled_for(file, &plant)?)
@@ -304,9 +303,9 @@ fn cause(
     {
         let closed = file.closed_with(&sampled(&prompt, file.sample_time())?)?;
         if closed.verdict().stable
-            && let Some(delay) = closed.margins().delay_s
+            && let Some(delay) = exact_delay(file, &prompt, closed.margins().delay_s)
         {
-            return Ok(Cause::DeadTime(exact_delay(file, &prompt, delay)));
+            return Ok(Cause::DeadTime(delay));
         }
     }
     Ok(ways.next().map_or(Cause::Shape, |(_, further)| further))

@@ -76,8 +76,9 @@ impl LoopVerdict {
         }
         // Slower than all that the memory of the controller holds, the loop is not the one that was asked about.
         let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);
-        let delay_s = (delay_s.filter(held))
-            .map(|first| SampledLoop::delay_margin(first, later).unwrap_or(first));
+        let first = delay_s.filter(held);
+        let delay_s = SampledLoop::delay_margin(first, later).unwrap_or(first);
+        let delay_s = delay_s.filter(held);
         Self {
             stable: true,
             phase_margin_rad: phase.map(|phase| phase.value),
