@@ -27,7 +27,8 @@ use std::path::{Path, PathBuf};
 pub(super) const LONG_ABOUT: &str = "\
 Runs the loop of a plant and a controller from rest, as it would be run: sampled, held, with dead time, limits and exact anti-windup. The \
 reference is a step, or the column of a CSV. A fractional controller is shown beside the PID of order 1 with the same crossover and \
-phase margin. Without a controller: the plant alone.
+phase margin. Without a controller: the plant alone. A plant of fractional order is run by the rule of its powers: it answers in the \
+sample of a step already, one of whole orders one sample later.
 
 JSON: plant, controller, sample_time_s, scheme, stable (null where nothing is proved, as in analyze), shape{overshoot, rise_time_s, settling_time_s, final_error} (null for a record), \
 limited_share, integer{controller, shape, limited_share} (null where there is none), step[{time_s, reference, output, command}], files.";
