@@ -25,7 +25,6 @@ use crate::{
 use haptic_link::FRAME_MAX;
 use std::boxed::Box;
 use std::cell::RefCell;
-use std::path::PathBuf;
 use std::string::ToString as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
@@ -49,7 +48,6 @@ const WAITING_MOST: usize = 4096;
 ///     speed: 1.0,
 ///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
 ///     seed: 1,
-///     link: None,
 ///     duration: None,
 /// };
 /// // Until somebody sets the flag.
@@ -68,8 +66,6 @@ pub struct Emulation {
     pub faults: LineFaults,
     /// Of the faults.
     pub seed: u64,
-    /// A name for the pseudo-terminal: a symbolic link, gone at the end.
-    pub link: Option<PathBuf>,
     /// For how long; `None` until stopped.
     pub duration: Option<Duration>,
 }

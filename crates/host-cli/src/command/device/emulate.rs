@@ -248,7 +248,6 @@ impl Arguments {
             speed: self.speed,
             faults,
             seed,
-            link: self.link,
             duration,
         };
         let done = emulate(line, &emulation, stop).map_err(failed)?;
