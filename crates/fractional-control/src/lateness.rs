@@ -2,10 +2,13 @@
 
 use crate::{Crossing, SampledLoop};
 use core::f64::consts::PI;
+use num_complex::Complex;
 use std::vec::Vec;
 
-/// Parts of a sample that are looked at.
+/// Parts of a sample that are looked at; and of a loop whose dead time turns it so often that it has more than so many points.
 const PARTS: u32 = 16;
+const FEW_PARTS: u32 = 4;
+const LONG: usize = 20_000;
 /// Suspects that turn out to be none, at most.
 const NEAR_MISSES: usize = 64;
 /// Times a delay margin is made better at most, by secants.
@@ -16,6 +19,37 @@ const SETTLED: f64 = 1e-9;
 const BESIDE: f64 = 1e-7;
 /// Times the interval of a delay margin is halved.
 const HALVED: usize = 30;
+
+/// Times the way between two points is halved where 1 + L turns fast.
+const FOLLOWED: u32 = 40;
+/// A turn of 1 + L that is followed no finer, rad.
+const SLOW: f64 = 1.0;
+
+/// Who says whether a later loop is stable: the verdict of the loop; where a rule stands for its plant, the turns of 1 + L of the plant behind its
+/// hold, which are those of the stable loop without more dead time, as dead time adds no poles.
+#[derive(Clone, Copy, Debug)]
+struct Judge {
+    turn: Option<f64>,
+}
+
+impl Judge {
+    fn new(prompt: &SampledLoop) -> Self {
+        Self {
+            turn: prompt.of_plant().map(|held| held.turn()),
+        }
+    }
+
+    /// `None` if it is stable, else the θ at which it is nearest to the boundary.
+    fn lost(self, late: &SampledLoop) -> Option<f64> {
+        match self.turn {
+            Some(turn) => ((late.turn() - turn).abs() > 0.5 * PI).then(|| late.nearest()),
+            None => {
+                let verdict = late.verdict();
+                (!verdict.stable).then(|| verdict.omega_rad_s / late.rate())
+            }
+        }
+    }
+}
 
 /// What is known of the delays with one part of a sample, in samples.
 #[derive(Clone, Debug)]
@@ -36,7 +70,7 @@ struct Suspect {
 }
 
 impl Part {
-    fn new(late: &SampledLoop, more: f64) -> Self {
+    fn new(late: &SampledLoop, judge: Judge, more: f64) -> Self {
         let margins = late.phase_margins(&late.grid());
         let whole = |turn: f64| if turn < 0.0 { turn + 2.0 * PI } else { turn };
         let mut crossovers: Vec<(f64, f64)> = margins
@@ -49,7 +83,7 @@ impl Part {
         }
         Self {
             more,
-            stable: late.verdict().stable,
+            stable: judge.lost(late).is_none(),
             crossovers,
         }
     }
@@ -85,8 +119,8 @@ impl SampledLoop {
     /// ```text
     /// each part h of a sample:  L(h) is lost with no fewer than (π + arg L(h))/θ whole samples more, θ its crossovers
     /// ```
-    /// Sixteen parts are looked at, and the one that makes the dead time whole, where L changes most; and the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a
-    /// sixteenth of a sample may be missed. `first` itself of a loop that is not stable.
+    /// Sixteen parts are looked at (four of a very long dead time), and the one that makes the dead time whole, where L changes most; and the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a
+    /// sixteenth of a sample may be missed. `first` itself of a loop that is not stable. Of a plant that follows a rule it is the margin of the plant behind its hold.
     ///
     /// # Errors
     /// Those of `later`.
@@ -95,21 +129,26 @@ impl SampledLoop {
         later: impl Fn(f64) -> Result<Self, E>,
     ) -> Result<Option<Crossing>, E> {
         let prompt = later(0.0)?;
-        let rate = prompt.rate();
-        let at = |samples: f64| later(samples / rate);
-        let equal = (0..PARTS).map(|part| f64::from(part) / f64::from(PARTS));
+        if !prompt.verdict().stable {
+            return Ok(first);
+        }
+        let (rate, judge) = (prompt.rate(), Judge::new(&prompt));
+        let at = |samples: f64| {
+            let late = later(samples / rate)?;
+            Ok(late.of_plant().unwrap_or(late))
+        };
+        let is_long = at(0.0)?.grid().len() > LONG;
+        let count = if is_long { FEW_PARTS } else { PARTS };
+        let equal = (0..count).map(|part| f64::from(part) / f64::from(count));
         let mut mores: Vec<f64> = equal.chain([prompt.to_whole()]).collect();
         mores.sort_by(f64::total_cmp);
         mores.dedup();
         let mut parts: Vec<Part> = Vec::new();
         for more in mores {
-            parts.push(Part::new(&at(more)?, more));
+            parts.push(Part::new(&at(more)?, judge, more));
             if !parts.iter().all(|part| part.stable) {
                 break;
             }
-        }
-        if parts.first().is_none_or(|prompt| !prompt.stable) {
-            return Ok(first);
         }
         let mut after = 0.0;
         for _ in 0..NEAR_MISSES {
@@ -117,8 +156,8 @@ impl SampledLoop {
             let Some(next) = next.min_by(|a, b| a.delay.total_cmp(&b.delay)) else {
                 break;
             };
-            if !at(next.delay)?.verdict().stable {
-                let (samples, theta) = narrowed(&at, &next)?;
+            if judge.lost(&at(next.delay)?).is_some() {
+                let (samples, theta) = narrowed(&at, judge, &next, 1.0 / f64::from(count))?;
                 return Ok(Some(Crossing {
                     omega_rad_s: theta * rate,
                     value: samples / rate,
@@ -128,18 +167,44 @@ impl SampledLoop {
         }
         Ok(first)
     }
+
+    /// How far 1 + L turns from low frequency to half the sample rate, rad.
+    fn turn(&self) -> f64 {
+        let grid = self.grid();
+        let pairs = grid.windows(2);
+        pairs
+            .map(|pair| self.turned(pair[0], pair[1], FOLLOWED))
+            .sum()
+    }
+
+    fn turned(&self, from: (f64, Complex<f64>), to: (f64, Complex<f64>), halvings: u32) -> f64 {
+        let turn = ((to.1 + 1.0) / (from.1 + 1.0)).arg();
+        if turn.abs() < SLOW || halvings == 0 {
+            return turn;
+        }
+        let theta = libm::sqrt(from.0 * to.0);
+        let middle = (theta, self.open(theta));
+        self.turned(from, middle, halvings - 1) + self.turned(middle, to, halvings - 1)
+    }
+
+    /// θ at which L is nearest to −1, of those that are looked at.
+    fn nearest(&self) -> f64 {
+        let grid = self.grid();
+        let away = |point: &(f64, Complex<f64>)| (point.1 + 1.0).norm();
+        let nearest = grid.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        nearest.map_or(PI, |point| point.0)
+    }
 }
 
 /// The delay, in samples, at which the loop is lost, within a part of a sample before one at which it is.
 fn narrowed<E>(
     at: &impl Fn(f64) -> Result<SampledLoop, E>,
+    judge: Judge,
     suspect: &Suspect,
+    part: f64,
 ) -> Result<(f64, f64), E> {
-    let (mut low, mut high) = (
-        (suspect.delay - 1.0 / f64::from(PARTS)).max(0.0),
-        suspect.delay,
-    );
-    let is_stable = |delay: f64| Ok(at(delay)?.verdict().stable);
+    let (mut low, mut high) = ((suspect.delay - part).max(0.0), suspect.delay);
+    let is_stable = |delay: f64| Ok(judge.lost(&at(delay)?).is_none());
     if let Some(found) = by_phase(at, suspect.near, (low, high))?
         && is_stable(found.0 * (1.0 - BESIDE))?
         && !is_stable(found.0 * (1.0 + BESIDE))?
@@ -149,13 +214,10 @@ fn narrowed<E>(
     let mut theta = suspect.near.1;
     for _ in 0..HALVED {
         let middle = 0.5 * (low + high);
-        let late = at(middle)?;
-        let verdict = late.verdict();
-        if verdict.stable {
-            low = middle;
+        if let Some(lost) = judge.lost(&at(middle)?) {
+            (high, theta) = (middle, lost);
         } else {
-            high = middle;
-            theta = verdict.omega_rad_s / late.rate();
+            low = middle;
         }
     }
     Ok((high, theta))

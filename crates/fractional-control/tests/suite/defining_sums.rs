@@ -133,7 +133,9 @@ impl Loop {
             tried.push(("gain down", self.with_gain(1.01 * down.value), false));
             tried.push(("gain down", self.with_gain(0.99 * down.value), true));
         }
-        if let Some(first) = seen(margins.delay_s) {
+        // Of a plant that follows a rule it is that of the plant: `held_loops`.
+        let is_exact = closed.of_plant().is_none();
+        if let Some(first) = seen(margins.delay_s).filter(|_| is_exact) {
             let later = |further| Ok::<_, ()>(self.with_delay(further).closed());
             let delay = SampledLoop::delay_margin(Some(first), later).expect("runs");
             let delay = delay.expect("a crossover").value;

@@ -11,6 +11,7 @@ mod draw;
 mod fast_poles;
 mod flat;
 mod golden;
+mod held_loops;
 mod identification;
 mod margins;
 mod notation;

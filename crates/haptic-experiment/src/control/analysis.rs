@@ -108,21 +108,7 @@ impl LoopPoint {
 pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
     let sampled = sampled_for(file, plant)?;
     let closed = file.closed_with(&sampled)?;
-    let (verdict, mut margins) = (closed.verdict(), closed.margins());
-    // Slower than all that a fractional memory holds, the loop is not the one that was asked about.
-    let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);
-    margins.delay_s = exact_delay(file, plant, margins.delay_s.filter(held)).filter(held);
-    if let Some(plant) = closed.of_plant() {
-        let truth = plant.margins();
-        margins.gain_up = true_gain(&closed, margins.gain_up, truth.gain_up);
-        // Near half the sample rate the rule knows no peaks.
-        if truth.sensitivity.value > margins.sensitivity.value * (1.0 + BESIDE) {
-            margins.sensitivity = truth.sensitivity;
-        }
-        if truth.complementary.value > margins.complementary.value * (1.0 + BESIDE) {
-            margins.complementary = truth.complementary;
-        }
-    }
+    let (verdict, margins) = (closed.verdict(), margins(file, plant, &closed));
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
@@ -139,6 +125,20 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
         coarse: coarse(&sampled, &closed),
         curve,
     })
+}
+
+/// Margins and peaks of the plant behind its hold, whether it is sampled exactly or a rule stands for it.
+pub(super) fn margins(file: &ControllerFile, plant: &Plant, closed: &SampledLoop) -> Margins {
+    let mut margins = closed.margins();
+    if let Some(held) = closed.of_plant() {
+        let of_rule = margins.gain_up;
+        margins = held.margins();
+        margins.gain_up = true_gain(closed, of_rule, margins.gain_up);
+    }
+    // Slower than all that a fractional memory holds, the loop is not the one that was asked about.
+    let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);
+    margins.delay_s = exact_delay(file, plant, margins.delay_s.filter(held)).filter(held);
+    margins
 }
 
 /// The delay margin of the plant behind its hold.

@@ -1,6 +1,6 @@
 //! From wishes to a controller file, with the best PID of order 1 beside it.
 
-use super::analysis::coarse;
+use super::analysis::{coarse, margins};
 use super::{run, sampled};
 use crate::controller_file::{ControllerFile, ControllerOrigin};
 use fracdiff::{Scheme, Seconds};
@@ -246,8 +246,7 @@ impl ControlDesign {
             });
         let step = vec![self.step; self.samples];
         let run = run::run(file, &self.plant, &step, Some(self.step))?;
-        let margins = closed.margins();
-        let by_rule = closed.gain_interval(&margins);
+        let by_rule = closed.gain_interval(&closed.margins());
         // The loop is fastest at the highest gain that is spoken of.
         let most = by_rule.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
         let coarse = coarse(&plant, &closed.with_gain(most));
@@ -261,7 +260,7 @@ impl ControlDesign {
             verdict: run.verdict,
             coarse,
             stable_gains,
-            margins,
+            margins: margins(file, &self.plant, &closed),
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,
