@@ -168,7 +168,17 @@ impl FractionalPolynomial {
                 })?;
             }
         }
-        Ok(product)
+        Ok(product.without_zeros())
+    }
+
+    /// The terms that are not 0: of (s − 1)(s + 1) that of s is.
+    fn without_zeros(self) -> Self {
+        let mut rest = Self::ZERO;
+        for term in self.terms().iter().filter(|term| term.coefficient != 0.0) {
+            rest.terms[rest.count] = *term;
+            rest.count += 1;
+        }
+        rest
     }
 
     /// The sum.

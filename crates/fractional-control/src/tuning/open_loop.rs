@@ -16,6 +16,10 @@ const ABOVE: f64 = 3.0;
 const FAR_POINTS: f64 = 20.0;
 /// Aliases of a sampled plant on each side. Those left out are 0.6 % of the sum at half the sample rate where a plant falls as 1/ω.
 const ALIASES: i32 = 32;
+/// Times the grid is halved on both sides of a peak of the plant.
+const PEAK_HALVINGS: usize = 8;
+/// A little beyond half and double the gain, up to which a loop should hold.
+const BEYOND: [f64; 2] = [0.49, 2.04];
 /// Times at which a step is looked at, from 0.4/`ω_c` over two decades.
 const TIMES: usize = 64;
 
@@ -66,7 +70,7 @@ pub struct Measures {
     pub stable: bool,
     /// Largest |L| at the highest frequencies, where a loop is judged by nothing else.
     pub(crate) end: f64,
-    /// So is that of half to double the gain, each of [`GAINS`](super::GAINS).
+    /// So is that of half to double the gain and a little beyond, each of [`GAINS`](super::GAINS).
     pub stable_over_gains: bool,
 }
 
@@ -138,6 +142,21 @@ fn grid(plant: &Plant, wishes: &Specification, half_rate: Option<f64>) -> Vec<f6
     grid
 }
 
+/// Puts points to both sides of each peak of the plant, again and again: a swing that hardly decays is narrower than the grid.
+fn with_peaks(mut points: Vec<Point>, at: impl Fn(f64) -> Option<Point>) -> Vec<Point> {
+    for _ in 0..PEAK_HALVINGS {
+        let size = |k: usize| points[k].plant.norm();
+        let peaks = (1..points.len().saturating_sub(1))
+            .filter(|k| size(*k) > size(k - 1) && size(*k) > size(k + 1));
+        let sides = peaks.flat_map(|k| [[k - 1, k], [k, k + 1]]);
+        let beside = sides.map(|[a, b]| libm::sqrt(points[a].omega * points[b].omega));
+        let beside: Vec<Point> = beside.filter_map(&at).collect();
+        points.extend(beside);
+        points.sort_by(|a, b| a.omega.total_cmp(&b.omega));
+    }
+    points
+}
+
 impl OpenLoop {
     pub(crate) fn new(
         plant: &Plant,
@@ -152,12 +171,12 @@ impl OpenLoop {
         let half_rate = sampling.map(|own| 0.999 * PI / own.sample_time.0);
         let grid = grid(plant, wishes, half_rate);
         let low = grid.first().copied().unwrap_or(omega);
-        let points = grid.into_iter().filter_map(|omega| {
+        let at = |omega: f64| {
             let (plant, _) = held(plant, omega, sampling)?;
             let ln_s = ln_s(omega, sampling);
             Some(Point { omega, ln_s, plant })
-        });
-        let points: Vec<Point> = points.collect();
+        };
+        let points = with_peaks(grid.into_iter().filter_map(at).collect(), at);
         let (here, _) = held(plant, omega, sampling).ok_or(unknown)?;
         // Slopes by central differences.
         let h = 1e-5;
@@ -243,8 +262,8 @@ impl OpenLoop {
             other_margin_rad: self.other_margin(&open),
             stable,
             end: self.nyquist.end(&open),
-            stable_over_gains: super::GAINS
-                .iter()
+            stable_over_gains: (super::GAINS.iter())
+                .chain(&BEYOND)
                 .all(|gain| self.nyquist.is_stable(&open, *gain)),
         }
     }

@@ -132,7 +132,9 @@ pub fn tune_integer(
 }
 
 /// Slopes of the phase, rad per unit of ln ω, where it need not be flat.
-const SLOPES: [f64; 9] = [-2.0, -1.4, -1.0, -0.7, -0.5, -0.3, -0.15, 0.0, 0.2];
+const SLOPES: [f64; 11] = [
+    -2.0, -1.4, -1.0, -0.7, -0.5, -0.3, -0.15, 0.0, 0.2, 0.45, 0.9,
+];
 /// Orders that are searched.
 const ORDERS: [f64; 2] = [0.02, 1.98];
 /// Starts that are refined.

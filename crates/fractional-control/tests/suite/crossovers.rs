@@ -40,6 +40,31 @@ fn the_wished_crossover_is_the_one_with_the_least_margin() {
 }
 
 #[test]
+fn easy_designs_are_found() {
+    // An unstable lag whose phase rises at the crossover; a swing that hardly decays, above the crossover.
+    for (text, omega, margin, t) in [
+        ("1/(s-1)", 3.0, 70.0_f64, 5e-3),
+        ("1/(s-1)", 1.5, 60.0, 0.01),
+        ("1/(s-1)", 2.0, 70.0, 0.01),
+        ("1.02832exp(-0.4s)/(s^2+0.021s+0.291)", 0.25, 60.0, 0.05),
+    ] {
+        let plant: Plant = text.parse().expect("valid");
+        let wishes = Specification {
+            iso_damping: false,
+            ..Specification::new(omega, margin.to_radians())
+        };
+        let sampling = Sampling {
+            sample_time: Seconds(t),
+            rule: Rule::Bdf2,
+        };
+        let tuned = tune(&plant, Some(sampling), &wishes);
+        let tuned = tuned.unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert!(tuned.unmet.is_empty(), "{text} {:?}", tuned.unmet);
+        assert!(tuned.measures.stable_over_gains, "{text}");
+    }
+}
+
+#[test]
 fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
     // Near half the sample rate these see more than twice the gain that 1/ω alone has there.
     let plant: Plant = "(s^2+0.4s+2)/(s(s^2+0.3s+1))".parse().expect("valid");

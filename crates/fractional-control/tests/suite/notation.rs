@@ -24,6 +24,8 @@ fn the_usual_notation_is_read_and_printed_back() {
         ("4", "4"),
         ("1+1/s^0.5", "(s^0.5+1)/(s^0.5)"),
         ("1/(s+1)/(s+2)", "1/(s^2+3s+2)"),
+        ("1/((s-1)(s+1))", "1/(s^2-1)"),
+        ("1/((s^2+s+1)(s^2-s+1))", "1/(s^4+s^2+1)"),
     ] {
         let function = read(text).unwrap_or_else(|error| panic!("{text}: {error}"));
         assert_eq!(function.to_string(), printed, "{text}");
