@@ -2,6 +2,7 @@
 
 use super::record::{Free, FreeNumber, Record};
 use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, respond};
+use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -14,7 +15,9 @@ pub(super) struct Fit<'a> {
     parameters: DVector<f64>,
     memory: Memory,
     record: &'a Record<'a>,
-    /// What a rule is fed with.
+    /// Steps of a rule in each sample.
+    steps: usize,
+    /// What a rule is fed with, one for each step.
     seen: Vec<f64>,
     /// Model less record, of these parameters.
     left: DVector<f64>,
@@ -59,18 +62,31 @@ pub(super) fn settled(
     )
 }
 
-/// The input as a rule of second order takes it: a held one as a hat between neighbouring samples sees it, h of a sample late,
+/// The input as a rule of second order takes it, so many steps a sample: a held one as a hat between neighbouring steps sees it, h of a step late,
 /// (1−h)²/2·u\[n\] + (1/2 + h − h²)·u\[n−1\] + h²/2·u\[n−2\]; a smooth one in straight lines.
-fn seen_by_a_rule(record: &Record<'_>) -> Vec<f64> {
-    let (input, h) = (record.input, record.fraction());
+fn seen_by_a_rule(record: &Record<'_>, steps: usize) -> Vec<f64> {
+    let late = record.fraction() * steps as f64;
+    let (whole, h) = (libm::floor(late) as usize, late - libm::floor(late));
+    let input = |step: usize| {
+        let (sample, part) = (step / steps, step % steps);
+        let now = record.input[sample];
+        let next = record.input.get(sample + 1).copied().unwrap_or(now);
+        let share = part as f64 / steps as f64;
+        if record.held {
+            now
+        } else {
+            now + share * (next - now)
+        }
+    };
     let weights = if record.held {
         [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h]
     } else {
         [1.0 - h, h, 0.0]
     };
-    let at = |n: usize, lag: usize| n.checked_sub(lag).map_or(0.0, |place| input[place]);
+    let at = |n: usize, lag: usize| n.checked_sub(whole + lag).map_or(0.0, input);
     let seen = |n| (0..3).map(|lag| weights[lag] * at(n, lag)).sum();
-    (0..input.len()).map(seen).collect()
+    let count = (record.input.len() - 1) * steps + 1;
+    (0..count).map(seen).collect()
 }
 
 /// A residual where there is no model, in units of the largest output.
@@ -81,7 +97,7 @@ impl<'a> Fit<'a> {
         guess: FractionalTransferFunction,
         (freedom, free): (Free, Vec<FreeNumber>),
         memory: Memory,
-        record: &'a Record<'a>,
+        (record, steps): (&'a Record<'a>, usize),
     ) -> Self {
         let begin = free.iter().map(|number| value(&guess, freedom, *number));
         let mut fit = Self {
@@ -91,7 +107,8 @@ impl<'a> Fit<'a> {
             free,
             memory,
             record,
-            seen: seen_by_a_rule(record),
+            steps,
+            seen: seen_by_a_rule(record, steps),
             left: DVector::zeros(0),
         };
         fit.left = fit.left_by(&fit.parameters);
@@ -121,7 +138,21 @@ impl<'a> Fit<'a> {
             .flatten();
         match exact {
             Some(model) => Ok(model),
-            None => respond(function, self.memory, sample_time, &self.seen),
+            None => {
+                let step = Seconds(sample_time.0 / self.steps as f64);
+                let outputs = respond(function, self.memory, step, &self.seen)?;
+                let mut outputs: Vec<f64> = outputs.into_iter().step_by(self.steps).collect();
+                let is_slower = function.numerator().degree() < function.denominator().degree();
+                if self.steps > 1 && held && self.record.late.0 == 0.0 && is_slower {
+                    // A plant does not answer a jump in its own sample; the rule has seen half of it.
+                    let first = respond(function, self.memory, step, &[0.5])?;
+                    let before = core::iter::once(&0.0).chain(input);
+                    for (y, (now, before)) in outputs.iter_mut().zip(input.iter().zip(before)) {
+                        *y -= first[0] * (now - before);
+                    }
+                }
+                Ok(outputs)
+            }
         }
     }
 

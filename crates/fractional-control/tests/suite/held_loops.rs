@@ -1,8 +1,11 @@
-//! Loops of plants of fractional order, run by the exact response of the plant behind its hold.
+//! Loops and records of plants of fractional order, by the exact response of the plant behind its hold.
 
 use super::draw::Draw;
 use fracdiff::Seconds;
-use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{
+    FractionalTransferFunction, Memory, PidParameters, Plant, Record, Rule, SampledLoop,
+    SampledPlant, identify,
+};
 
 const SAMPLES: usize = 2000;
 
@@ -55,7 +58,7 @@ impl Loop {
 fn the_delay_margin_is_that_of_the_plant_behind_its_hold() {
     let mut draw = Draw(7);
     let (mut tried, mut apart) = (0, 0);
-    while tried < 5 {
+    while tried < 3 {
         let (order, crossover) = (draw.from(1.1, 1.9), draw.scale(0.1, 0.6));
         let own = Loop {
             order,
@@ -81,4 +84,54 @@ fn the_delay_margin_is_that_of_the_plant_behind_its_hold() {
     }
     println!("{apart} of {tried} are off by more than 5 % by the rule alone");
     assert!(apart > 0);
+}
+
+/// A held input that jumps at random, and the output by the exact step response: the function is found, whatever the rule makes of so few samples.
+#[test]
+fn a_record_of_a_plant_gives_its_function() {
+    // 1/(s^0.5 + 1): 1 − e^t·erfc(√t);   2/s^0.7: 2t^0.7/Γ(1.7)
+    let half: fn(f64) -> f64 = |t| 1.0 - t.exp() * libm::erfc(t.sqrt());
+    let power: fn(f64) -> f64 = |t| 2.0 * t.powf(0.7) / libm::tgamma(1.7);
+    for (step, truth, guess) in [
+        (half, "1/(s^0.5+1)", "1.5/(0.7s^0.8+1)"),
+        (power, "2/s^0.7", "1/s^0.9"),
+    ] {
+        let mut draw = Draw(3);
+        let t = 0.05;
+        let levels: Vec<f64> = (0..20).map(|_| draw.from(-1.0, 1.0)).collect();
+        let input: Vec<f64> = (0..400).map(|n| levels[n / 20]).collect();
+        let output = (0..400).map(|n| {
+            let jumps = (0..=n).map(|k| input[k] - k.checked_sub(1).map_or(0.0, |k| input[k]));
+            let answers = jumps
+                .enumerate()
+                .map(|(k, jump)| jump * step(t * (n - k) as f64));
+            answers.sum()
+        });
+        let output: Vec<f64> = output.collect();
+        let record = Record {
+            sample_time: Seconds(t),
+            input: &input,
+            output: &output,
+            held: true,
+            late: Seconds(0.0),
+        };
+        let guess: FractionalTransferFunction = guess.parse().expect("valid");
+        let truth: FractionalTransferFunction = truth.parse().expect("valid");
+        let found = identify(&guess, &record).expect("found");
+        println!(
+            "{truth}: {}, {:.1e} left",
+            found.function, found.rms_residual
+        );
+        let of = |function: &FractionalTransferFunction| {
+            let terms = function.numerator().terms().iter();
+            let terms = terms.chain(function.denominator().terms());
+            let numbers: Vec<f64> = terms
+                .flat_map(|term| [term.coefficient, term.order])
+                .collect();
+            numbers
+        };
+        for (found, true_number) in of(&found.function).iter().zip(of(&truth)) {
+            assert!((found - true_number).abs() < 1e-3, "{found} {true_number}");
+        }
+    }
 }
