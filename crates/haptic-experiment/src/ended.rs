@@ -31,6 +31,8 @@ pub enum LetGo {
     InOneSample,
     /// It was zero in the next sample that there is, at this time, s, after others that are missing.
     AfterGap(f64),
+    /// No sample tells: the device lets it fall.
+    Unseen,
     /// There was none: the run was refused before it began.
     NeverBegan,
     /// The link is gone: the device lets go when its watchdog has run out.
@@ -48,18 +50,22 @@ pub(crate) struct Fall {
     acting: u64,
     /// Time of the first without one, s, where those between it and the last with one are missing.
     zero_after_gap_s: Option<f64>,
-    /// Tick of the last with one, of those that count too.
+    /// Tick of the last with one, of those that count too; `None` if one without came after it.
     last_acting: Option<u64>,
+    /// There was a sample.
+    seen: bool,
 }
 
 impl Fall {
     /// A sample that counts.
     pub(crate) fn before(&mut self, tick: u64, force_n: f64) {
+        self.seen = true;
         self.last_acting = (force_n != 0.0).then_some(tick);
     }
 
     /// A sample after those.
     pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
+        self.seen = true;
         if force_n != 0.0 {
             self.acting += 1;
             self.last_acting = Some(tick);
@@ -87,6 +93,8 @@ impl LetGo {
             (Ended::DeviceFault(report), _) if report.status.fault == Fault::BoardFailed.code() => {
                 Self::Told
             }
+            _ if fall.last_acting.is_some() => Self::Unseen,
+            (Ended::DeviceFault(_), _) if !fall.seen => Self::Unseen,
             (_, Some(zero_s)) => Self::AfterGap(zero_s),
             _ if fall.acting > 0 => Self::Ramped,
             _ => Self::InOneSample,
@@ -106,6 +114,9 @@ impl LetGo {
             }
             Self::Ramped => "the force ramped to zero",
             Self::InOneSample => "the force was zero one sample later",
+            Self::Unseen => {
+                "no sample tells how the force fell: the device lets it fall by itself, within its stop time"
+            }
             Self::NeverBegan => "before there was any force",
             Self::ByItself => "the device lets go by itself",
             Self::TakenAway => "this program has taken the force away",
@@ -187,10 +198,19 @@ mod tests {
             refusal: haptic_link::Refusal::Connection,
         };
         let none = Fall::default();
-        let ramp = Fall { acting: 10, ..none };
+        let ramp = Fall {
+            acting: 10,
+            seen: true,
+            ..none
+        };
         let gap = Fall {
+            seen: true,
             zero_after_gap_s: Some(4.735),
             ..none
+        };
+        let still = Fall {
+            last_acting: Some(7),
+            ..ramp
         };
         for (ended, fall, let_go) in [
             (Ended::Interrupted, ramp, LetGo::Ramped),
@@ -198,6 +218,9 @@ mod tests {
             (Ended::Fault(Fault::Workspace), none, LetGo::InOneSample),
             (fault(Fault::HostSilent), ramp, LetGo::Ramped),
             (fault(Fault::HostSilent), gap, LetGo::AfterGap(4.735)),
+            (fault(Fault::HostSilent), still, LetGo::Unseen),
+            (fault(Fault::HostSilent), none, LetGo::Unseen),
+            (Ended::Interrupted, still, LetGo::Unseen),
             (fault(Fault::BoardFailed), none, LetGo::Told),
             (Ended::LinkLost(refused), none, LetGo::NeverBegan),
         ] {

@@ -169,6 +169,8 @@ pub struct Record {
     pub limiters: u8,
     /// Why the run ended before its time, if it did.
     pub ended: Option<Ended>,
+    /// It was to be stopped, and the device did not say that it heard of it.
+    pub stop_unheard: bool,
     /// Counts of the link, if there was one.
     pub link: Option<LinkSummary>,
     /// Silence after which the device at its other end lets go, ms.
@@ -212,6 +214,7 @@ impl Record {
             limited: 0,
             limiters: 0,
             ended: None,
+            stop_unheard: false,
             link: None,
             watchdog_ms: None,
             served: false,
@@ -255,8 +258,16 @@ impl Record {
     /// Why the run ended before its time, in words, if it did.
     pub(super) fn reason(&self) -> Option<String> {
         let ended = self.ended?;
-        let lost = self.lost().map(str::to_owned);
-        Some(lost.unwrap_or_else(|| ended.reason(self.watchdog_ms)))
+        if let Some(lost) = self.lost() {
+            return Some(lost.to_owned());
+        }
+        Some(match self.stop_unheard {
+            true => format!(
+                "interrupted, but the device did not say that it stopped: {}",
+                ended.reason(None)
+            ),
+            false => ended.reason(self.watchdog_ms),
+        })
     }
 
     /// Words of the board whose loss ended the run.
@@ -320,10 +331,16 @@ impl Record {
     pub(super) fn push_after<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();
         let force_n = sample.force_n.abs();
-        let fall = &mut self.after.fall;
-        fall.after(sample.tick, sample.time_s, sample.force_n);
+        self.falls(message);
         self.after.largest_n = self.after.largest_n.max(force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
+    }
+
+    /// Looks at the force of a sample behind those that count.
+    pub(super) fn falls<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+        let sample = message.kept();
+        let fall = &mut self.after.fall;
+        fall.after(sample.tick, sample.time_s, sample.force_n);
     }
 }
 

@@ -6,6 +6,7 @@
 //! ```
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
+mod ending;
 mod run;
 mod samples;
 mod session;

@@ -138,6 +138,8 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             next_tick: 0,
             force_limit_n,
             preflight,
+            over: false,
+            deaf: false,
         })
     }
 }

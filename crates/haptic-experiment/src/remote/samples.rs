@@ -96,6 +96,8 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             self.record.push(&message);
         } else if self.record.ended.is_some() {
             self.record.push_after(&message);
+        } else {
+            self.record.falls(&message);
         }
         if logged.is_err() && self.record.ended.is_none() {
             self.record.ended = Some(Ended::LogStopped);
