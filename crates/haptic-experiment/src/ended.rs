@@ -29,8 +29,13 @@ pub enum LetGo {
     Ramped,
     /// It was zero in the next sample.
     InOneSample,
-    /// It was zero in the next sample that there is, at this time, s, after others that are missing.
-    AfterGap(f64),
+    /// It was zero in the next sample that there is, after others that are missing.
+    AfterGap {
+        /// That sample's time, s.
+        zero_s: f64,
+        /// The board has perhaps no watchdog of its own, as this program serves it.
+        served: bool,
+    },
     /// No sample tells: the device lets it fall.
     Unseen,
     /// There was none: the run was refused before it began.
@@ -95,7 +100,7 @@ impl LetGo {
             }
             _ if fall.last_acting.is_some() => Self::Unseen,
             (Ended::DeviceFault(_), _) if !fall.seen => Self::Unseen,
-            (_, Some(zero_s)) => Self::AfterGap(zero_s),
+            (_, Some(zero_s)) => Self::AfterGap { zero_s, served },
             _ if fall.acting > 0 => Self::Ramped,
             _ => Self::InOneSample,
         }
@@ -105,10 +110,13 @@ impl LetGo {
     #[must_use]
     pub fn words(self) -> String {
         let words = match self {
-            Self::AfterGap(zero_s) => {
+            Self::AfterGap { zero_s, served } => {
+                let kept = match served {
+                    true => ", in which a device without a watchdog of its own kept its last force",
+                    false => "",
+                };
                 return format!(
-                    "the force was zero at {} s; no sample tells of the time before, in which a device without a watchdog of its own kept \
-                     its last force",
+                    "the force was zero at {} s; no sample tells of the time before{kept}",
                     Shown(zero_s)
                 );
             }
@@ -217,7 +225,6 @@ mod tests {
             (Ended::Interrupted, none, LetGo::InOneSample),
             (Ended::Fault(Fault::Workspace), none, LetGo::InOneSample),
             (fault(Fault::HostSilent), ramp, LetGo::Ramped),
-            (fault(Fault::HostSilent), gap, LetGo::AfterGap(4.735)),
             (fault(Fault::HostSilent), still, LetGo::Unseen),
             (fault(Fault::HostSilent), none, LetGo::Unseen),
             (Ended::Interrupted, still, LetGo::Unseen),
@@ -227,6 +234,13 @@ mod tests {
             for served in [true, false] {
                 assert_eq!(LetGo::of(ended, fall, served), let_go, "{ended:?} {fall:?}");
             }
+        }
+        for served in [true, false] {
+            let let_go = LetGo::of(fault(Fault::HostSilent), gap, served);
+            let zero_s = 4.735;
+            assert_eq!(let_go, LetGo::AfterGap { zero_s, served });
+            // A device at the other end of a line has its own watchdog.
+            assert_eq!(let_go.words().contains("without a watchdog"), served);
         }
         let gone = Ended::LinkLost(LinkError::Gone);
         assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);
