@@ -69,6 +69,11 @@ impl Fall {
     }
 
     /// A sample after those.
+    /// True if the newest has no force.
+    pub(crate) const fn has_fallen(&self) -> bool {
+        self.last_acting.is_none()
+    }
+
     pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
         self.seen = true;
         if force_n != 0.0 {
@@ -98,7 +103,7 @@ impl LetGo {
             (Ended::DeviceFault(report), _) if report.status.fault == Fault::BoardFailed.code() => {
                 Self::Told
             }
-            _ if fall.last_acting.is_some() => Self::Unseen,
+            _ if !fall.has_fallen() => Self::Unseen,
             (Ended::DeviceFault(_), _) if !fall.seen => Self::Unseen,
             (_, Some(zero_s)) => Self::AfterGap { zero_s, served },
             _ if fall.acting > 0 => Self::Ramped,

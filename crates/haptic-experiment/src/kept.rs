@@ -336,6 +336,11 @@ impl Record {
         self.farthest_m = self.farthest_m.max(sample.position_m);
     }
 
+    /// True if the newest sample has no force.
+    pub(super) const fn has_fallen(&self) -> bool {
+        self.after.fall.has_fallen()
+    }
+
     /// Looks at the force of a sample behind those that count.
     pub(super) fn falls<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();

@@ -71,8 +71,12 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         let until = Instant::now() + self.watchdog + FALLEN;
         while Instant::now() < until {
             match self.link.hear(AFTER_FAULT) {
-                Some(Heard::Sample(sample)) => self.take_sample(&sample.into()),
-                Some(Heard::Vector(sample)) => self.take_sample(&sample),
+                Some(Heard::Sample(sample)) => {
+                    self.take_sample(&sample.into());
+                }
+                Some(Heard::Vector(sample)) => {
+                    self.take_sample(&sample);
+                }
                 Some(Heard::Event(event)) => match event.kind {
                     EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
                         return Last::Over;

@@ -120,11 +120,15 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         loop {
             match self.link.hear(patience) {
                 Some(Heard::Sample(sample)) => {
-                    self.take_sample(&sample.into());
+                    if !self.take_sample(&sample.into()) {
+                        break;
+                    }
                     (supervisor.progress)(self.next_tick);
                 }
                 Some(Heard::Vector(sample)) => {
-                    self.take_sample(&sample);
+                    if !self.take_sample(&sample) {
+                        break;
+                    }
                     (supervisor.progress)(self.next_tick);
                 }
                 Some(Heard::Event(event)) => match event.kind {
@@ -144,7 +148,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 None if self.record.ended.is_some_and(Ended::is_fault) => break,
                 None => return Err(self.link.silent(SILENCE).into()),
             }
-            if self.recorder.flight().is_full() {
+            if self.is_all_told() {
                 break;
             }
             let asked = supervisor.stop.load(Ordering::Relaxed);
@@ -248,17 +252,17 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         if !matches!(self.record.ended, Some(Ended::DeviceFault(_))) {
             return;
         }
-        if !self.recorder.flight().is_full() {
+        if !self.is_all_told() {
             self.stream_after_fault(1);
-            while let (false, Some(heard)) = (
-                self.recorder.flight().is_full(),
-                self.link.hear(AFTER_FAULT),
-            ) {
-                match heard {
+            while let (false, Some(heard)) = (self.is_all_told(), self.link.hear(AFTER_FAULT)) {
+                let goes_on = match heard {
                     Heard::Sample(sample) => self.take_sample(&sample.into()),
                     Heard::Vector(sample) => self.take_sample(&sample),
                     Heard::Over(_) => return,
-                    Heard::Event(_) | Heard::Fault(_) => {}
+                    Heard::Event(_) | Heard::Fault(_) => true,
+                };
+                if !goes_on {
+                    break;
                 }
             }
         }

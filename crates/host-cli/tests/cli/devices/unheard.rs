@@ -5,6 +5,8 @@ use super::{Emulated, number};
 use crate::process::{Ended, PATIENCE, signal};
 use haptic_link::{Report, Request, Start};
 use std::collections::BTreeMap;
+use std::process::Child;
+use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -46,8 +48,8 @@ fn a_start_whose_answer_is_lost_ends_with_the_fault_of_its_run() {
     assert!(number(&report, "/link/retries") >= 1.0, "{report}");
 }
 
-/// Ctrl-C after some hundred samples, when nothing reaches the device any more.
-fn stopped_unheard(device: &Emulated, line: &str, middle: &Middle) -> Ended {
+/// A relaxation that has some hundred samples.
+fn under_way(device: &Emulated, line: &str) -> Child {
     let mut child = device.place.start(line);
     let log = device.place.path("run/relax.mcap.part");
     let began = Instant::now();
@@ -57,9 +59,38 @@ fn stopped_unheard(device: &Emulated, line: &str, middle: &Middle) -> Ended {
         assert!(began.elapsed() < PATIENCE, "no log");
         std::thread::sleep(Duration::from_millis(5));
     }
-    middle.deafen();
-    signal(&child, "INT");
+    child
+}
+
+fn ended(line: &str, child: Child) -> Ended {
     Ended::new(line.to_owned(), &child.wait_with_output().expect("ends"))
+}
+
+#[test]
+fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
+    let device = Emulated::new("");
+    device.loosen();
+    let (said, faults) = channel();
+    let _line = Middle::before(&device, move |report| {
+        if matches!(report, Report::Fault(_)) {
+            // Nobody waits for the second.
+            let _ = said.send(());
+        }
+        false
+    });
+    let line = "relax --device serial:line --watchdog 300ms --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
+    let child = under_way(&device, line);
+    signal(&child, "STOP");
+    faults.recv_timeout(PATIENCE).expect("the device lets go");
+    // It tells a hundred ticks after its fault, then none.
+    std::thread::sleep(Duration::from_millis(600));
+    signal(&child, "CONT");
+    let ended = ended(line, child).failed(1);
+    assert!(ended.error().contains("heard nothing"), "{ended}");
+    assert!(!ended.error().contains("lacks"), "{ended}");
+    assert_eq!(number(&ended.json(), "/dropped_samples"), 0.0, "{ended}");
+    let check = device.place.run("log check run/relax.mcap --json").json();
+    assert_eq!(number(&check, "/missing_samples"), 0.0, "{check}");
 }
 
 #[test]
@@ -87,7 +118,11 @@ fn is_told_as_it_was(options: &str) {
         "relax --device serial:line {options} --watchdog 500ms --late-ticks 0 --contact rigid --ramp-time 100ms \
          --duration 60s --out run --quiet --json"
     );
-    let ended = stopped_unheard(&device, &line, &middle).failed(1);
+    // Ctrl-C when nothing reaches the device any more.
+    let child = under_way(&device, &line);
+    middle.deafen();
+    signal(&child, "INT");
+    let ended = ended(&line, child).failed(1);
     let words = [
         "interrupted, but",
         "heard nothing from the host",
