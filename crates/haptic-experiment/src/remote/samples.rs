@@ -30,9 +30,9 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         };
         let tick = u64::from(sample.tick);
         if let Some(last) = self.last_told() {
-            let falls = !self.record.has_fallen()
-                && (tick == self.next_tick || message.kept().force_n != 0.0);
-            if tick > last && !falls {
+            let falls = !self.record.has_fallen() && message.kept().force_n != 0.0;
+            // The next tick is none of those between, in which the device was not asked yet.
+            if tick > last && tick != self.next_tick && !falls {
                 self.came_until(last);
                 return false;
             }
