@@ -1,5 +1,6 @@
 //! Why a run ended before its time.
 
+use crate::remote::Lateness;
 use fracdiff::parameter::Shown;
 use haptic_link::FaultReport;
 use haptic_loop::Fault;
@@ -68,12 +69,12 @@ impl Fall {
         self.last_acting = (force_n != 0.0).then_some(tick);
     }
 
-    /// A sample after those.
     /// True if the newest has no force.
     pub(crate) const fn has_fallen(&self) -> bool {
         self.last_acting.is_none()
     }
 
+    /// A sample after those.
     pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
         self.seen = true;
         if force_n != 0.0 {
@@ -149,15 +150,16 @@ impl Ended {
         matches!(self, Self::Fault(_) | Self::DeviceFault(_))
     }
 
-    /// In words; of a device that let go by its watchdog with a longer time than it had.
+    /// In words; of a device for which this host was too late, with what it may be allowed.
     #[must_use]
-    pub fn reason(self, watchdog_ms: Option<u16>) -> String {
+    pub fn reason(self, lateness: Option<Lateness>) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
             Self::Fault(fault) => format!("fault: {fault}"),
             Self::DeviceFault(report) => {
-                let silent = report.status.fault == Fault::HostSilent.code();
-                let advice = watchdog_ms.filter(|_| silent).map(longer_watchdog);
+                let fault = Fault::from_code(report.status.fault);
+                let advice = lateness.zip(fault);
+                let advice = advice.and_then(|(lateness, fault)| lateness.advice(fault));
                 format!(
                     "{}{}",
                     LinkError::Faulted(report),
@@ -169,19 +171,6 @@ impl Ended {
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }
-}
-
-/// Five times as long, as long as can be.
-fn longer_watchdog(watchdog_ms: u16) -> String {
-    let most = haptic_link::Limits::WATCHDOG_MAX_MS;
-    if watchdog_ms >= most {
-        return format!(
-            "; {watchdog_ms} ms is the longest watchdog time: look for what kept this machine or the line busy"
-        );
-    }
-    let longer = watchdog_ms.saturating_mul(5).min(most);
-    let longer_s = f64::from(longer) / 1e3;
-    format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
 }
 
 /// What a device tells of a fault in its tick 7, of 1 ms.

@@ -8,7 +8,7 @@
 
 use super::ended::{Ended, Fall, LetGo};
 use super::realtime::RealtimeSummary;
-use super::remote::LinkSummary;
+use super::remote::{Lateness, LinkSummary};
 use crate::failure::Failure;
 use fracdiff::Real;
 use haptic_log::record::{AnyTick, EndKind, Entry, LogReader, RunEnd, TickMessage};
@@ -173,8 +173,8 @@ pub struct Record {
     pub stop_unheard: bool,
     /// Counts of the link, if there was one.
     pub link: Option<LinkSummary>,
-    /// Silence after which the device at its other end lets go, ms.
-    pub watchdog_ms: Option<u16>,
+    /// How late this host may be for the device at its other end.
+    pub lateness: Option<Lateness>,
     /// The device at its other end is served by this program.
     pub served: bool,
     /// Words of a served device whose board said nothing any more.
@@ -216,7 +216,7 @@ impl Record {
             ended: None,
             stop_unheard: false,
             link: None,
-            watchdog_ms: None,
+            lateness: None,
             served: false,
             board_lost: None,
             largest_force_n: 0.0,
@@ -266,7 +266,7 @@ impl Record {
                 "interrupted, but the device did not say that it stopped: {}",
                 ended.reason(None)
             ),
-            false => ended.reason(self.watchdog_ms),
+            false => ended.reason(self.lateness),
         })
     }
 

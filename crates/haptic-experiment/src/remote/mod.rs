@@ -7,12 +7,14 @@
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
 mod ending;
+mod lateness;
 mod run;
 mod samples;
 mod session;
 mod summary;
 
 use fracdiff::parameter::Shown;
+pub use lateness::Lateness;
 pub use run::RemoteRun;
 pub use samples::blank;
 pub use summary::{FrameCounts, LinkSummary, round_trip};

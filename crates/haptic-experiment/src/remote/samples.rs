@@ -147,7 +147,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
             let _ = self
                 .recorder
-                .event(time_s, kind, ended.reason(self.record.watchdog_ms));
+                .event(time_s, kind, ended.reason(self.record.lateness));
         }
     }
 }
