@@ -1,6 +1,6 @@
 //! Why a run ended before its time.
 
-use crate::remote::Lateness;
+use crate::lateness::Lateness;
 use fracdiff::parameter::Shown;
 use haptic_link::FaultReport;
 use haptic_loop::Fault;
@@ -37,6 +37,13 @@ pub enum LetGo {
         /// The board has perhaps no watchdog of its own, as this program serves it.
         served: bool,
     },
+    /// The device did not hear that it was to stop, and had a force up to this time, s; that was its last where it has fallen.
+    PushedOn {
+        /// Time of the last sample with a force, s.
+        until_s: f64,
+        /// A sample without one came after it.
+        fallen: bool,
+    },
     /// No sample tells: the device lets it fall.
     Unseen,
     /// There was none: the run was refused before it began.
@@ -54,6 +61,8 @@ pub enum LetGo {
 pub(crate) struct Fall {
     /// How many have a force.
     acting: u64,
+    /// Time of the last of them, s.
+    acting_until_s: f64,
     /// Time of the first without one, s, where those between it and the last with one are missing.
     zero_after_gap_s: Option<f64>,
     /// Tick of the last with one, of those that count too; `None` if one without came after it.
@@ -79,6 +88,7 @@ impl Fall {
         self.seen = true;
         if force_n != 0.0 {
             self.acting += 1;
+            self.acting_until_s = time_s;
             self.last_acting = Some(tick);
         } else if let Some(last) = self.last_acting.take()
             && tick > last + 1
@@ -112,6 +122,17 @@ impl LetGo {
         }
     }
 
+    /// The same of a run whose stop the device did not hear.
+    pub(crate) fn unheard(ended: Ended, fall: Fall, served: bool) -> Self {
+        match fall.acting {
+            0 => Self::of(ended, fall, served),
+            _ => Self::PushedOn {
+                until_s: fall.acting_until_s,
+                fallen: fall.has_fallen(),
+            },
+        }
+    }
+
     /// In words.
     #[must_use]
     pub fn words(self) -> String {
@@ -125,6 +146,15 @@ impl LetGo {
                     "the force was zero at {} s; no sample tells of the time before{kept}",
                     Shown(zero_s)
                 );
+            }
+            Self::PushedOn { until_s, fallen } => {
+                let until_s = Shown(until_s);
+                return match fallen {
+                    true => format!("the device pushed on until {until_s} s, and then let go"),
+                    false => format!(
+                        "the device still pushed at {until_s} s, and lets go by itself when its watchdog time is over"
+                    ),
+                };
             }
             Self::Ramped => "the force ramped to zero",
             Self::InOneSample => "the force was zero one sample later",
@@ -235,6 +265,23 @@ mod tests {
             assert_eq!(let_go, LetGo::AfterGap { zero_s, served });
             // A device at the other end of a line has its own watchdog.
             assert_eq!(let_go.words().contains("without a watchdog"), served);
+        }
+        let fell = Fall {
+            acting_until_s: 0.5,
+            ..ramp
+        };
+        for (fall, words) in [
+            (fell, "the device pushed on until 0.5 s, and then let go"),
+            (
+                Fall {
+                    last_acting: Some(500),
+                    ..fell
+                },
+                "the device still pushed at 0.5 s, and lets go by itself when its watchdog time is over",
+            ),
+        ] {
+            let let_go = LetGo::unheard(fault(Fault::HostSilent), fall, false);
+            assert_eq!(let_go.words(), words);
         }
         let gone = Ended::LinkLost(LinkError::Gone);
         assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);

@@ -7,8 +7,9 @@
 //! So memory does not grow with the length of a run.
 
 use super::ended::{Ended, Fall, LetGo};
+use super::lateness::Lateness;
 use super::realtime::RealtimeSummary;
-use super::remote::{Lateness, LinkSummary};
+use super::remote::LinkSummary;
 use crate::failure::Failure;
 use fracdiff::Real;
 use haptic_log::record::{AnyTick, EndKind, Entry, LogReader, RunEnd, TickMessage};
@@ -251,6 +252,7 @@ impl Record {
         let ended = self.ended?;
         Some(match self.lost() {
             Some(_) => LetGo::Told,
+            None if self.stop_unheard => LetGo::unheard(ended, self.after.fall, self.served),
             None => LetGo::of(ended, self.after.fall, self.served),
         })
     }

@@ -5,10 +5,9 @@ use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
 use crate::failure::Failure;
+use crate::lateness::Lateness;
 use crate::realtime::RealtimeOptions;
-use crate::remote::{
-    Kept, Lateness, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push,
-};
+use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push};
 use crate::safety::{GuardChoice, GuardedDevice};
 use crate::schedule::{Pace, Schedule};
 use fracdiff::parameter::Shown;
@@ -86,7 +85,7 @@ fn driven(
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
         DriveError::Device(error) => {
-            too_busy(&error, Lateness::of(remote)).unwrap_or_else(|| at_port(&path, &error))
+            too_busy(&error, remote.lateness()).unwrap_or_else(|| at_port(&path, &error))
         }
     })?;
     driven.outcome.require_complete(plan)?;

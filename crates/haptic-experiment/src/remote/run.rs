@@ -9,7 +9,7 @@ use crate::preflight::{
     Dynamics, MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
 use crate::recorder::Recorder;
-use crate::remote::{Lateness, RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
+use crate::remote::{RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
 use crate::run::{Ran, Supervisor};
 use crate::safety::GuardChoice;
 use crate::schedule::Schedule;
@@ -121,7 +121,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         let mut recorder = started.inspect_err(|_| folder.discard())?;
         recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
-        record.lateness = Some(Lateness::of(device));
+        record.lateness = Some(device.lateness());
         record.served = link.is_served();
         record.not_realtime = raised(&link, self.schedule);
         Ok(HostSession {

@@ -126,7 +126,7 @@ fn is_told_as_it_was(options: &str) {
     let words = [
         "interrupted, but",
         "heard nothing from the host",
-        "the force ramped to zero",
+        "the device pushed on until",
     ];
     assert!(
         words.iter().all(|part| ended.error().contains(part)),

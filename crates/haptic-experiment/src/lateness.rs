@@ -1,6 +1,5 @@
 //! How late this host may be for a device, and what to allow it where it was later.
 
-use super::RemoteDevice;
 use fracdiff::parameter::Shown;
 use haptic_link::Limits;
 use haptic_loop::Fault;
@@ -18,15 +17,6 @@ pub struct Lateness {
 }
 
 impl Lateness {
-    /// For this device.
-    #[must_use]
-    pub fn of(device: &RemoteDevice) -> Self {
-        Self {
-            watchdog_ms: device.watchdog_ms(),
-            max_age_ticks: device.max_age_ticks,
-        }
-    }
-
     /// Five times as much, as far as can be; never less.
     #[must_use]
     pub fn longer(self) -> Self {
