@@ -1,5 +1,6 @@
 //! Why a run ended before its time.
 
+use crate::lateness::Lateness;
 use fracdiff::parameter::Shown;
 use haptic_link::FaultReport;
 use haptic_loop::Fault;
@@ -29,8 +30,22 @@ pub enum LetGo {
     Ramped,
     /// It was zero in the next sample.
     InOneSample,
-    /// It was zero in the next sample that there is, at this time, s, after others that are missing.
-    AfterGap(f64),
+    /// It was zero in the next sample that there is, after others that are missing.
+    AfterGap {
+        /// That sample's time, s.
+        zero_s: f64,
+        /// The board has perhaps no watchdog of its own, as this program serves it.
+        served: bool,
+    },
+    /// The device did not hear that it was to stop, and had a force up to this time, s; that was its last where it has fallen.
+    PushedOn {
+        /// Time of the last sample with a force, s.
+        until_s: f64,
+        /// A sample without one came after it.
+        fallen: bool,
+    },
+    /// No sample tells: the device lets it fall.
+    Unseen,
     /// There was none: the run was refused before it began.
     NeverBegan,
     /// The link is gone: the device lets go when its watchdog has run out.
@@ -46,22 +61,34 @@ pub enum LetGo {
 pub(crate) struct Fall {
     /// How many have a force.
     acting: u64,
+    /// Time of the last of them, s.
+    acting_until_s: f64,
     /// Time of the first without one, s, where those between it and the last with one are missing.
     zero_after_gap_s: Option<f64>,
-    /// Tick of the last with one, of those that count too.
+    /// Tick of the last with one, of those that count too; `None` if one without came after it.
     last_acting: Option<u64>,
+    /// There was a sample.
+    seen: bool,
 }
 
 impl Fall {
     /// A sample that counts.
     pub(crate) fn before(&mut self, tick: u64, force_n: f64) {
+        self.seen = true;
         self.last_acting = (force_n != 0.0).then_some(tick);
+    }
+
+    /// True if the newest has no force.
+    pub(crate) const fn has_fallen(&self) -> bool {
+        self.last_acting.is_none()
     }
 
     /// A sample after those.
     pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
+        self.seen = true;
         if force_n != 0.0 {
             self.acting += 1;
+            self.acting_until_s = time_s;
             self.last_acting = Some(tick);
         } else if let Some(last) = self.last_acting.take()
             && tick > last + 1
@@ -87,9 +114,22 @@ impl LetGo {
             (Ended::DeviceFault(report), _) if report.status.fault == Fault::BoardFailed.code() => {
                 Self::Told
             }
-            (_, Some(zero_s)) => Self::AfterGap(zero_s),
+            _ if !fall.has_fallen() => Self::Unseen,
+            (Ended::DeviceFault(_), _) if !fall.seen => Self::Unseen,
+            (_, Some(zero_s)) => Self::AfterGap { zero_s, served },
             _ if fall.acting > 0 => Self::Ramped,
             _ => Self::InOneSample,
+        }
+    }
+
+    /// The same of a run whose stop the device did not hear.
+    pub(crate) fn unheard(ended: Ended, fall: Fall, served: bool) -> Self {
+        match fall.acting {
+            0 => Self::of(ended, fall, served),
+            _ => Self::PushedOn {
+                until_s: fall.acting_until_s,
+                fallen: fall.has_fallen(),
+            },
         }
     }
 
@@ -97,15 +137,30 @@ impl LetGo {
     #[must_use]
     pub fn words(self) -> String {
         let words = match self {
-            Self::AfterGap(zero_s) => {
+            Self::AfterGap { zero_s, served } => {
+                let kept = match served {
+                    true => ", in which a device without a watchdog of its own kept its last force",
+                    false => "",
+                };
                 return format!(
-                    "the force was zero at {} s; no sample tells of the time before, in which a device without a watchdog of its own kept \
-                     its last force",
+                    "the force was zero at {} s; no sample tells of the time before{kept}",
                     Shown(zero_s)
                 );
             }
+            Self::PushedOn { until_s, fallen } => {
+                let until_s = Shown(until_s);
+                return match fallen {
+                    true => format!("the device pushed on until {until_s} s, and then let go"),
+                    false => format!(
+                        "the device still pushed at {until_s} s, and lets go by itself when its watchdog time is over"
+                    ),
+                };
+            }
             Self::Ramped => "the force ramped to zero",
             Self::InOneSample => "the force was zero one sample later",
+            Self::Unseen => {
+                "no sample tells how the force fell: the device lets it fall by itself, within its stop time"
+            }
             Self::NeverBegan => "before there was any force",
             Self::ByItself => "the device lets go by itself",
             Self::TakenAway => "this program has taken the force away",
@@ -125,15 +180,16 @@ impl Ended {
         matches!(self, Self::Fault(_) | Self::DeviceFault(_))
     }
 
-    /// In words; of a device that let go by its watchdog with a longer time than it had.
+    /// In words; of a device for which this host was too late, with what it may be allowed.
     #[must_use]
-    pub fn reason(self, watchdog_ms: Option<u16>) -> String {
+    pub fn reason(self, lateness: Option<Lateness>) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
             Self::Fault(fault) => format!("fault: {fault}"),
             Self::DeviceFault(report) => {
-                let silent = report.status.fault == Fault::HostSilent.code();
-                let advice = watchdog_ms.filter(|_| silent).map(longer_watchdog);
+                let fault = Fault::from_code(report.status.fault);
+                let advice = lateness.zip(fault);
+                let advice = advice.and_then(|(lateness, fault)| lateness.advice(fault));
                 format!(
                     "{}{}",
                     LinkError::Faulted(report),
@@ -145,19 +201,6 @@ impl Ended {
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }
-}
-
-/// Five times as long, as long as can be.
-fn longer_watchdog(watchdog_ms: u16) -> String {
-    let most = haptic_link::Limits::WATCHDOG_MAX_MS;
-    if watchdog_ms >= most {
-        return format!(
-            "; {watchdog_ms} ms is the longest watchdog time: look for what kept this machine or the line busy"
-        );
-    }
-    let longer = watchdog_ms.saturating_mul(5).min(most);
-    let longer_s = f64::from(longer) / 1e3;
-    format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
 }
 
 /// What a device tells of a fault in its tick 7, of 1 ms.
@@ -187,23 +230,58 @@ mod tests {
             refusal: haptic_link::Refusal::Connection,
         };
         let none = Fall::default();
-        let ramp = Fall { acting: 10, ..none };
+        let ramp = Fall {
+            acting: 10,
+            seen: true,
+            ..none
+        };
         let gap = Fall {
+            seen: true,
             zero_after_gap_s: Some(4.735),
             ..none
+        };
+        let still = Fall {
+            last_acting: Some(7),
+            ..ramp
         };
         for (ended, fall, let_go) in [
             (Ended::Interrupted, ramp, LetGo::Ramped),
             (Ended::Interrupted, none, LetGo::InOneSample),
             (Ended::Fault(Fault::Workspace), none, LetGo::InOneSample),
             (fault(Fault::HostSilent), ramp, LetGo::Ramped),
-            (fault(Fault::HostSilent), gap, LetGo::AfterGap(4.735)),
+            (fault(Fault::HostSilent), still, LetGo::Unseen),
+            (fault(Fault::HostSilent), none, LetGo::Unseen),
+            (Ended::Interrupted, still, LetGo::Unseen),
             (fault(Fault::BoardFailed), none, LetGo::Told),
             (Ended::LinkLost(refused), none, LetGo::NeverBegan),
         ] {
             for served in [true, false] {
                 assert_eq!(LetGo::of(ended, fall, served), let_go, "{ended:?} {fall:?}");
             }
+        }
+        for served in [true, false] {
+            let let_go = LetGo::of(fault(Fault::HostSilent), gap, served);
+            let zero_s = 4.735;
+            assert_eq!(let_go, LetGo::AfterGap { zero_s, served });
+            // A device at the other end of a line has its own watchdog.
+            assert_eq!(let_go.words().contains("without a watchdog"), served);
+        }
+        let fell = Fall {
+            acting_until_s: 0.5,
+            ..ramp
+        };
+        for (fall, words) in [
+            (fell, "the device pushed on until 0.5 s, and then let go"),
+            (
+                Fall {
+                    last_acting: Some(500),
+                    ..fell
+                },
+                "the device still pushed at 0.5 s, and lets go by itself when its watchdog time is over",
+            ),
+        ] {
+            let let_go = LetGo::unheard(fault(Fault::HostSilent), fall, false);
+            assert_eq!(let_go.words(), words);
         }
         let gone = Ended::LinkLost(LinkError::Gone);
         assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);

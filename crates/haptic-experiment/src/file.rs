@@ -29,6 +29,7 @@ mod tests;
 mod touch;
 mod wall;
 
+use crate::device::LinkedName;
 use crate::failure::Failure;
 use crate::plant_file::DeviceModel;
 use crate::preflight::PreflightRequest;
@@ -147,6 +148,21 @@ impl ExperimentFile {
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
             Self::Touch(touch) => touch.remote.as_ref(),
             Self::Teleoperation(_) => None,
+        }
+    }
+
+    /// The device of this name, with what the file at this path says of the loop with a device at a port: for one that names no device.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn remote_at(path: &Path, name: LinkedName) -> Result<RemoteDevice, FileError> {
+        let text = text_of(path, "experiment")?;
+        let document = Document::parse(path, &text)?;
+        let (kind, table, _) = document.experiment(&parameters::KINDS, DRIVE)?;
+        match kind {
+            // It has no such device.
+            "teleoperation" => Ok(RemoteDevice::new(name)),
+            _ => device::remote_at(&table.with_keys(&parameters::of_kind(kind))?, name),
         }
     }
 

@@ -7,6 +7,7 @@
 //! So memory does not grow with the length of a run.
 
 use super::ended::{Ended, Fall, LetGo};
+use super::lateness::Lateness;
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use crate::failure::Failure;
@@ -169,10 +170,12 @@ pub struct Record {
     pub limiters: u8,
     /// Why the run ended before its time, if it did.
     pub ended: Option<Ended>,
+    /// It was to be stopped, and the device did not say that it heard of it.
+    pub stop_unheard: bool,
     /// Counts of the link, if there was one.
     pub link: Option<LinkSummary>,
-    /// Silence after which the device at its other end lets go, ms.
-    pub watchdog_ms: Option<u16>,
+    /// How late this host may be for the device at its other end.
+    pub lateness: Option<Lateness>,
     /// The device at its other end is served by this program.
     pub served: bool,
     /// Words of a served device whose board said nothing any more.
@@ -212,8 +215,9 @@ impl Record {
             limited: 0,
             limiters: 0,
             ended: None,
+            stop_unheard: false,
             link: None,
-            watchdog_ms: None,
+            lateness: None,
             served: false,
             board_lost: None,
             largest_force_n: 0.0,
@@ -248,6 +252,7 @@ impl Record {
         let ended = self.ended?;
         Some(match self.lost() {
             Some(_) => LetGo::Told,
+            None if self.stop_unheard => LetGo::unheard(ended, self.after.fall, self.served),
             None => LetGo::of(ended, self.after.fall, self.served),
         })
     }
@@ -255,8 +260,16 @@ impl Record {
     /// Why the run ended before its time, in words, if it did.
     pub(super) fn reason(&self) -> Option<String> {
         let ended = self.ended?;
-        let lost = self.lost().map(str::to_owned);
-        Some(lost.unwrap_or_else(|| ended.reason(self.watchdog_ms)))
+        if let Some(lost) = self.lost() {
+            return Some(lost.to_owned());
+        }
+        Some(match self.stop_unheard {
+            true => format!(
+                "interrupted, but the device did not say that it stopped: {}",
+                ended.reason(None)
+            ),
+            false => ended.reason(self.lateness),
+        })
     }
 
     /// Words of the board whose loss ended the run.
@@ -320,10 +333,21 @@ impl Record {
     pub(super) fn push_after<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();
         let force_n = sample.force_n.abs();
-        let fall = &mut self.after.fall;
-        fall.after(sample.tick, sample.time_s, sample.force_n);
+        self.falls(message);
         self.after.largest_n = self.after.largest_n.max(force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
+    }
+
+    /// True if the newest sample has no force.
+    pub(super) const fn has_fallen(&self) -> bool {
+        self.after.fall.has_fallen()
+    }
+
+    /// Looks at the force of a sample behind those that count.
+    pub(super) fn falls<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+        let sample = message.kept();
+        let fall = &mut self.after.fall;
+        fall.after(sample.tick, sample.time_s, sample.force_n);
     }
 }
 

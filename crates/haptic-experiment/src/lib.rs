@@ -22,6 +22,7 @@ pub mod imperfections;
 pub mod input;
 pub mod judge;
 pub mod kept;
+pub mod lateness;
 pub mod measured_device;
 pub mod modelled;
 pub mod named;

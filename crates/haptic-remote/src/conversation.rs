@@ -2,7 +2,7 @@
 
 use crate::link_error::LinkError;
 use haptic_link::{
-    Alive, Direction, Header, LineCounters, Outcome, Receiver, Refusal, Report, Request,
+    Alive, Direction, EventKind, Header, LineCounters, Outcome, Receiver, Refusal, Report, Request,
     SequenceTracker, Status, encode,
 };
 
@@ -26,6 +26,8 @@ pub enum Incoming {
     },
     /// Something that was not asked for: samples, events, faults.
     Told(Report),
+    /// The same, and the first that is heard of a run whose start was asked for: the start was taken, even if its answer is lost.
+    Begun(Report),
     /// An answer to a keep-alive.
     Alive {
         /// From sending to hearing, µs.
@@ -108,6 +110,8 @@ pub struct Conversation {
     /// Time from one keep-alive to the next; `None` for none.
     keep_alive_us: Option<u64>,
     token: u32,
+    /// Tick of the last sample; `None` before the first.
+    newest_tick: Option<u32>,
     /// When the last ones were sent; those of number n at n modulo their count.
     tokens_us: [u64; TOKENS],
 }
@@ -127,6 +131,7 @@ impl Conversation {
             retry_us,
             keep_alive_us: None,
             token: 0,
+            newest_tick: None,
             tokens_us: [0; TOKENS],
         }
     }
@@ -252,6 +257,7 @@ impl Conversation {
         if let (true, Report::Hello(hello)) = (answers, &report) {
             self.tracker.restart();
             self.connection = hello.connection;
+            self.newest_tick = None;
         }
         if !self.tracker.arrive(header.sequence as u16).is_new() {
             return None;
@@ -267,6 +273,10 @@ impl Conversation {
                 },
                 _ => Incoming::Answer(report),
             });
+        }
+        if self.is_of_new_run(&report) && self.awaits_start() {
+            self.outstanding = None;
+            return Some(Incoming::Begun(report));
         }
         match report {
             Report::Alive(alive) => self.alive(&alive, now_us),
@@ -294,6 +304,27 @@ impl Conversation {
             status: alive.status,
             observed_energy_j: alive.observed_energy_j,
         })
+    }
+
+    fn awaits_start(&self) -> bool {
+        let request = self.outstanding.as_ref().map(|o| &o.request);
+        matches!(request, Some(Request::Start(_)))
+    }
+
+    /// True if a run has begun since what was heard before: the device says so, or its ticks count anew.
+    fn is_of_new_run(&mut self, report: &Report) -> bool {
+        let tick = match report {
+            Report::Event(event) => return event.kind == EventKind::Started,
+            Report::Sample(sample) => sample.tick,
+            Report::Batch(batch) => batch.tick,
+            #[cfg(feature = "several-axes")]
+            Report::VectorSample(sample) => sample.tick,
+            #[cfg(feature = "several-axes")]
+            Report::VectorBatch(batch) => batch.tick,
+            _ => return false,
+        };
+        let before = self.newest_tick.replace(tick);
+        before.is_none_or(|before| tick < before)
     }
 
     /// True if a report answers the outstanding request.

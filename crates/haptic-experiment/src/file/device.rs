@@ -2,7 +2,7 @@
 
 use super::error::FileError;
 use super::reader::Table;
-use crate::device::{DeviceName, Loop};
+use crate::device::{DeviceName, LinkedName, Loop};
 use crate::modelled::operator;
 use crate::parameters as p;
 use crate::remote::RemoteDevice;
@@ -17,6 +17,20 @@ use std::ops::RangeInclusive;
 pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
     let device = table.text(&p::DEVICE)?.parse::<DeviceName>();
     let device = device.map_err(|reason| table.fail_at("device", reason))?;
+    let of_name = of_name(table)?;
+    Ok(match device {
+        DeviceName::Simulated => None,
+        DeviceName::Linked(name) => Some(of_name(name)),
+    })
+}
+
+/// The device of this name, whichever the file has.
+pub(super) fn remote_at(table: &Table<'_>, name: LinkedName) -> Result<RemoteDevice, FileError> {
+    of_name(table).map(|of_name| of_name(name))
+}
+
+/// What the file says of the loop with a device at a port, for any.
+fn of_name(table: &Table<'_>) -> Result<impl FnOnce(LinkedName) -> RemoteDevice, FileError> {
     let loop_mode: Loop = table.choice(&p::LOOP)?;
     let watchdog_s = table.number_if(&p::WATCHDOG)?;
     if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
@@ -43,15 +57,12 @@ pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileErro
         let reason = format!("max_age_ticks is not in [1, {most}]: leave it away for {default}");
         table.fail_at("max_age_ticks", reason)
     })?;
-    Ok(match device {
-        DeviceName::Simulated => None,
-        DeviceName::Linked(name) => Some(RemoteDevice {
-            loop_mode: loop_mode.into(),
-            watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
-            late_ticks,
-            max_age_ticks,
-            ..RemoteDevice::new(name)
-        }),
+    Ok(move |name| RemoteDevice {
+        loop_mode: loop_mode.into(),
+        watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
+        late_ticks,
+        max_age_ticks,
+        ..RemoteDevice::new(name)
     })
 }
 

@@ -1,6 +1,7 @@
 //! Good files, and what is said of bad ones.
 
 use super::ExperimentFile;
+use crate::device::DeviceName;
 use std::path::Path;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
@@ -238,4 +239,22 @@ fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
         let simulated = wall.setup.device.delay.0;
         assert!((simulated - own).abs() < 1e-15, "{device}: {simulated}");
     }
+}
+
+#[test]
+fn what_a_file_says_of_the_loop_holds_for_a_device_that_it_does_not_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("wall.toml");
+    let says = "watchdog_s = 0.3\nmax_age_ticks = 40\nlate_ticks = 7\nloop = \"host\"\n";
+    std::fs::write(&path, format!("{WALL}{says}")).expect("written");
+    let file = ExperimentFile::read(&path).expect("good");
+    assert_eq!(file.remote(), None);
+    let Ok(DeviceName::Linked(name)) = "serial:here".parse() else {
+        panic!("a name");
+    };
+    let remote = ExperimentFile::remote_at(&path, name).expect("good");
+    assert_eq!(remote.watchdog_ms(), 300);
+    assert_eq!((remote.max_age_ticks, remote.late_ticks), (40, 7));
+    assert_eq!(remote.loop_mode, haptic_link::LoopMode::Host);
+    assert_eq!(remote.name.to_string(), "serial:here");
 }

@@ -5,10 +5,12 @@ use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
 use crate::failure::Failure;
+use crate::lateness::Lateness;
 use crate::realtime::RealtimeOptions;
 use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push};
 use crate::safety::{GuardChoice, GuardedDevice};
 use crate::schedule::{Pace, Schedule};
+use fracdiff::parameter::Shown;
 use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
@@ -82,7 +84,9 @@ fn driven(
     }
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
-        DriveError::Device(error) => too_busy(&error).unwrap_or_else(|| at_port(&path, &error)),
+        DriveError::Device(error) => {
+            too_busy(&error, remote.lateness()).unwrap_or_else(|| at_port(&path, &error))
+        }
     })?;
     driven.outcome.require_complete(plan)?;
     disarmed.map_err(problem)?;
@@ -90,14 +94,23 @@ fn driven(
 }
 
 /// A fault that the machine makes, and no device: with its remedy.
-fn too_busy(error: &SerialError) -> Option<Failure> {
+fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
     let SerialError::Link(LinkError::Faulted(report)) = error else {
         return None;
     };
     let fault = Fault::from_code(report.status.fault);
+    let longer = lateness.longer();
     matches!(fault, Some(Fault::HostSilent | Fault::StaleForce)).then(|| {
+        let remedy = match longer == lateness {
+            true => String::new(),
+            false => format!(
+                ", or allow it more with `watchdog_s` = {} and `max_age_ticks` = {}",
+                Shown(longer.watchdog_s()),
+                longer.max_age_ticks
+            ),
+        };
         Failure::Run(anyhow::anyhow!(
-            "{error}: run nothing else on this machine, or allow it more with `watchdog_s` = 0.2 and `max_age_ticks` = 50"
+            "{error}: run nothing else on this machine{remedy}"
         ))
     })
 }
@@ -143,4 +156,32 @@ fn configure(
     Ok(link
         .set_for(configuration, &law.operator.1, Scope::Run)
         .map(|_| ()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ended::reported;
+
+    #[test]
+    fn a_measurement_is_allowed_more_than_it_had() {
+        let said = |watchdog_ms, max_age_ticks| {
+            let lateness = Lateness {
+                watchdog_ms,
+                max_age_ticks,
+            };
+            let error = LinkError::Faulted(reported(Fault::HostSilent)).into();
+            let failure = too_busy(&error, lateness).expect("the machine was busy");
+            assert_eq!(failure.exit_code(), 1);
+            failure.to_string()
+        };
+        for (had, more) in [
+            ((20, 10), "`watchdog_s` = 0.1 and `max_age_ticks` = 50"),
+            ((500, 300), "`watchdog_s` = 1 and `max_age_ticks` = 1000"),
+        ] {
+            let said = said(had.0, had.1);
+            assert!(said.ends_with(more), "{said}");
+        }
+        assert!(said(1000, 1000).ends_with("on this machine"));
+    }
 }

@@ -6,6 +6,7 @@
 //! ```
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
+mod ending;
 mod run;
 mod samples;
 mod session;
@@ -21,6 +22,7 @@ use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
 use crate::device::LinkedName;
 use crate::failure::Failure;
+use crate::lateness::Lateness;
 use fracdiff::Operator;
 use haptic_link::{
     Capabilities, Configuration, Limits, LoopMode, OperatorShape, Simulation, SimulationKind,
@@ -66,6 +68,15 @@ impl RemoteDevice {
     pub fn watchdog_ms(&self) -> u16 {
         self.watchdog_ms
             .unwrap_or_else(|| self.loop_mode.watchdog_ms())
+    }
+
+    /// How late this host may be for it.
+    #[must_use]
+    pub fn lateness(&self) -> Lateness {
+        Lateness {
+            watchdog_ms: self.watchdog_ms(),
+            max_age_ticks: self.max_age_ticks,
+        }
     }
 }
 

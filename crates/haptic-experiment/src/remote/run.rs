@@ -121,7 +121,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         let mut recorder = started.inspect_err(|_| folder.discard())?;
         recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
-        record.watchdog_ms = Some(device.watchdog_ms());
+        record.lateness = Some(device.lateness());
         record.served = link.is_served();
         record.not_realtime = raised(&link, self.schedule);
         Ok(HostSession {
@@ -138,6 +138,8 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             next_tick: 0,
             force_limit_n,
             preflight,
+            over: false,
+            deaf: false,
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::session::HostSession;
 use crate::ended::Ended;
-use crate::flight::FaultSeen;
+use crate::flight::{AFTER, FaultSeen};
 use crate::kept::{Made, TickRecord};
 use haptic_link::VectorSample;
 use haptic_log::record::TickMessage;
@@ -22,15 +22,38 @@ pub fn blank(reference_m: f64) -> TickMessage {
 }
 
 impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
-    /// Takes a sample of the device. One of another number of axes is none, and its tick is missing.
-    pub(super) fn take_sample(&mut self, sample: &VectorSample) {
+    /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
+    /// device tells of a run that its fault has ended: it came because it was asked for.
+    pub(super) fn take_sample(&mut self, sample: &VectorSample) -> bool {
         let Some(message) = self.message(sample) else {
-            return;
+            return true;
         };
         let tick = u64::from(sample.tick);
+        if let Some(last) = self.last_told() {
+            let falls = !self.record.has_fallen() && message.kept().force_n != 0.0;
+            // The next tick is none of those between, in which the device was not asked yet.
+            if tick > last && tick != self.next_tick && !falls {
+                self.came_until(last);
+                return false;
+            }
+        }
         let counted = tick < self.schedule.samples && self.record.ended.is_none();
         self.gap(tick);
         self.keep(message, counted);
+        true
+    }
+
+    /// The last tick after a fault of the device that the log needs: those before it are told unasked.
+    fn last_told(&self) -> Option<u64> {
+        match self.record.ended {
+            Some(Ended::DeviceFault(report)) => Some(u64::from(report.tick) + AFTER),
+            _ => None,
+        }
+    }
+
+    /// True if all is there that follows a fault of the device.
+    pub(super) fn is_all_told(&self) -> bool {
+        self.recorder.flight().is_full() && self.record.has_fallen()
     }
 
     /// A sample of the device as the log has it.
@@ -96,6 +119,8 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             self.record.push(&message);
         } else if self.record.ended.is_some() {
             self.record.push_after(&message);
+        } else {
+            self.record.falls(&message);
         }
         if logged.is_err() && self.record.ended.is_none() {
             self.record.ended = Some(Ended::LogStopped);
@@ -122,7 +147,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
             let _ = self
                 .recorder
-                .event(time_s, kind, ended.reason(self.record.watchdog_ms));
+                .event(time_s, kind, ended.reason(self.record.lateness));
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::ended::Ended;
 use crate::failure::Failure;
+use crate::flight::AFTER;
 use crate::folder::OutputFolder;
 use crate::kept::{Made, Record, TickRecord};
 use crate::preflight::PreflightVerdict;
@@ -21,7 +22,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime};
 
 /// Longest silence after a fault in which the rest is still waited for.
-const AFTER_FAULT: Duration = Duration::from_millis(200);
+pub(super) const AFTER_FAULT: Duration = Duration::from_millis(200);
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
 pub(super) struct HostSession<'a, M, const D: usize> {
@@ -40,6 +41,10 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     /// Largest force that the device makes in this run, N.
     pub(super) force_limit_n: f64,
     pub(super) preflight: Option<PreflightVerdict>,
+    /// The device has said that the run is over, or its newest sample that there is no force any more.
+    pub(super) over: bool,
+    /// The device does not answer.
+    pub(super) deaf: bool,
 }
 
 impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
@@ -57,12 +62,14 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             next_tick,
             schedule,
             preflight,
+            deaf,
             ..
         } = self;
         // Only a device that has let go answers so; its force falls within its own stop time.
         let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
-        let counted = link.statistics().ok().map(|after| after.since(&before));
+        let asked = (!deaf).then(|| link.statistics().ok()).flatten();
+        let counted = asked.map(|after| after.since(&before));
         let mut summary = summarise(&link, loop_mode, counted, samples_lost);
         // A sample without room here is missing by its number too.
         summary.samples_lost = samples_lost.saturating_sub(summary.samples_dropped);
@@ -113,15 +120,22 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         loop {
             match self.link.hear(patience) {
                 Some(Heard::Sample(sample)) => {
-                    self.take_sample(&sample.into());
+                    if !self.take_sample(&sample.into()) {
+                        break;
+                    }
                     (supervisor.progress)(self.next_tick);
                 }
                 Some(Heard::Vector(sample)) => {
-                    self.take_sample(&sample);
+                    if !self.take_sample(&sample) {
+                        break;
+                    }
                     (supervisor.progress)(self.next_tick);
                 }
                 Some(Heard::Event(event)) => match event.kind {
-                    EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => break,
+                    EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
+                        self.over = true;
+                        break;
+                    }
                     EventKind::Configured | EventKind::Armed | EventKind::Started => {}
                 },
                 Some(Heard::Fault(report)) => {
@@ -134,7 +148,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 None if self.record.ended.is_some_and(Ended::is_fault) => break,
                 None => return Err(self.link.silent(SILENCE).into()),
             }
-            if self.recorder.flight().is_full() {
+            if self.is_all_told() {
                 break;
             }
             let asked = supervisor.stop.load(Ordering::Relaxed);
@@ -160,6 +174,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         let thread = RaisedThread::new(self.schedule.thread_options().thread());
         self.record.raised(&thread);
         self.start(0)?;
+        let mut resting = 0;
         loop {
             // Waiting for the sample is no part of the tick.
             let reading = haptic_loop::Device::<F, D>::read(&mut self.link)?;
@@ -178,7 +193,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 time_s: reading.time_s,
                 position_m: reading.position_m.map(F::to_f64),
                 environment_force_n: done.environment_force_n.map(F::to_f64),
-                force_n: self.applied_n(done.force.newtons().map(F::to_f64)),
+                force_n: self.applied_n(done.force.newtons().map(F::to_f64), counted),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | self.link.newest_limiters(),
                 observed_energy_j: f64::NAN,
@@ -195,7 +210,10 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             }
             if self.record.ended.is_some() || tick + 1 >= self.schedule.samples {
                 controller.stop();
-                if controller.safety().is_at_rest() && self.recorder.has_aftermath() {
+                resting += u64::from(controller.safety().is_at_rest());
+                self.over = resting > 0 && self.applies_none();
+                let late = resting > AFTER;
+                if (self.over || late) && self.recorder.has_aftermath() {
                     break;
                 }
             }
@@ -203,10 +221,11 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         self.link.disarm()
     }
 
-    /// The force of a tick, N: the one commanded in answer to it, within the device's limit, and where the device's own chain
-    /// limits, the one it really applied. A log of forces that no device made would be judged as if it had.
-    fn applied_n(&self, commanded_n: SVector<f64, D>) -> SVector<f64, D> {
-        if self.link.newest_limiters() == 0 {
+    /// The force of a tick, N: the one commanded in answer to it, within the device's limit. Where the device's own chain
+    /// limits, or the tick does not count any more, the one it really applied: nobody knows if what is sent at the end is heard.
+    /// A log of forces that no device made would be judged as if it had.
+    fn applied_n(&self, commanded_n: SVector<f64, D>, counted: bool) -> SVector<f64, D> {
+        if counted && self.link.newest_limiters() == 0 {
             commanded_n.cap_magnitude(self.force_limit_n)
         } else {
             let newest = self.link.newest_force_n();
@@ -214,11 +233,17 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         }
     }
 
+    /// True if there was no force in the newest sample.
+    fn applies_none(&self) -> bool {
+        let newest = self.link.newest_force_n();
+        newest.iter().take(D).all(|&force_n| force_n == 0.0)
+    }
+
     /// Asks for every n-th tick while nothing runs; 0 for none.
-    fn stream_after_fault(&self, every: u16) {
+    fn stream_after_fault(&mut self, every: u16) {
         let batch = self.batch();
         // A device that does not answer has nothing more to tell.
-        let _ = self.link.ask(Request::Stream { every, batch });
+        self.deaf |= !self.deaf && self.link.ask(Request::Stream { every, batch }).is_err();
     }
 
     /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
@@ -227,21 +252,24 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         if !matches!(self.record.ended, Some(Ended::DeviceFault(_))) {
             return;
         }
-        if !self.recorder.flight().is_full() {
+        if !self.is_all_told() {
             self.stream_after_fault(1);
-            while let (false, Some(heard)) = (
-                self.recorder.flight().is_full(),
-                self.link.hear(AFTER_FAULT),
-            ) {
-                match heard {
+            while let (false, Some(heard)) = (self.is_all_told(), self.link.hear(AFTER_FAULT)) {
+                let goes_on = match heard {
                     Heard::Sample(sample) => self.take_sample(&sample.into()),
                     Heard::Vector(sample) => self.take_sample(&sample),
                     Heard::Over(_) => return,
-                    Heard::Event(_) | Heard::Fault(_) => {}
+                    Heard::Event(_) | Heard::Fault(_) => true,
+                };
+                if !goes_on {
+                    break;
                 }
             }
         }
         self.stream_after_fault(0);
+        if self.deaf {
+            return;
+        }
         let mut kept = Vec::new();
         let mut count = 1;
         while kept.len() < usize::from(count) {
@@ -267,18 +295,6 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             8
         } else {
             1
-        }
-    }
-
-    /// The line or the device is gone: the log keeps what there is.
-    pub(super) fn give_up(&mut self, error: &SerialError) {
-        match error {
-            SerialError::Link(LinkError::Faulted(report)) => {
-                self.ends(Ended::DeviceFault(*report), "fault");
-            }
-            SerialError::Link(error) => self.ends(Ended::LinkLost(*error), "link"),
-            // Errors that only opening can meet; this port was open.
-            _ => self.ends(Ended::LinkLost(LinkError::Gone), "link"),
         }
     }
 }

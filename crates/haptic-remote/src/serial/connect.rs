@@ -229,6 +229,7 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
         round_trip_us: Mutex::new(histogram.map_err(thread_error)?),
         status: Mutex::new(status),
         alives: AtomicU64::new(0),
+        armed_after: AtomicU32::new(u32::MAX),
         energy_bits: AtomicU32::new(0),
         period_us: AtomicU32::new(1000),
     })

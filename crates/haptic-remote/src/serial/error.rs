@@ -69,11 +69,14 @@ impl SerialError {
     /// True if the device refused a request that was good, because of where it stands or of a fault whose cause is still there.
     #[must_use]
     pub const fn is_of_its_state(&self) -> bool {
-        use haptic_link::Refusal;
+        use haptic_link::{Refusal, State};
         matches!(
             self,
             Self::Link(LinkError::Refused {
-                refusal: Refusal::ForceNotSmall { .. } | Refusal::FaultPersists(_),
+                refusal: Refusal::ForceNotSmall { .. }
+                    | Refusal::FaultPersists(_)
+                    | Refusal::UnknownFault
+                    | Refusal::State(State::Fault),
                 ..
             })
         )

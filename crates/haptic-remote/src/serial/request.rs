@@ -6,9 +6,10 @@ use super::shared::{Command, lock};
 use crate::LinkError;
 use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request, Scope, Start,
-    Statistics, WorkspaceBox, block_count,
+    State, Statistics, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 use std::vec::Vec;
 
@@ -146,16 +147,32 @@ impl SerialLink {
         let quiet = (watchdog / 4).as_micros() as u64;
         self.shared.conversation().set_keep_alive(Some(quiet));
         let faults = self.status().faults;
-        self.ask(Request::Arm { faults }).map(|_| ())
+        self.ask(Request::Arm { faults })?;
+        let armed_after = u32::from(faults);
+        (self.shared.armed_after).store(armed_after, Ordering::Relaxed);
+        Ok(())
     }
 
     /// Starts a run. What came before it and was not heard yet is forgotten, but for the end of the line: it is no news of this run.
+    ///
+    /// The first that is heard of the run is an answer too. Where an answer did not come, and the start that was sent again is refused
+    /// because a fault has latched meanwhile, the first one was taken: the fault is heard of as the end of the run.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
         self.forget_until_now();
-        self.ask(Request::Start(start))?;
+        let armed_after = self.shared.armed_after.load(Ordering::Relaxed);
+        let was_armed = armed_after == u32::from(self.status().faults);
+        let retries = || self.shared.conversation().counters().retries;
+        let before = retries();
+        match self.ask(Request::Start(start)) {
+            Err(SerialError::Link(LinkError::Refused {
+                refusal: Refusal::State(State::Fault),
+                ..
+            })) if was_armed && retries() != before => {}
+            answer => drop(answer?),
+        }
         self.running = Some(self.alives());
         Ok(())
     }

@@ -39,6 +39,8 @@ pub(super) struct Shared {
     pub(super) status: Mutex<Status>,
     /// Answers to keep-alives so far: each brings the status of its moment.
     pub(super) alives: AtomicU64,
+    /// Faults of the device when it was armed last; more than there can be before.
+    pub(super) armed_after: AtomicU32,
     /// Energy that the guard observed, J, as bits of an `f32`.
     pub(super) energy_bits: AtomicU32,
     pub(super) period_us: AtomicU32,

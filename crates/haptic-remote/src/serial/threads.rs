@@ -68,6 +68,10 @@ impl Reader {
                 self.shared.alives.fetch_add(1, Ordering::Release);
             }
             Incoming::Rebooted => self.end(LinkError::Rebooted),
+            Incoming::Begun(report) => {
+                self.pass_on(Incoming::Told(report.clone()));
+                let _ = self.answers.try_send(Ok(report));
+            }
             Incoming::Told(Report::Sample(sample)) => self.hear(Heard::Sample(sample)),
             Incoming::Told(Report::Batch(batch)) => {
                 for sample in batch.samples(self.shared.period_us.load(Ordering::Relaxed)) {

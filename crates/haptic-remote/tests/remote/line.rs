@@ -149,6 +149,10 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
                     Some(Incoming::Answer(report)) => answer = Some(Ok(report)),
                     Some(Incoming::Refused { refusal, .. }) => answer = Some(Err(refusal)),
                     Some(Incoming::Told(report)) => self.hear(report),
+                    Some(Incoming::Begun(report)) => {
+                        answer = Some(Ok(report.clone()));
+                        self.hear(report);
+                    }
                     Some(Incoming::Rebooted) => self.rebooted = true,
                     Some(Incoming::Alive {
                         observed_energy_j, ..

@@ -1,6 +1,7 @@
 //! Sessions over a good line: states, transactions, streams, watchdog.
 
 mod faults;
+mod starts;
 mod transactions;
 
 use crate::line::{Bench, START, spring};
@@ -44,8 +45,8 @@ fn arm(bench: &mut Bench) {
     bench.done(Request::Arm { faults: 0 });
 }
 
-/// A loop on the host, which answers each position with this force, started.
-fn host_loop(law: fn(f32) -> f32) -> Bench {
+/// A loop on the host, which answers each position with this force, armed.
+fn armed_host_loop(law: fn(f32) -> f32) -> Bench {
     let mut bench = Bench::ideal();
     bench.hello();
     let (mut configuration, values) = spring();
@@ -53,6 +54,12 @@ fn host_loop(law: fn(f32) -> f32) -> Bench {
     bench.set(configuration, &values).expect("good");
     arm(&mut bench);
     bench.law = Some(law);
+    bench
+}
+
+/// The same, started.
+fn host_loop(law: fn(f32) -> f32) -> Bench {
+    let mut bench = armed_host_loop(law);
     bench.done(Request::Start(START));
     bench
 }
@@ -199,43 +206,6 @@ fn parameters_cannot_change_under_a_closed_loop() {
     bench.done(Request::Start(START));
     let answer = bench.set(configuration, &values);
     assert_eq!(answer, Err(Refusal::State(State::Running)));
-}
-
-#[test]
-fn a_start_that_is_sent_again_does_not_begin_anew() {
-    let mut bench = started(START);
-    bench.run_ms(20);
-    bench.done(Request::Start(START));
-    bench.run_ms(20);
-    assert!(bench.ticks().windows(2).all(|pair| pair[1] == pair[0] + 1));
-    let other = Request::Start(Start { run: 9, ..START });
-    assert_eq!(bench.refused(other), Refusal::State(State::Running));
-}
-
-#[test]
-fn a_start_that_is_sent_again_after_its_run_has_ended_starts_nothing() {
-    let mut bench = armed();
-    let start = Start { ticks: 20, ..START };
-    bench.done(Request::Start(start));
-    bench.run_ms(100);
-    assert_eq!(bench.state(), State::Armed);
-    bench.done(Request::Start(start));
-    bench.run_ms(10);
-    assert_eq!(bench.state(), State::Armed);
-    assert_eq!(events(&bench).last(), Some(&EventKind::Finished));
-    // Another run, which is still stopping when its start comes again.
-    let second = Start { run: 2, ..START };
-    bench.done(Request::Start(second));
-    bench.run_ms(200);
-    bench.done(Request::Stop);
-    bench.done(Request::Start(second));
-    bench.run_ms(50);
-    assert_eq!(bench.state(), State::Armed);
-    // Armed anew, numbers may begin anew.
-    bench.done(Request::Disarm);
-    bench.done(Request::Arm { faults: 0 });
-    bench.done(Request::Start(start));
-    assert_eq!(bench.state(), State::Running);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use fracdiff::parameter::Shown;
-use haptic_experiment::device::{DeviceName, Loop};
+use haptic_experiment::device::{DeviceName, LinkedName, Loop};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
@@ -42,7 +42,16 @@ impl RemoteArguments {
     /// True if a device at a port was named.
     #[must_use]
     pub fn is_serial(&self) -> bool {
-        matches!(self.device, Some(DeviceName::Linked(_)))
+        self.named().is_some()
+    }
+
+    /// The device at a port that was named.
+    #[must_use]
+    pub const fn named(&self) -> Option<&LinkedName> {
+        match &self.device {
+            Some(DeviceName::Linked(name)) => Some(name),
+            Some(DeviceName::Simulated) | None => None,
+        }
     }
 
     /// The serial device; `None` for the simulated one. What is not given is as in `file`.

@@ -199,7 +199,15 @@ impl Arguments {
     /// A file that is wrong; options that do not fit it.
     fn experiment(&self) -> Result<(ExperimentFile, Pace), Failure> {
         let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
-        let remote = self.shared.remote.remote(file.remote())?;
+        let remote = &self.shared.remote;
+        let of_file = match (file.remote(), remote.named()) {
+            (None, Some(name)) => {
+                let at = ExperimentFile::remote_at(&self.file, name.clone());
+                Some(at.map_err(Failure::input)?)
+            }
+            (of_file, _) => of_file.cloned(),
+        };
+        let remote = remote.remote(of_file.as_ref())?;
         let pace = self.realtime.pace(remote.is_some())?;
         let serial = remote.is_some();
         let mut experiment = file.in_pace(pace).on(remote)?;

@@ -3,10 +3,14 @@
 mod flash;
 mod gone;
 mod lines;
+#[cfg(unix)]
+mod middle;
 mod moteus;
 mod ports;
 mod searches;
 mod selftest;
+#[cfg(unix)]
+mod unheard;
 #[cfg(unix)]
 mod watched;
 

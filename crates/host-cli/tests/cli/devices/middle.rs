@@ -1,0 +1,89 @@
+//! A line between a program and an emulated device that loses what a test wants.
+
+use super::Emulated;
+use haptic_link::{Direction, Receiver, Report};
+use std::io::{Read, Write};
+use std::net::Shutdown;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+type Loses = Arc<Mutex<dyn FnMut(&Report) -> bool + Send>>;
+
+/// The line: at the socket `line`, before the device at the socket `device`.
+pub(super) struct Middle {
+    deaf: Arc<AtomicBool>,
+}
+
+impl Middle {
+    /// Loses the messages of the device for which this is true.
+    pub(super) fn before(
+        device: &Emulated,
+        loses: impl FnMut(&Report) -> bool + Send + 'static,
+    ) -> Self {
+        let there = device.place.path("device");
+        let listener = UnixListener::bind(device.place.path("line")).expect("a socket");
+        let deaf = Arc::new(AtomicBool::new(false));
+        let heard = Arc::clone(&deaf);
+        let loses: Loses = Arc::new(Mutex::new(loses));
+        std::thread::spawn(move || {
+            while let Ok((host, _)) = listener.accept() {
+                let device = UnixStream::connect(&there).expect("an emulator");
+                let ends = (clone(&host), clone(&device));
+                let heard = Arc::clone(&heard);
+                std::thread::spawn(move || to_device(ends.0, ends.1, &heard));
+                let loses = Arc::clone(&loses);
+                std::thread::spawn(move || to_host(device, host, &loses));
+            }
+        });
+        Self { deaf }
+    }
+
+    /// Nothing reaches the device any more.
+    pub(super) fn deafen(&self) {
+        self.deaf.store(true, Ordering::Relaxed);
+    }
+}
+
+fn clone(stream: &UnixStream) -> UnixStream {
+    stream.try_clone().expect("another handle")
+}
+
+/// What comes from a stream, until its end, or until nobody takes it; then both are over.
+fn each(
+    mut from: UnixStream,
+    mut to: UnixStream,
+    mut pass: impl FnMut(&[u8], &mut UnixStream) -> bool,
+) {
+    let mut bytes = [0; 4096];
+    while let Ok(count @ 1..) = from.read(&mut bytes)
+        && pass(&bytes[..count], &mut to)
+    {}
+    // Whoever has gone already has nothing to be told.
+    let _ = from.shutdown(Shutdown::Both);
+    let _ = to.shutdown(Shutdown::Both);
+}
+
+fn to_device(host: UnixStream, device: UnixStream, deaf: &AtomicBool) {
+    each(host, device, |bytes, device| {
+        deaf.load(Ordering::Relaxed) || device.write_all(bytes).is_ok()
+    });
+}
+
+fn to_host(device: UnixStream, host: UnixStream, loses: &Loses) {
+    let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
+    let mut frame = Vec::new();
+    each(device, host, |bytes, host| {
+        bytes.iter().all(|&byte| {
+            frame.push(byte);
+            let report = receiver.push(byte);
+            if byte != 0 {
+                return true;
+            }
+            let whole = std::mem::take(&mut frame);
+            let mut loses = loses.lock().expect("nobody panicked");
+            let lost = report.is_some_and(|(_, report)| (*loses)(&report));
+            lost || host.write_all(&whole).is_ok()
+        })
+    });
+}

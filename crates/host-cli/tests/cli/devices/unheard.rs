@@ -1,0 +1,184 @@
+//! Requests whose answers are lost, and stops that the device does not hear.
+
+use super::middle::Middle;
+use super::{Emulated, number};
+use crate::process::{Ended, PATIENCE, signal};
+use haptic_link::{Report, Request, Start};
+use std::collections::BTreeMap;
+use std::process::Child;
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// A wall that the device is pushed through, out of its workspace.
+const LEAVES: &str = "[wall]
+mass_kg = 0.065
+damping_n_s_per_m = 3.5
+sample_time_s = 0.001
+order = 0.5
+stiffness_n_per_m = 20
+dissipation_n_s_mu_per_m = 1
+push_n = 1
+force_limit_n = 5
+duration_s = 4
+workspace_low_m = -0.01
+workspace_high_m = 0.01
+";
+
+#[test]
+fn a_start_whose_answer_is_lost_ends_with_the_fault_of_its_run() {
+    let device = Emulated::new("");
+    let start = Request::Start(Start::ENDLESS).number();
+    let mut answers = 0;
+    // From the answer on, until the start that is sent again is answered. The device leaves its workspace meanwhile.
+    let _line = Middle::before(&device, move |report| {
+        if matches!(report, Report::Ack(ack) if ack.request == start) {
+            answers += 1;
+        }
+        answers == 1
+    });
+    device.place.write("wall.toml", LEAVES);
+    let ended = device
+        .place
+        .run("run wall.toml --device serial:line --out run --json")
+        .failed(1);
+    assert!(ended.error().contains("left its workspace"), "{ended}");
+    assert!(device.place.path("run/wall-fault.mcap").exists(), "{ended}");
+    let report = ended.json();
+    assert!(number(&report, "/link/retries") >= 1.0, "{report}");
+}
+
+/// A relaxation that has some hundred samples.
+fn under_way(device: &Emulated, line: &str) -> Child {
+    let mut child = device.place.start(line);
+    let log = device.place.path("run/relax.mcap.part");
+    let began = Instant::now();
+    while std::fs::metadata(&log).map_or(0, |file| file.len()) < 40_000 {
+        let gone = child.try_wait().expect("can be waited for");
+        assert!(gone.is_none(), "ended before the signal: {gone:?}");
+        assert!(began.elapsed() < PATIENCE, "no log");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child
+}
+
+fn ended(line: &str, child: Child) -> Ended {
+    Ended::new(line.to_owned(), &child.wait_with_output().expect("ends"))
+}
+
+#[test]
+fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
+    let device = Emulated::new("");
+    device.loosen();
+    let (said, faults) = channel();
+    let _line = Middle::before(&device, move |report| {
+        if matches!(report, Report::Fault(_)) {
+            // Nobody waits for the second.
+            let _ = said.send(());
+        }
+        false
+    });
+    let line = "relax --device serial:line --watchdog 300ms --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
+    let child = under_way(&device, line);
+    signal(&child, "STOP");
+    faults.recv_timeout(PATIENCE).expect("the device lets go");
+    // It tells a hundred ticks after its fault, then none.
+    std::thread::sleep(Duration::from_millis(600));
+    signal(&child, "CONT");
+    let ended = ended(line, child).failed(1);
+    assert!(ended.error().contains("heard nothing"), "{ended}");
+    assert!(!ended.error().contains("lacks"), "{ended}");
+    assert_eq!(number(&ended.json(), "/dropped_samples"), 0.0, "{ended}");
+    let check = device.place.run("log check run/relax.mcap --json").json();
+    assert_eq!(number(&check, "/missing_samples"), 0.0, "{check}");
+}
+
+#[test]
+fn a_stop_that_the_device_does_not_hear_is_told_as_it_was() {
+    std::thread::scope(|scope| {
+        for options in ["", "--loop host --max-age-ticks 500"] {
+            scope.spawn(move || is_told_as_it_was(options));
+        }
+    });
+}
+
+fn is_told_as_it_was(options: &str) {
+    let device = Emulated::new("");
+    device.loosen();
+    let said = Arc::new(Mutex::new(BTreeMap::new()));
+    let saying = Arc::clone(&said);
+    let middle = Middle::before(&device, move |report| {
+        if let Report::Sample(sample) = report {
+            let mut said = saying.lock().expect("nobody panicked");
+            said.insert(sample.tick, sample.force_n);
+        }
+        false
+    });
+    let line = format!(
+        "relax --device serial:line {options} --watchdog 500ms --late-ticks 0 --contact rigid --ramp-time 100ms \
+         --duration 60s --out run --quiet --json"
+    );
+    // Ctrl-C when nothing reaches the device any more.
+    let child = under_way(&device, &line);
+    middle.deafen();
+    signal(&child, "INT");
+    let ended = ended(&line, child).failed(1);
+    let words = [
+        "interrupted, but",
+        "heard nothing from the host",
+        "the device pushed on until",
+    ];
+    assert!(
+        words.iter().all(|part| ended.error().contains(part)),
+        "{ended}"
+    );
+    let last = (1e3 * number(&ended.json(), "/duration_s")).round();
+    assert!(
+        device.place.path("run/relax-fault.mcap").exists(),
+        "{ended}"
+    );
+    // Every sample behind those that count has the force that the device itself told.
+    device
+        .place
+        .run("log export run/relax.mcap ticks.csv")
+        .succeeded();
+    let said = said.lock().expect("nobody panicked");
+    let rows = csv(&device.place.text("ticks.csv"));
+    let behind: Vec<_> = rows
+        .iter()
+        .filter(|(tick, _)| f64::from(*tick) > last)
+        .collect();
+    assert!(behind.len() > 400, "{}: {ended}", behind.len());
+    assert!(behind.iter().any(|(_, force_n)| *force_n < -0.01));
+    for (tick, force_n) in behind {
+        assert!(
+            (force_n - f64::from(said[tick])).abs() < 1e-9,
+            "tick {tick}: {force_n} N, not {} N",
+            said[tick]
+        );
+    }
+    let (_, last_n) = rows.last().expect("samples");
+    assert!(last_n.abs() < 1e-12, "{last_n} N at the end");
+    let check = device.place.run("log check run/relax.mcap --json").json();
+    assert_eq!(check["end"]["ended"], "fault", "{check}");
+    assert_eq!(number(&check, "/missing_samples"), 0.0, "{check}");
+}
+
+/// Ticks and forces, N, of an exported log.
+fn csv(text: &str) -> Vec<(u32, f64)> {
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let column = |name| {
+        header
+            .iter()
+            .position(|column| *column == name)
+            .expect("a column")
+    };
+    let (tick, force) = (column("tick"), column("force_n"));
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let force_n = cells[force].parse().expect("a number");
+        (cells[tick].parse().expect("a tick"), force_n)
+    };
+    lines.map(row).collect()
+}
