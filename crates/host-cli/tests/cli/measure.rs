@@ -195,6 +195,11 @@ fn a_serial_device_is_measured_without_its_line() {
     assert!(value("delay_s") + value("current_lag_s") < 5e-5, "{found}");
     assert!(number(&found, "largest_force_n") <= 2.0, "{found}");
     assert!(device.place().text("device.toml").contains("emulated"));
+    // A limit that the measurement asks for is none of the device.
+    let line = "device measure --device serial:device --duration 1s --force-limit 3.3N --watchdog 1s --max-age-ticks 1000";
+    let ended = device.place().run(line).succeeded_with_warnings();
+    let tighter = "set on the device hold where they are tighter: rising in 0.5 s; a run";
+    assert!(ended.stderr.contains(tighter), "{ended}");
     let said = device
         .place()
         .run("device measure --device serial:device --mass 1kg");
