@@ -1,6 +1,7 @@
 //! `reproduce`: every figure of the dissertation, and the verdict on each claim.
 
-use super::conduct::{progress_bar, stop_on_interrupt};
+use super::conduct::progress_bar;
+use super::stop::stop_on_interrupt;
 use crate::files::{Place, folder, save_picture};
 use crate::output::Output;
 use crate::picture_file::PictureFileError;

@@ -1,8 +1,9 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
-use super::conduct::{progress_bar, stop_on_interrupt};
+use super::conduct::progress_bar;
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
+use super::stop::stop_on_interrupt;
 use super::words::{parse_scheme, parse_wall_order, wall_order};
 use crate::choice::choice;
 use crate::files::Place;

@@ -2,8 +2,8 @@
 
 use super::info::fault_in_words;
 use super::port::{PortArguments, duration};
-use crate::command::conduct::stop_on_interrupt;
 use crate::command::live::LiveArguments;
+use crate::command::stop::stop_on_interrupt;
 use crate::files::folder;
 use crate::output::{Output, note};
 use crate::whole::whole;

@@ -2,7 +2,7 @@
 
 use super::port::PortArguments;
 use crate::choice::choice;
-use crate::command::conduct::stop_on_interrupt;
+use crate::command::stop::stop_on_interrupt;
 use crate::output::{Output, note};
 use crate::parameter::with_options;
 use crate::within::within;
