@@ -204,18 +204,20 @@ pub(super) fn keep_within(
     configuration: &mut Configuration,
     set: &Configuration,
 ) -> Option<String> {
-    let asked = configuration.limits;
-    let (tight, looser) = configuration.tightened(set);
-    configuration.limits = tight;
-    let looser = looser?;
-    let told: [(_, fn(&Limits) -> f32, _); 4] = [
+    type Told = (&'static str, fn(&Limits) -> f32, &'static str);
+    const TOLD: [Told; 4] = [
         ("at most", |limits| limits.force_n, "N"),
         ("at most", |limits| limits.force_rate_n_per_s, "N/s"),
         ("rising in", |limits| limits.rise_time_s, "s"),
         ("at most", |limits| limits.speed_hard_m_per_s, "m/s"),
     ];
+    let asked = configuration.limits;
+    let (tight, looser) = configuration.tightened(set);
+    configuration.limits = tight;
+    let looser = looser?;
     // What was asked for is no limit of the device.
-    let tighter = told.iter().filter(|(_, of, _)| of(&tight) != of(&asked));
+    let tighter = TOLD.iter();
+    let tighter = tighter.filter(|(_, of, _)| of(&tight).to_bits() != of(&asked).to_bits());
     let tighter = tighter.map(|(words, of, unit)| format!("{words} {} {unit}", of(&tight)));
     let tighter: Vec<String> = tighter.collect();
     let tighter = match tighter.as_slice() {
