@@ -242,6 +242,14 @@ fn print(out: &mut dyn Write, report: &ZWidthReport, files: &[String]) -> io::Re
             }
         }
     }
+    let mut points = report.orders.iter().flat_map(|order| &order.boundary);
+    if report.device != "sim" && points.all(|point| point.analysis_stiffness_n_per_m.is_none()) {
+        writeln!(
+            out,
+            "no analysis, as nobody knows delay and lag of this device here: host-cli device measure --out device.toml finds them, host-cli \
+             analyze stability-region --device-model device.toml tells the stiffest wall"
+        )?;
+    }
     files
         .iter()
         .try_for_each(|file| writeln!(out, "written: {file}"))
