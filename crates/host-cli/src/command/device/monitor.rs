@@ -21,7 +21,7 @@ use haptic_quantity::Time;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
-use session_log::SessionLog;
+use session_log::{Closed, SessionLog};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -77,6 +77,13 @@ struct Watched {
 }
 
 impl Watched {
+    /// Counts the log of a session.
+    fn closed(&mut self, log: Closed) {
+        self.logs.extend(log.file);
+        self.dropped_samples += log.dropped;
+        self.unwritten = self.unwritten.take().or(log.unwritten);
+    }
+
     /// Says what was seen.
     ///
     /// # Errors
@@ -154,8 +161,8 @@ impl Arguments {
                 (recorder, _) => SessionLog::new(recorder, &watch.bar),
             };
             let over = watch.session(&mut link, &mut log);
+            watch.watched.closed(log.close());
             watch.watched.dropped_samples += link.report().samples_dropped;
-            log.close(&mut watch.watched);
             let zeroed = link.trouble().is_some();
             drop(link);
             let Some(reason) = over else {

@@ -1,6 +1,5 @@
 //! The log of a session: one that cannot be written any more is said at once, and the watching goes on.
 
-use super::Watched;
 use crate::output::note;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::recorder::{Recorder, Stopped};
@@ -51,30 +50,39 @@ impl SessionLog {
 
     fn lose(&mut self, error: RecordError) {
         let failure = Failure::from(error);
-        let said = || {
-            note(
-                "warning",
-                format_args!("{failure}; from here on nothing is kept"),
-            )
-        };
-        self.bar.suspend(said);
+        let words = format!("{failure}; from here on nothing is kept");
+        self.bar.suspend(|| note("warning", words));
         self.unwritten = Some(failure);
     }
 
-    /// Closes the log, and counts what it lacks.
-    pub(super) fn close(mut self, watched: &mut Watched) {
+    /// Closes the log.
+    pub(super) fn close(mut self) -> Closed {
+        let mut file = None;
         if let Some(recorder) = self.recorder.take() {
             self.dropped += recorder.dropped();
             match recorder.finish() {
                 Ok(recorded) => {
                     let warnings = recorded.warnings.iter();
                     warnings.for_each(|warning| note("warning", warning));
-                    watched.logs.push(recorded.log.path.display().to_string());
+                    file = Some(recorded.log.path.display().to_string());
                 }
                 Err(error) => self.unwritten = Some(error.into()),
             }
         }
-        watched.dropped_samples += self.dropped;
-        watched.unwritten = watched.unwritten.take().or(self.unwritten);
+        Closed {
+            file,
+            dropped: self.dropped,
+            unwritten: self.unwritten,
+        }
     }
+}
+
+/// What became of the log of a session.
+pub(super) struct Closed {
+    /// Its file, if it is whole.
+    pub(super) file: Option<String>,
+    /// What was handed over and is not in it.
+    pub(super) dropped: u64,
+    /// Why it was not written to its end.
+    pub(super) unwritten: Option<Failure>,
 }
