@@ -60,7 +60,7 @@ impl Arguments {
     /// # Errors
     /// Files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = Place::look(Some(&self.out), "report", self.overwrite, &REPORTS)?;
+        let mut place = Place::look(Some(&self.out), "report", self.overwrite, &["html", "md"])?;
         self.check_figures()?;
         let bar = progress_bar((FIGURES.len() + COUNT) as u64, output);
         let mut figures = Vec::new();
