@@ -196,7 +196,7 @@ fn a_serial_device_is_measured_without_its_line() {
     assert!(number(&found, "largest_force_n") <= 2.0, "{found}");
     assert!(device.place().text("device.toml").contains("emulated"));
     // A limit that the measurement asks for is none of the device.
-    let line = "device measure --device serial:device --duration 1s --force-limit 3.3N --watchdog 1s --max-age-ticks 1000";
+    let line = "device measure --device serial:device --duration 1s --box 50mm --force-limit 3.3N --watchdog 1s --max-age-ticks 1000";
     let ended = device.place().run(line).succeeded_with_warnings();
     let tighter = "set on the device hold where they are tighter: rising in 0.5 s; a run";
     assert!(ended.stderr.contains(tighter), "{ended}");
