@@ -49,16 +49,18 @@ pub struct SelfTestReport {
     pub link_lost: Option<String>,
     /// The fault that ended the test before its end: the emergency stop, or one of the device's electronics.
     pub ended_by_fault: Option<String>,
+    /// True if the test was stopped before its end.
+    pub interrupted: bool,
 }
 
 impl SelfTest {
     /// Goes through all promises. One that is broken is a row of the table and no error, and so is a link that is lost,
-    /// or a fault that ends the test.
+    /// a fault that ends the test, or a stop: the device is disarmed then.
     ///
     /// Takes some 4 s, and as long as somebody needs for the emergency stop.
     ///
     /// # Errors
-    /// Exit code 2: a number outside its range. Exit code 3: no device. Exit code 1: stopped.
+    /// Exit code 2: a number outside its range. Exit code 3: no device.
     pub fn run(&self, attendant: Attendant<'_>) -> Result<SelfTestReport, Failure> {
         self.check()?;
         let link = (attendant.connect)()?;
@@ -73,12 +75,13 @@ impl SelfTest {
         if !simulated {
             (attendant.notice)(Notice::MayMove(bench.limits().force_n));
         }
-        let (link_lost, ended_by_fault) = match try_all(&mut bench, &mut checks) {
+        let tried = try_all(&mut bench, &mut checks);
+        let interrupted = matches!(tried, Err(Broken::Interrupted));
+        let (link_lost, ended_by_fault) = match tried {
             Ok(()) => (None, None),
             Err(Broken::Interrupted) => {
-                return Err(Failure::Run(anyhow::anyhow!(
-                    "interrupted: the device was disarmed"
-                )));
+                not_reached(&mut checks, "interrupted");
+                (None, None)
             }
             Err(Broken::Fault(words)) => (None, Some(words)),
             Err(Broken::Link(error)) => {
@@ -98,6 +101,7 @@ impl SelfTest {
             checks,
             link_lost,
             ended_by_fault,
+            interrupted,
         })
     }
 }

@@ -1,5 +1,9 @@
 //! Places of results: folders with their provenance, and pictures in them.
 
+mod place;
+
+pub use place::{Place, PlaceOfFile};
+
 use crate::picture_file;
 use haptic_experiment::Failure;
 use haptic_experiment::folder::{FolderRequest, OutputFolder};

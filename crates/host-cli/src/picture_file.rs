@@ -44,6 +44,12 @@ impl SavedPicture {
     }
 }
 
+/// The names of a picture's files.
+#[must_use]
+pub fn names(stem: &Path) -> [PathBuf; 2] {
+    ["svg", "png"].map(|extension| with_suffix(stem, extension))
+}
+
 /// Writes `STEM.svg` and `STEM.png`, both or neither. Existing files are refused unless `overwrite` is set, and
 /// then replaced whole.
 ///

@@ -32,7 +32,8 @@ const FOLLOWS_S: f64 = 0.01;
 /// Time in which the force of a ramp falls to zero, and time to come to rest after it, s.
 const FALL_S: f64 = 0.05;
 const PAUSE_S: f64 = 0.25;
-/// A device that moves less than this share of the box in so many seconds of the multi-sine is blocked.
+/// A device that moves less than this share of [`MeasurePlan::near_m`] in so many seconds of the multi-sine is blocked. While the slow group is
+/// small, so much less.
 const STILL: (f64, f64) = (0.005, 0.5);
 
 /// Facts that end a measurement before its time.
@@ -160,11 +161,12 @@ impl Excitation {
     fn follow(&self, course: &mut Course, position_m: f64) {
         let plan = &self.plan;
         let moved = (position_m - course.from_m).abs();
-        let moves = MeasurePlan::MOVES * plan.box_m;
+        let moves = MeasurePlan::MOVES * plan.near_m();
         match course.phase {
             Phase::Rest => {
+                let rests = MeasurePlan::MOVES * plan.box_m;
                 // A hand trembles.
-                let most = if plan.hand { 10.0 * moves } else { moves };
+                let most = if plan.hand { 10.0 * rests } else { rests };
                 if moved > most {
                     Self::find(course, Finding::MovesByItself, position_m);
                 } else if course.since >= plan.ticks(MeasurePlan::REST_S) {
@@ -210,7 +212,7 @@ impl Excitation {
         course.seen = (low.min(position_m), high.max(position_m));
         let look = plan.ticks(STILL.1);
         if course.since > 0 && course.since.is_multiple_of(look) {
-            if course.seen.1 - course.seen.0 < STILL.0 * plan.box_m {
+            if course.seen.1 - course.seen.0 < STILL.0 * course.slow * plan.near_m() {
                 Self::find(course, Finding::Blocked, position_m);
                 return;
             }
@@ -271,5 +273,31 @@ impl Environment<f64, 1> for Excitation {
         course.tick += 1;
         self.follow(course, position_m);
         course.last_m = position_m;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_that_is_held_after_it_moved_is_blocked_in_any_box() {
+        for box_m in [0.005, 0.2] {
+            let law = Excitation::new(MeasurePlan {
+                box_m,
+                ..MeasurePlan::default()
+            });
+            let mut course = law.at_rest();
+            law.advance(&mut course, &Vector1::new(0.0));
+            Excitation::enter(&mut course, Phase::Driven, 0.0);
+            // Held but for a sensor that trembles by a step.
+            let step_m = 2e-5;
+            let steps = law.plan.ticks(4.0 + STILL.1);
+            for tick in 0..steps {
+                let read_m = if tick.is_multiple_of(2) { 0.0 } else { step_m };
+                law.advance(&mut course, &Vector1::new(read_m));
+            }
+            assert_eq!(course.finding, Some(Finding::Blocked), "{box_m}");
+        }
     }
 }

@@ -49,13 +49,18 @@ impl MeasurePlan {
     pub(super) const REST_S: f64 = 0.5;
     /// Time in which a ramp reaches the largest force, s.
     pub(super) const RAMP_S: f64 = 1.5;
-    /// Share of the box by which a device moves when it is said to move.
+    /// Share of [`near_m`](Self::near_m) by which a device moves when it is said to move, and of the box in which it may rest.
     pub(super) const MOVES: f64 = 0.02;
 
     /// Largest force of the measurement, N.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         Self::SHARE * self.force_limit_n
+    }
+
+    /// The length to which motions are compared, m: the box, but not more than the usual one. A wider box gives room, it asks for no more motion.
+    pub(super) fn near_m(&self) -> f64 {
+        f64::min(self.box_m, p::MEASURE_BOX.default_number())
     }
 
     /// Refuses what is outside its range.

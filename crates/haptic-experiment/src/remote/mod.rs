@@ -215,24 +215,28 @@ pub(super) fn keep_within(
     configuration: &mut Configuration,
     set: &Configuration,
 ) -> Option<String> {
+    type Told = (&'static str, fn(&Limits) -> f32, &'static str);
+    const TOLD: [Told; 4] = [
+        ("at most", |limits| limits.force_n, "N"),
+        ("at most", |limits| limits.force_rate_n_per_s, "N/s"),
+        ("rising in", |limits| limits.rise_time_s, "s"),
+        ("at most", |limits| limits.speed_hard_m_per_s, "m/s"),
+    ];
+    let asked = configuration.limits;
     let (tight, looser) = configuration.tightened(set);
     configuration.limits = tight;
-    looser?;
-    let Limits {
-        force_n,
-        force_rate_n_per_s,
-        rise_time_s,
-        speed_hard_m_per_s,
-        ..
-    } = tight;
-    let speed = if speed_hard_m_per_s > 0.0 {
-        format!(", at most {speed_hard_m_per_s} m/s")
-    } else {
-        String::new()
+    let looser = looser?;
+    // What was asked for is no limit of the device.
+    let tighter = TOLD.iter();
+    let tighter = tighter.filter(|(_, of, _)| of(&tight).to_bits() != of(&asked).to_bits());
+    let tighter = tighter.map(|(words, of, unit)| format!("{words} {} {unit}", of(&tight)));
+    let tighter: Vec<String> = tighter.collect();
+    let tighter = match tighter.as_slice() {
+        [] => looser.to_string(),
+        some => some.join(", "),
     };
     Some(format!(
-        "the limits set on the device hold where they are tighter: {force_n} N, {force_rate_n_per_s} N/s, rising in \
-         {rise_time_s} s{speed}; a run cannot loosen them, host-cli device set can"
+        "the limits set on the device hold where they are tighter: {tighter}; a run cannot loosen them, host-cli device set can"
     ))
 }
 

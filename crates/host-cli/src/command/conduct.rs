@@ -1,5 +1,6 @@
 //! A run with a progress bar, stoppable by Ctrl-C, that is drawn and reported.
 
+use super::stop::stop_on_interrupt;
 use super::summary::plain;
 use crate::files::save_picture;
 use crate::output::{Output, note, warn};
@@ -11,8 +12,6 @@ use haptic_experiment::{Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::{self, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock, OnceLock};
 
 /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
 ///
@@ -95,47 +94,6 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
             "{dropped} samples are missing from the log {log}"
         )));
     }
-    Ok(())
-}
-
-/// The flag that Ctrl-C sets, and every other signal that would end or stop a program and that a program may hear: none of them leaves
-/// a force behind. Ctrl-Z ends a run too, as a stopped program takes no force away. The handlers are installed once.
-///
-/// # Errors
-/// If the system does not let a program watch for them.
-pub fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
-    static STOP: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
-    static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
-    match INSTALLED.get_or_init(|| heard(&STOP)) {
-        Ok(()) => Ok(&STOP),
-        Err(error) => Err(Failure::Run(anyhow::anyhow!(
-            "cannot watch for Ctrl-C, so a run could not be stopped safely: {error}"
-        ))),
-    }
-}
-
-fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
-    let flag = Arc::clone(stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .map_err(|error| error.to_string())?;
-    #[cfg(unix)]
-    other_signals(stop).map_err(|error| error.to_string())?;
-    Ok(())
-}
-
-/// Those beside Ctrl-C, SIGTERM and SIGHUP.
-#[cfg(unix)]
-fn other_signals(stop: &Arc<AtomicBool>) -> io::Result<()> {
-    use signal_hook::consts::{
-        SIGALRM, SIGPROF, SIGQUIT, SIGTSTP, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
-    };
-    for signal in [
-        SIGQUIT, SIGTSTP, SIGALRM, SIGVTALRM, SIGPROF, SIGUSR1, SIGUSR2, SIGXCPU,
-    ] {
-        signal_hook::flag::register(signal, Arc::clone(stop))?;
-    }
-    // A file that may not grow is told by the write that fails, as a full disk is.
-    signal_hook::flag::register(SIGXFSZ, Arc::default())?;
     Ok(())
 }
 

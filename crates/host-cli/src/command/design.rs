@@ -8,7 +8,7 @@ use crate::command::conduct::progress_bar;
 use crate::command::experiment::modelled;
 use crate::command::plant::PlantArguments;
 use crate::command::words::{parse_scheme, parse_wall_order, wall_order};
-use crate::files::{folder, overwrite_acts, save_picture};
+use crate::files::{Place, save_picture};
 use crate::output::{Output, note};
 use crate::parameter::help_with_default;
 use crate::whole::whole;
@@ -18,7 +18,7 @@ use draw::draw;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::design::{Design, DesignReport, Device, Requirement, Wish};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::{OutputFolder, write_text};
+use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters::range;
 use haptic_experiment::{TrialVerdict, parameters};
 use haptic_loop::Specimen;
@@ -154,20 +154,26 @@ impl Arguments {
     /// A parameter outside its range; files that cannot be written; a best candidate that is not
     /// stable when it is tried.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        overwrite_acts(self.out.as_deref(), self.overwrite)?;
+        let mut place = Place::look(self.out.as_deref(), "design", self.overwrite, &["toml"])?;
         if self.wish.first().is_none_or(|wish| wish != "tissue") {
             self.tissue.are_absent()?;
         }
         if self.wish == ["coupler"] {
-            return self.coupler(output);
+            return self.coupler(place, output);
         }
         let design = self.design()?;
         let bar = progress_bar(design.orders_to_try().len() as u64, output);
         let answer = design.answer(&|orders| bar.inc(orders));
         bar.finish_and_clear();
         let mut report = answer?;
-        self.write(&design, &mut report)?;
+        self.write(&design, &mut report, &mut place);
         output.summary(&report, |out| print(out, &report))?;
+        place.close(self.judge(&report))
+    }
+
+    /// # Errors
+    /// A design without a candidate, or one that is not stable when it is tried.
+    fn judge(&self, report: &DesignReport) -> Result<(), Failure> {
         match (&report.best, &report.simulated) {
             (Some(best), Some(simulated))
                 if simulated.verdict == TrialVerdict::Unstable
@@ -295,45 +301,38 @@ impl Arguments {
     }
 
     /// Writes experiment, table and picture, if a folder was given.
-    fn write(&self, design: &Design, report: &mut DesignReport) -> Result<(), Failure> {
-        let Some(out) = &self.out else {
-            return Ok(());
-        };
-        let folder = folder(Some(out.clone()), "design", self.overwrite).prepare()?;
-        report.experiment = self.write_experiment(&folder, report.experiment_text.as_deref())?;
-        let table = folder.write_table("csv", report.candidates.iter())?;
-        report.files.push(table);
+    fn write(&self, design: &Design, report: &mut DesignReport, place: &mut Place) {
+        report.experiment = self.write_experiment(place, report.experiment_text.as_deref());
+        let table = place.write(|folder| folder.write_table("csv", report.candidates.iter()));
+        report.files.extend(table);
         if report.best.is_some() {
-            let picture = save_picture(&folder, draw(design, report))?;
-            report.files.push(picture);
+            let picture = place.write(|folder| save_picture(folder, draw(design, report)));
+            report.files.extend(picture);
         } else if self.overwrite {
-            for extension in ["svg", "png"] {
-                let _ = std::fs::remove_file(folder.file(extension));
-            }
+            place.write(|folder| {
+                for extension in ["svg", "png"] {
+                    let _ = std::fs::remove_file(folder.file(extension));
+                }
+                Ok(())
+            });
         }
-        Ok(())
     }
 
     /// Writes the experiment of a design, if there is one, and returns its path.
-    fn write_experiment(
-        &self,
-        folder: &OutputFolder,
-        text: Option<&str>,
-    ) -> Result<Option<String>, Failure> {
-        let file = folder.file("toml");
-        match text {
-            Some(text) => {
-                write_text(&file, text, self.overwrite)?;
-                Ok(Some(file.display().to_string()))
-            }
-            None => {
+    fn write_experiment(&self, place: &mut Place, text: Option<&str>) -> Option<String> {
+        let written = place.write(|folder| {
+            let file = folder.file("toml");
+            let Some(text) = text else {
                 // An experiment of an earlier design would pass for one of this.
                 if self.overwrite {
                     let _ = std::fs::remove_file(&file);
                 }
-                Ok(None)
-            }
-        }
+                return Ok(None);
+            };
+            write_text(&file, text, self.overwrite)?;
+            Ok(Some(file.display().to_string()))
+        });
+        written.flatten()
     }
 }
 

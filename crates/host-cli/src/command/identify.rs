@@ -9,7 +9,6 @@ mod tissue;
 use self::choices::{KindChoice, ModelChoice, WeightChoice};
 use crate::choice::choice;
 use crate::command::conduct::progress_bar;
-use crate::files::overwrite_acts;
 use crate::output::{Output, warn};
 use crate::whole::whole;
 use crate::within::within;
@@ -102,8 +101,7 @@ impl Arguments {
                 self.fit.bootstrap
             )));
         }
-        overwrite_acts(self.tissue.out(), self.tissue.overwrite())?;
-        let planned = self.tissue.plan()?;
+        let mut planned = self.tissue.plan()?;
         let loading = Loading {
             strain: self.strain.map(|x| x.0),
             stress_pa: self.stress.map(|x| x.0),
@@ -128,15 +126,17 @@ impl Arguments {
         let found = found.map_err(Failure::input)?;
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
         let place = name.to_string_lossy();
-        let tissue = planned
-            .map(|planned| planned.write(&found, &place))
-            .transpose()?;
+        let written = match &mut planned {
+            Some(planned) => planned.write(&found, &place)?,
+            None => (None, None),
+        };
         for warning in &found.warnings {
             warn(warning);
         }
-        let result = print::Report::new(&found, &understood.notes, tissue);
+        let result = print::Report::new(&found, &understood.notes, written);
         output.summary(&result, |out| {
             print::print(out, &found, &understood.notes, &result)
-        })
+        })?;
+        planned.map_or(Ok(()), tissue::Planned::close)
     }
 }

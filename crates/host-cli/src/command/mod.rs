@@ -28,6 +28,7 @@ pub mod safety;
 #[cfg(feature = "serve")]
 pub mod serve;
 pub mod shell;
+pub mod stop;
 pub mod summary;
 pub mod teleoperate;
 pub mod teleoperation;

@@ -1,12 +1,14 @@
 //! `reproduce`: every figure of the dissertation, and the verdict on each claim.
 
-use super::conduct::{progress_bar, stop_on_interrupt};
-use crate::files::{folder, save_picture};
+use super::conduct::progress_bar;
+use super::stop::stop_on_interrupt;
+use crate::files::{Place, folder, save_picture};
 use crate::output::Output;
 use crate::picture_file::PictureFileError;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
+use haptic_log::record::NewFileError;
 use reproduce::claims::{COUNT, judge_all};
 use reproduce::figure::Figure;
 use reproduce::figures::FIGURES;
@@ -31,12 +33,16 @@ pub struct Arguments {
     overwrite: bool,
 }
 
+/// The reports, by extension; the last is the one to look at.
+const REPORTS: [&str; 2] = ["md", "html"];
+
 /// The result.
 #[derive(Serialize)]
 struct Reproduction {
     figures: Vec<Made>,
     claims: Vec<Claim>,
-    report: String,
+    /// Null if it could not be written.
+    report: Option<String>,
     /// Why it ended early; null if it did not. What is there is whole.
     ended_early: Option<&'static str>,
 }
@@ -54,13 +60,8 @@ impl Arguments {
     /// # Errors
     /// Files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let report = self.out.join("report.html");
-        if report.exists() && !self.overwrite {
-            return Err(Failure::bad_input(format_args!(
-                "`{}` already exists: choose another folder with --out, or give --overwrite",
-                report.display()
-            )));
-        }
+        let mut place = Place::look(Some(&self.out), "report", self.overwrite, &["html", "md"])?;
+        self.check_figures()?;
         let bar = progress_bar((FIGURES.len() + COUNT) as u64, output);
         let mut figures = Vec::new();
         let mut shown = Vec::new();
@@ -72,9 +73,11 @@ impl Arguments {
             if stopped() {
                 break;
             }
-            let (made, in_report) = self.save(&figure)?;
-            figures.push(made);
-            shown.push(in_report);
+            // The others, and what the claims are worth, are wanted all the same.
+            if let Some((made, in_report)) = place.remember(self.save(&figure)) {
+                figures.push(made);
+                shown.push(in_report);
+            }
             bar.inc(1);
         }
         let go_on = || {
@@ -87,20 +90,23 @@ impl Arguments {
                 .map_err(|error| Failure::Run(error.into()))?,
         };
         bar.finish_and_clear();
-        write_text(
-            &self.out.join("report.md"),
-            &markdown(&claims, &shown),
-            self.overwrite,
-        )?;
-        write_text(&report, &html(&claims, &shown), self.overwrite)?;
+        let texts = [markdown(&claims, &shown), html(&claims, &shown)];
+        let mut written = None;
+        for (extension, text) in REPORTS.into_iter().zip(texts) {
+            written = place.write(|folder| {
+                let file = folder.file(extension);
+                write_text(&file, &text, self.overwrite)?;
+                Ok(file.display().to_string())
+            });
+        }
         let result = Reproduction {
             figures,
             claims,
-            report: report.display().to_string(),
+            report: written,
             ended_early: stopped().then_some("interrupted"),
         };
         output.summary(&result, |out| result.print(out))?;
-        match result.ended_early {
+        place.close(match result.ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
                 "{reason}: {} of {} figures and {} of {COUNT} claims were done and are kept",
                 result.figures.len(),
@@ -108,11 +114,27 @@ impl Arguments {
                 result.claims.len()
             ))),
             None => Ok(()),
+        })
+    }
+
+    /// Refuses figures of an earlier reproduction before hours of work.
+    fn check_figures(&self) -> Result<(), Failure> {
+        let is_figure = |name: &Path| {
+            let extension = name.extension().unwrap_or_default();
+            name.to_string_lossy().starts_with("figure-")
+                && ["csv", "svg", "png"].iter().any(|own| extension == *own)
+        };
+        // A folder that is not there yet has none.
+        let entries = std::fs::read_dir(&self.out).into_iter().flatten().flatten();
+        let mut names = entries.map(|entry| PathBuf::from(entry.file_name()));
+        match names.find(|name| is_figure(name)) {
+            Some(taken) if !self.overwrite => {
+                Err(NewFileError::Exists(self.out.join(taken)).into())
+            }
+            _ => Ok(()),
         }
     }
-}
 
-impl Arguments {
     /// Data and picture of a figure, and what the report shows of it.
     fn save(&self, figure: &Figure) -> Result<(Made, ReportFigure), Failure> {
         let picture = figure.draw().map_err(PictureFileError::from)?;
@@ -149,7 +171,10 @@ impl Reproduction {
         for figure in &self.figures {
             writeln!(out, "figure {}: {}", figure.id, figure.picture)?;
         }
-        writeln!(out, "report: {}", self.report)
+        match &self.report {
+            Some(report) => writeln!(out, "report: {report}"),
+            None => Ok(()),
+        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! `rt-check`: is this machine fit for a loop at 1, 4 or 10 kHz?
 
-use super::conduct::{progress_bar, stop_on_interrupt};
+use super::conduct::progress_bar;
 use super::realtime::ThreadArguments;
+use super::stop::stop_on_interrupt;
 use crate::output::Output;
 use crate::whole::whole;
 use clap::Args;

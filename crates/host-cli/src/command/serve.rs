@@ -1,9 +1,9 @@
 //! `serve`: the page in a browser.
 
-use super::conduct::stop_on_interrupt;
 use super::device_model::DeviceModelArguments;
 use super::materials::folder::Folder;
 use super::realtime::ThreadArguments;
+use super::stop::stop_on_interrupt;
 use crate::choice::choice;
 use crate::files::provenance;
 use crate::output::{Output, note};

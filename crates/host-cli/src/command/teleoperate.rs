@@ -1,6 +1,6 @@
 //! `teleoperate`: one side of a teleoperation, the other in another process.
 
-use super::conduct::stop_on_interrupt;
+use super::stop::stop_on_interrupt;
 use super::summary::plain;
 use crate::output::{Output, note, warn};
 use crate::within::within;

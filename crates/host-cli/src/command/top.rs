@@ -1,6 +1,6 @@
 //! `top`: the live figures of a run on a terminal.
 
-use super::conduct::stop_on_interrupt;
+use super::stop::stop_on_interrupt;
 use crate::output::Output;
 use crate::top::follow::Run;
 use crate::top::screen::show;

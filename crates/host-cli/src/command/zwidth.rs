@@ -1,18 +1,18 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
-use super::conduct::{progress_bar, stop_on_interrupt};
+use super::conduct::progress_bar;
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
+use super::stop::stop_on_interrupt;
 use super::words::{parse_scheme, parse_wall_order, wall_order};
 use crate::choice::choice;
-use crate::files::{folder, overwrite_acts, save_picture};
+use crate::files::Place;
 use crate::output::{Output, note, warn};
 use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::OutputFolder;
 use haptic_experiment::parameters;
 use haptic_experiment::zwidth::BoundaryPoint;
 use haptic_experiment::{
@@ -129,19 +129,16 @@ impl Arguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        overwrite_acts(self.out.as_deref(), self.overwrite)?;
+        let mut place = Place::look(self.out.as_deref(), "zwidth", self.overwrite, &[])?;
         let experiment = self.experiment()?;
         let bar = progress_bar(experiment.cells(), output);
         let stop = stop_on_interrupt()?;
         let result = experiment.run(&|cells| bar.inc(cells), stop, &warn);
         bar.finish_and_clear();
         let report = result?;
-        let files = match &self.out {
-            Some(out) if report.has_points() => {
-                let request = folder(Some(out.clone()), "zwidth", self.overwrite);
-                save(&report, &request.prepare()?)?
-            }
-            _ => Vec::new(),
+        let files = match report.has_points() {
+            true => place.table_and_picture(report.rows(), || draw(&report)),
+            false => Vec::new(),
         };
         let points = report.orders.iter().flat_map(|order| &order.boundary);
         if points
@@ -169,10 +166,10 @@ impl Arguments {
             );
         }
         output.summary(&report, |out| print(out, &report, &files))?;
-        match report.ended_early {
+        place.close(match report.ended_early {
             Some(failure) => Err(failure.and("the points that were done are kept")),
             None => Ok(()),
-        }
+        })
     }
 
     fn experiment(&self) -> Result<ZWidth, Failure> {
@@ -245,15 +242,17 @@ fn print(out: &mut dyn Write, report: &ZWidthReport, files: &[String]) -> io::Re
             }
         }
     }
+    let mut points = report.orders.iter().flat_map(|order| &order.boundary);
+    if report.device != "sim" && points.all(|point| point.analysis_stiffness_n_per_m.is_none()) {
+        writeln!(
+            out,
+            "no analysis, as nobody knows delay and lag of this device here: host-cli device measure --out device.toml finds them, host-cli \
+             analyze stability-region --device-model device.toml tells the stiffest wall"
+        )?;
+    }
     files
         .iter()
         .try_for_each(|file| writeln!(out, "written: {file}"))
-}
-
-/// Writes the boundary as CSV and picture.
-fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<Vec<String>, Failure> {
-    let table = folder.write_table("csv", report.rows())?;
-    Ok(vec![table, save_picture(folder, draw(report))?])
 }
 
 /// A curve with what it needs to be drawn.

@@ -36,3 +36,5 @@ mod safety;
 mod teleoperation;
 mod top;
 mod touch;
+#[cfg(target_os = "linux")]
+mod unwritten;

@@ -80,6 +80,26 @@ fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
 }
 
 #[test]
+fn a_wider_box_asks_for_no_more_motion() {
+    let place = Place::new();
+    for (force, damping) in [("1N", "3.5"), ("3.3N", "3.5"), ("1N", "50")] {
+        for width in ["5mm", "20mm", "50mm", "200mm"] {
+            let line = format!(
+                "device measure --device sim --damping {damping} --force-limit {force} --box {width} --json"
+            );
+            let found = place.run(&line).succeeded_with_warnings().json();
+            let damping: f64 = damping.parse().expect("a number");
+            let told = number(&found["damping_n_s_per_m"], "value");
+            assert!((told / damping - 1.0).abs() < 0.02, "{line}: {found}");
+        }
+    }
+    // One that stands still is seen in any.
+    place
+        .run("device measure --device sim --friction 0.3N --force-limit 1N --box 200mm")
+        .refused(1, &["does not move under 0.2 N"]);
+}
+
+#[test]
 fn a_wall_in_a_file_takes_its_device_from_a_device_file() {
     let place = Place::new();
     place.write(
@@ -175,6 +195,11 @@ fn a_serial_device_is_measured_without_its_line() {
     assert!(value("delay_s") + value("current_lag_s") < 5e-5, "{found}");
     assert!(number(&found, "largest_force_n") <= 2.0, "{found}");
     assert!(device.place().text("device.toml").contains("emulated"));
+    // A limit that the measurement asks for is none of the device.
+    let line = "device measure --device serial:device --duration 1s --box 50mm --force-limit 3.3N --watchdog 1s --max-age-ticks 1000";
+    let ended = device.place().run(line).succeeded_with_warnings();
+    let tighter = "set on the device hold where they are tighter: rising in 0.5 s; a run";
+    assert!(ended.stderr.contains(tighter), "{ended}");
     let said = device
         .place()
         .run("device measure --device serial:device --mass 1kg");

@@ -3,8 +3,7 @@
 use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
-use crate::files::{folder, save_picture};
-use crate::picture_file::PictureFileError;
+use crate::files::Place;
 use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
@@ -15,9 +14,7 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::plant_file::DeviceValues;
-use haptic_figure::{FigureError, Picture};
 use haptic_quantity::{Damping, Mass, Stiffness, Time};
-use serde::Serialize;
 use std::path::PathBuf;
 
 /// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
@@ -274,25 +271,12 @@ pub struct Files {
 }
 
 impl Files {
-    /// Writes a table and a picture under one name, if a folder was given; names what was written.
+    /// Looks at the place of a table and a picture of this name, before anything is computed.
     ///
     /// # Errors
     /// A folder or file that cannot be written.
-    pub fn write<R: Serialize>(
-        &self,
-        stem: &'static str,
-        rows: impl Iterator<Item = R>,
-        picture: impl FnOnce() -> Result<Picture, FigureError>,
-    ) -> Result<Vec<String>, Failure> {
-        let Some(out) = &self.out else {
-            return Ok(Vec::new());
-        };
-        let request = folder(Some(out.clone()), stem, self.overwrite);
-        let picture = picture().map_err(PictureFileError::from)?;
-        let folder = request.prepare()?;
-        let table = folder.write_table("csv", rows)?;
-        let picture = save_picture(&folder, Ok(picture))?;
-        Ok(vec![table, picture])
+    pub fn look(&self, stem: &'static str) -> Result<Place, Failure> {
+        Place::look(self.out.as_deref(), stem, self.overwrite, &[])
     }
 }
 

@@ -4,6 +4,7 @@ use super::arguments::{Files, HORIZON, logarithmic, refused};
 use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
+use crate::files::Place;
 use crate::output::Output;
 use crate::whole::whole;
 use crate::within::{number_within, read_within, within};
@@ -162,6 +163,7 @@ impl EnvironmentArguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        let place = self.files.look("environment")?;
         let (environment, operator) = self.wall.environment()?;
         let points = self
             .wall
@@ -175,8 +177,7 @@ impl EnvironmentArguments {
             points,
             &self.wall,
             None,
-            &self.files,
-            "environment",
+            place,
             "Effective stiffness and damping of the environment",
             output,
         )
@@ -189,6 +190,7 @@ impl TransparencyArguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        let place = self.files.look("transparency")?;
         let (environment, operator) = self.wall.environment()?;
         let file = self.file.read()?.map(|file| file.values);
         let or = |given: Option<f64>, of_file: fn(&DeviceValues) -> f64| {
@@ -218,8 +220,7 @@ impl TransparencyArguments {
             points,
             &self.wall,
             Some(PathResult::new(path, Some(self.wall.sample_time.0))),
-            &self.files,
-            "transparency",
+            place,
             "Effective stiffness and damping at the hand",
             output,
         )
@@ -240,8 +241,7 @@ fn report(
     points: Vec<Point>,
     wall: &Wall,
     path: Option<PathResult>,
-    files: &Files,
-    stem: &'static str,
+    mut place: Place,
     title: &str,
     output: Output,
 ) -> Result<(), Failure> {
@@ -252,7 +252,7 @@ fn report(
         continuous_stiffness_n_per_m: p.continuous_stiffness,
         continuous_damping_n_s_per_m: p.continuous_damping,
     });
-    let written = files.write(stem, rows, || draw(&points, wall, title))?;
+    let written = place.table_and_picture(rows, || draw(&points, wall, title));
     let result = Points {
         order: wall.order,
         scheme: wall.scheme.to_string(),
@@ -277,7 +277,8 @@ fn report(
             .files
             .iter()
             .try_for_each(|file| writeln!(out, "written: {file}"))
-    })
+    })?;
+    place.close(Ok(()))
 }
 
 fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureError> {

@@ -68,6 +68,7 @@ impl RegionArguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        let mut place = self.files.look("region")?;
         let resolved = self.arguments.resolve(Wall::Sought)?;
         let parameters = resolved.parameters;
         let region = StabilityRegion::new(resolved.plant()?, &resolved.operator, 0, POINTS)
@@ -107,11 +108,10 @@ impl RegionArguments {
             let mut parts = area.polygons.iter().map(|polygon| outline(&polygon.points));
             result.boundary = parts.next().unwrap_or_default();
             result.further_parts = parts.collect();
-            result.files = self
-                .files
-                .write("region", rows, || draw_region(&result, &resolved))?;
+            result.files = place.table_and_picture(rows, || draw_region(&result, &resolved));
         }
-        output.print(&result, |out| result.print(out, resolved.units))
+        output.print(&result, |out| result.print(out, resolved.units))?;
+        place.close(Ok(()))
     }
 }
 

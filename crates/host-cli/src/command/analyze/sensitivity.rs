@@ -49,6 +49,7 @@ impl SensitivityArguments {
     /// # Errors
     /// A parameter outside its range; a loop that is not stable; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        let mut place = self.files.look("sensitivity")?;
         let resolved = self.arguments.resolve(Wall::Needed)?;
         let sampled = resolved.sampled()?;
         let peak = sampled.sensitivity_peak().map_err(refused)?;
@@ -62,8 +63,7 @@ impl SensitivityArguments {
             magnitude_db: decibel(sampled.sensitivity(theta)),
         })
         .collect();
-        let files =
-            (self.files).write("sensitivity", points.iter(), || draw(&points, &resolved))?;
+        let files = place.table_and_picture(points.iter(), || draw(&points, &resolved));
         let result = Sensitivity {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
@@ -83,7 +83,8 @@ impl SensitivityArguments {
                 .files
                 .iter()
                 .try_for_each(|file| writeln!(out, "written: {file}"))
-        })
+        })?;
+        place.close(Ok(()))
     }
 }
 

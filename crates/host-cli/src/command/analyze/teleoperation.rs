@@ -128,6 +128,7 @@ impl TeleoperationArguments {
             ));
         }
         self.all_act()?;
+        let mut place = self.files.look("teleoperation")?;
         let question = self.question()?;
         let candidates = match self.best {
             true => self.candidates(&question)?,
@@ -172,8 +173,9 @@ impl TeleoperationArguments {
             files: Vec::new(),
         };
         let rows = answer.points.iter().copied();
-        answer.files = (self.files).write("teleoperation", rows, || answer.draw(&hands))?;
-        output.print(&answer, |out| answer.print(out))
+        answer.files = place.table_and_picture(rows, || answer.draw(&hands));
+        output.print(&answer, |out| answer.print(out))?;
+        place.close(Ok(()))
     }
 
     /// Refuses options that would have no effect.

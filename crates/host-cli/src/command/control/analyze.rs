@@ -137,12 +137,11 @@ impl Arguments {
         file: &ControllerFile,
         output: Output,
     ) -> Result<(), Failure> {
+        let mut place = self.files.look("loop")?;
         let analysis: LoopAnalysis = analyse(file, &plant.plant).map_err(refused)?;
         let rows = analysis.curve.iter().map(LoopRow::from);
         let words = file.law_in_words();
-        let files = self
-            .files
-            .write("loop", rows, || draw_loop(&analysis, plant, file))?;
+        let files = place.table_and_picture(rows, || draw_loop(&analysis, plant, file));
         let report = LoopReport {
             plant: plant.words.clone(),
             controller: words,
@@ -173,7 +172,8 @@ impl Arguments {
                 margins.print(out)?;
             }
             written(out, &report.files)
-        })
+        })?;
+        place.close(Ok(()))
     }
 
     fn alone(&self, plant: &NamedPlant, output: Output) -> Result<(), Failure> {
@@ -182,6 +182,7 @@ impl Arguments {
                 "a measured response has no poles: give --controller in a design (host-cli control design), or a transfer function",
             ));
         }
+        let mut place = self.files.look("plant")?;
         let found = plant.plant.function().map(poles);
         let unstable = match &found {
             Some(found) => found.unstable_poles,
@@ -189,14 +190,12 @@ impl Arguments {
         };
         let stable = plant.plant.stable_by_itself().is_ok();
         let all = found.as_ref().map(|found| &found.poles[..]);
-        let place = corner(all.unwrap_or_default());
-        let points = curve(1e-3 * place, 1e3 * place, |omega| {
+        let middle = corner(all.unwrap_or_default());
+        let points = curve(1e-3 * middle, 1e3 * middle, |omega| {
             plant.plant.response(omega)
         });
         let rows = points.iter().map(PlantRow::from);
-        let files = self
-            .files
-            .write("plant", rows, || draw_plant(&points, plant))?;
+        let files = place.table_and_picture(rows, || draw_plant(&points, plant));
         let report = PlantReport {
             plant: plant.words.clone(),
             stable,
@@ -217,7 +216,8 @@ impl Arguments {
                 .collect(),
             files,
         };
-        output.print(&report, |out| report.print(out))
+        output.print(&report, |out| report.print(out))?;
+        place.close(Ok(()))
     }
 }
 

@@ -9,7 +9,7 @@ use super::controller::{Limits, controller_scheme, parse_limits};
 use super::draw::{design_columns, draw_design};
 use super::plant::{NamedPlant, PlantArguments, sample_time};
 use super::words::{digits, refused};
-use crate::files::{folder, overwrite_acts, save_picture};
+use crate::files::{Place, save_picture};
 use crate::output::Output;
 use crate::within::{number_within, within};
 use clap::Args;
@@ -22,7 +22,6 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
-use haptic_figure::Picture;
 use haptic_quantity::{Angle, AngularFrequency, Time};
 use std::path::PathBuf;
 
@@ -205,14 +204,14 @@ impl Arguments {
     /// # Errors
     /// Wishes that contradict each other or are not met, a plant that is wrong, files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        overwrite_acts(self.out.as_deref(), self.overwrite)?;
+        let mut place = Place::look(self.out.as_deref(), "controller", self.overwrite, &["toml"])?;
         let plant = self.plant.resolve()?;
         let design = self.design(&plant)?;
         let answer = design.answer().map_err(refused)?;
         let mut report = Report::new(&design, &answer);
-        self.write(&plant, &answer, &mut report)?;
+        self.write(&plant, &answer, &mut report, &mut place);
         output.summary(&report, |out| report.print(out))?;
-        report.judge()
+        place.close(report.judge())
     }
 
     fn design(&self, plant: &NamedPlant) -> Result<ControlDesign, Failure> {
@@ -264,19 +263,16 @@ impl Arguments {
         plant: &NamedPlant,
         answer: &ControlAnswer,
         report: &mut Report,
-    ) -> Result<(), Failure> {
-        let Some(out) = &self.out else {
-            return Ok(());
-        };
-        let picture: Option<Picture> =
-            draw_design(answer, plant).map_err(crate::picture_file::PictureFileError::from)?;
-        let folder = folder(Some(out.clone()), "controller", self.overwrite).prepare()?;
+        place: &mut Place,
+    ) {
         let mut file = answer.fractional.file.clone();
         file.origin.program = concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned();
         file.origin.note = report.note();
-        let path = folder.file("toml");
-        write_text(&path, &file.to_toml(), self.overwrite)?;
-        report.controller_file = Some(path.display().to_string());
+        report.controller_file = place.write(|folder| {
+            let path = folder.file("toml");
+            write_text(&path, &file.to_toml(), self.overwrite)?;
+            Ok(path.display().to_string())
+        });
         let mut columns = design_columns(&answer.fractional, "");
         if let Ok(integer) = &answer.integer {
             columns.extend(design_columns(integer, "integer_"));
@@ -291,14 +287,16 @@ impl Arguments {
                     .chain(values)
                     .collect::<Vec<f64>>()
             });
-            report
-                .files
-                .push(folder.write_named_table("csv", &names, rows)?);
+            let table = place.write(|folder| folder.write_named_table("csv", &names, rows));
+            report.files.extend(table);
         }
-        if let Some(picture) = picture {
-            report.files.push(save_picture(&folder, Ok(picture))?);
-        }
-        Ok(())
+        let picture = place.write(|folder| {
+            let picture = draw_design(answer, plant).transpose();
+            picture
+                .map(|picture| save_picture(folder, picture))
+                .transpose()
+        });
+        report.files.extend(picture.flatten());
     }
 }
 

@@ -6,9 +6,8 @@ use self::report::{DIGITS, Report, rounded, with_digits};
 use super::draw::draw_identified;
 use super::words::{digits, refused};
 use crate::column;
-use crate::files::overwrite_acts;
+use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
-use crate::picture_file::{self, PictureFileError};
 use crate::within::within;
 use clap::Args;
 use fractional_control::{ControlError, FractionalTransferFunction};
@@ -16,7 +15,6 @@ use haptic_experiment::control::identification::{
     Found, Guess, InputOutput, candidates, identify, shifted,
 };
 use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::write_text;
 use haptic_experiment::input::short;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
@@ -123,8 +121,7 @@ impl Arguments {
     /// # Errors
     /// A record that cannot be read or fitted, files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        overwrite_acts(self.out.as_deref(), self.overwrite)?;
-        self.check_out()?;
+        let mut place = PlaceOfFile::look(self.out.as_deref(), self.overwrite, "plant")?;
         let record = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
@@ -154,28 +151,12 @@ impl Arguments {
             )));
         };
         let mut report = Report::new(&found, best, &record, self.delay.0);
-        self.write(best, &record, &mut report)?;
+        self.write(best, &record, &mut report, &mut place);
         for warning in &report.warnings {
             warn(warning);
         }
-        output.summary(&report, |out| report.print(out))
-    }
-
-    fn check_out(&self) -> Result<(), Failure> {
-        let Some(path) = &self.out else {
-            return Ok(());
-        };
-        let is_toml = path.extension().is_some_and(|own| own == "toml");
-        if !is_toml {
-            return Err(Failure::bad_input(format_args!(
-                "`{}` is no plant file: give --out a name that ends in .toml, as in plant.toml",
-                path.display()
-            )));
-        }
-        if !self.overwrite && path.symlink_metadata().is_ok() {
-            return Err(haptic_log::record::NewFileError::Exists(path.clone()).into());
-        }
-        Ok(())
+        output.summary(&report, |out| report.print(out))?;
+        place.close(Ok(()))
     }
 
     /// Refuses a column that stands for two things.
@@ -232,15 +213,14 @@ impl Arguments {
         Ok(record)
     }
 
+    /// Writes the plant file and its picture.
     fn write(
         &self,
         best: &Found,
         record: &InputOutput,
         report: &mut Report,
-    ) -> Result<(), Failure> {
-        let Some(path) = &self.out else {
-            return Ok(());
-        };
+        place: &mut PlaceOfFile,
+    ) {
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
         let name = name.to_string_lossy();
         let file = PlantFile {
@@ -256,20 +236,19 @@ impl Arguments {
                 digits(report.rms_residual)
             ),
         };
-        let text = file.to_toml().unwrap_or_default();
-        let picture = draw_identified(
-            &record.time_s,
-            &record.input,
-            &record.output,
-            &best.identified.model,
-            &rounded(&best.identified.function),
-            &format!("{name} · {} samples", report.samples),
-        );
-        let picture = picture.map_err(PictureFileError::from)?;
-        write_text(path, &text, self.overwrite)?;
-        let saved = picture_file::save(&picture, &path.with_extension(""), self.overwrite)?;
-        report.plant_file = Some(path.display().to_string());
-        report.files.push(saved.shown().display().to_string());
-        Ok(())
+        let picture = || {
+            draw_identified(
+                &record.time_s,
+                &record.input,
+                &record.output,
+                &best.identified.model,
+                &rounded(&best.identified.function),
+                &format!("{name} · {} samples", report.samples),
+            )
+        };
+        let text = || file.to_toml().unwrap_or_default();
+        let (plant_file, figure) = place.write(text, picture);
+        report.plant_file = plant_file;
+        report.files.extend(figure);
     }
 }

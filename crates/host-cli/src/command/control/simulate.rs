@@ -7,6 +7,7 @@ use super::print::{ShapeReport, table, written};
 use super::words::{digits, in_degrees, law, percent, refused};
 use crate::column;
 use crate::command::analyze::Files;
+use crate::files::Place;
 use crate::output::{Output, note};
 use crate::within::{number_within, within};
 use clap::Args;
@@ -137,9 +138,10 @@ impl Arguments {
                 "a step of height 0 moves nothing: give --step another height",
             ));
         }
+        let mut place = self.files.look("response")?;
         let report = match self.controller.resolve()? {
-            Some(file) => self.closed(&plant, &file)?,
-            None => self.open(&plant)?,
+            Some(file) => self.closed(&plant, &file, &mut place)?,
+            None => self.open(&plant, &mut place)?,
         };
         match report.stable {
             Some(true) => {}
@@ -153,10 +155,16 @@ impl Arguments {
                  more",
             ),
         }
-        output.summary(&report, |out| report.print(out))
+        output.summary(&report, |out| report.print(out))?;
+        place.close(Ok(()))
     }
 
-    fn closed(&self, plant: &NamedPlant, file: &ControllerFile) -> Result<Report, Failure> {
+    fn closed(
+        &self,
+        plant: &NamedPlant,
+        file: &ControllerFile,
+        place: &mut Place,
+    ) -> Result<Report, Failure> {
         let crossover = || {
             let sampled =
                 haptic_experiment::control::sampled(&plant.plant, file.sample_time()).ok()?;
@@ -192,9 +200,9 @@ impl Arguments {
         let subtitle = run_subtitle(plant, Some(file));
         let beside = integer.as_ref().map(|(_, run)| &run.response);
         let rows = rows(&own.response, t);
-        let files = self.files.write("response", rows.iter(), || {
+        let files = place.table_and_picture(rows.iter(), || {
             draw_run(&own.response, beside, "A loop, simulated", &subtitle, t)
-        })?;
+        });
         let shape = |run: &LoopRun| run.shape.as_ref().map(|shape| ShapeReport::new(shape, t));
         Ok(Report {
             plant: plant.words.clone(),
@@ -215,7 +223,7 @@ impl Arguments {
         })
     }
 
-    fn open(&self, plant: &NamedPlant) -> Result<Report, Failure> {
+    fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Report, Failure> {
         let t = match (self.controller.sample_time_s()?, self.duration) {
             (Some(t), _) => t,
             (None, Some(duration)) => sample_time_of(duration.0)?,
@@ -228,10 +236,10 @@ impl Arguments {
         let reference = self.signal(t, || samples_for(None, t))?;
         let response = run_plant(&plant.plant, Seconds(t), &reference).map_err(refused)?;
         let rows = rows(&response, t);
-        let files = self.files.write("response", rows.iter(), || {
+        let files = place.table_and_picture(rows.iter(), || {
             let subtitle = run_subtitle(plant, None);
             draw_run(&response, None, "A plant alone, simulated", &subtitle, t)
-        })?;
+        });
         Ok(Report {
             plant: plant.words.clone(),
             controller: None,

@@ -1,7 +1,7 @@
 //! `design --wish coupler`: the stiffest coupler of each order.
 
 use super::{Arguments, Require, nothing_found};
-use crate::files::folder;
+use crate::files::Place;
 use crate::output::Output;
 use haptic_experiment::design::coupler::{
     CouplerAnswer, CouplerCandidate, CouplerCriterion, CouplerDesign,
@@ -27,7 +27,7 @@ struct CouplerReport {
 
 impl Arguments {
     /// The stiffest coupler of each order.
-    pub(super) fn coupler(&self, output: Output) -> Result<(), Failure> {
+    pub(super) fn coupler(&self, mut place: Place, output: Output) -> Result<(), Failure> {
         if self.asks_for_a_real_device() {
             return Err(Failure::bad_input(
                 "a coupler is designed for an ideal device: leave out --gain-margin, --force-limit, \
@@ -63,15 +63,13 @@ impl Arguments {
             experiment: None,
             files: Vec::new(),
         };
-        if let Some(out) = &self.out {
-            let folder = folder(Some(out.clone()), "design", self.overwrite).prepare()?;
-            let text = report.answer.experiment_text.as_deref();
-            report.experiment = self.write_experiment(&folder, text)?;
-            let table = folder.write_table("csv", report.answer.candidates.iter())?;
-            report.files.push(table);
-        }
+        let text = report.answer.experiment_text.as_deref();
+        report.experiment = self.write_experiment(&mut place, text);
+        let candidates = report.answer.candidates.iter();
+        let table = place.write(|folder| folder.write_table("csv", candidates));
+        report.files.extend(table);
         output.summary(&report, |out| report.print(out))?;
-        report.ended()
+        place.close(report.ended())
     }
 
     fn asks_for_a_real_device(&self) -> bool {

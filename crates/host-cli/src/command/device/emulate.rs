@@ -221,7 +221,7 @@ impl Arguments {
         let servo = self.moteus.servo()?;
         let duration = duration(self.duration)?;
         let (faults, seed) = self.faults.faults()?;
-        let stop = crate::command::conduct::stop_on_interrupt()?;
+        let stop = crate::command::stop::stop_on_interrupt()?;
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
         let started = Started {
             path: port.path().display().to_string(),

@@ -6,12 +6,12 @@ mod print;
 use super::number::watchdog_ms;
 use super::port::PortArguments;
 use crate::choice::choice;
-use crate::command::conduct::{progress_bar, stop_on_interrupt};
+use crate::command::conduct::progress_bar;
 use crate::command::plant::SimulatedArguments;
-use crate::files::overwrite_acts;
+use crate::command::stop::stop_on_interrupt;
+use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
 use crate::parameter::with_options;
-use crate::picture_file;
 use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
@@ -23,10 +23,10 @@ use haptic_experiment::measured_device::{
 use haptic_experiment::plant_file::DeviceModel;
 use haptic_experiment::remote::RemoteDevice;
 use haptic_experiment::{Named, parameters};
-use haptic_log::record::{NewFile, NewFileError, StartTime};
+use haptic_log::record::StartTime;
 use haptic_quantity::{Force, Length, Time};
 use print::{Report, print};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 const LONG_ABOUT: &str = "\
@@ -134,8 +134,7 @@ impl Arguments {
     /// # Errors
     /// A device that cannot be used or measured, files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        overwrite_acts(self.out.as_deref(), self.overwrite)?;
-        self.check_out()?;
+        let mut place = PlaceOfFile::look(self.out.as_deref(), self.overwrite, "device")?;
         let plan = MeasurePlan {
             sample_time_s: self.sample_time.0,
             force_limit_n: self.force_limit.0,
@@ -150,33 +149,11 @@ impl Arguments {
             *warning = with_options(warning);
             note("warning", &*warning);
         }
-        let files = match &self.out {
-            Some(path) => {
-                let (model, figure) = self.write(path, &motion, &plan, &found)?;
-                (Some(model), Some(figure))
-            }
-            None => (None, None),
-        };
+        let files = self.write(&motion, &plan, &found, &mut place);
         let names = (motion.device.as_str(), motion.board.as_deref());
         let report = Report::new(names, &motion.record, &found, files);
-        output.summary(&report, |out| print(out, &report))
-    }
-
-    /// Refuses a file that cannot be written before anything moves.
-    fn check_out(&self) -> Result<(), Failure> {
-        let Some(path) = &self.out else {
-            return Ok(());
-        };
-        if path.extension().is_none_or(|extension| extension != "toml") {
-            return Err(Failure::bad_input(format_args!(
-                "`{}` is no device file: give --out a name that ends in .toml, as in device.toml",
-                path.display()
-            )));
-        }
-        if !self.overwrite && path.symlink_metadata().is_ok() {
-            return Err(NewFileError::Exists(path.clone()).into());
-        }
-        Ok(())
+        output.summary(&report, |out| print(out, &report))?;
+        place.close(Ok(()))
     }
 
     /// Lets the device move.
@@ -225,11 +202,11 @@ impl Arguments {
     /// Writes the device file and its picture; their names.
     fn write(
         &self,
-        path: &Path,
         motion: &Motion,
         plan: &MeasurePlan,
         found: &Measured,
-    ) -> Result<(String, String), Failure> {
+        place: &mut PlaceOfFile,
+    ) -> (Option<String>, Option<String>) {
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let board = motion
             .board
@@ -247,15 +224,7 @@ impl Arguments {
             1e6 * found.residual_rms_m
         );
         let program = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
-        let text = DeviceModel::measured(found, program, &words).to_toml();
-        let picture =
-            draw::draw(&found.curve, &words).map_err(picture_file::PictureFileError::from)?;
-        let new_file = NewFile::filled(path, text.as_bytes(), self.overwrite)?;
-        let saved = picture_file::save(&picture, &path.with_extension(""), self.overwrite)?;
-        new_file.publish()?;
-        Ok((
-            path.display().to_string(),
-            saved.shown().display().to_string(),
-        ))
+        let text = || DeviceModel::measured(found, program, &words).to_toml();
+        place.write(text, || draw::draw(&found.curve, &words))
     }
 }

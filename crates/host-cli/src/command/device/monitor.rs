@@ -1,9 +1,11 @@
 //! `device monitor`: watch a device, whatever happens to its line.
 
+mod session_log;
+
 use super::info::fault_in_words;
 use super::port::{PortArguments, duration};
-use crate::command::conduct::stop_on_interrupt;
 use crate::command::live::LiveArguments;
+use crate::command::stop::stop_on_interrupt;
 use crate::files::folder;
 use crate::output::{Output, note};
 use crate::whole::whole;
@@ -12,13 +14,14 @@ use clap::Args;
 use haptic_experiment::device::trouble;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
-use haptic_experiment::recorder::{Recorded, Recorder};
+use haptic_experiment::recorder::Recorder;
 use haptic_link::{BATCH_MAX, FaultReport, Sample};
 use haptic_log::record::{StartTime, TickMessage};
 use haptic_quantity::Time;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
+use session_log::{Closed, SessionLog};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -68,9 +71,19 @@ struct Watched {
     /// Why it is not there at the end.
     #[serde(skip)]
     gone: Option<String>,
+    /// Why a log was not written to its end.
+    #[serde(skip)]
+    unwritten: Option<Failure>,
 }
 
 impl Watched {
+    /// Counts the log of a session.
+    fn closed(&mut self, log: Closed) {
+        self.logs.extend(log.file);
+        self.dropped_samples += log.dropped;
+        self.unwritten = self.unwritten.take().or(log.unwritten);
+    }
+
     /// Says what was seen.
     ///
     /// # Errors
@@ -87,9 +100,10 @@ impl Watched {
                 .iter()
                 .try_for_each(|log| writeln!(out, "  log               {log}"))
         })?;
-        let lost = match missing {
-            0 => None,
-            missing => Some(format!("{missing} samples are missing from the logs")),
+        let lost = match (&self.unwritten, missing) {
+            (None, 0) => None,
+            (None, missing) => Some(format!("{missing} samples are missing from the logs")),
+            (Some(unwritten), _) => Some(unwritten.to_string()),
         };
         match (&self.gone, lost) {
             (Some(gone), lost) => Err(Failure::Device(anyhow::anyhow!(
@@ -135,21 +149,20 @@ impl Arguments {
             },
         };
         loop {
-            let name = match watch.watched.logs.len() {
+            let name = match watch.watched.reconnected {
                 0 => folder.file("mcap"),
                 before => folder.further_file(&(before + 1).to_string(), "mcap"),
             };
             let metadata = metadata(&watch.watched.device, &link);
             // The streams show the first session; later ones are in their logs.
-            let mut recorder =
-                Recorder::start(&name, metadata, false, folder.overwrite(), live.take())?;
-            let over = watch.session(&mut link, &mut recorder);
-            watch.watched.dropped_samples += recorder.dropped() + link.report().samples_dropped;
-            let Recorded { log, warnings, .. } = recorder.finish()?;
-            for warning in warnings {
-                note("warning", warning);
-            }
-            watch.watched.logs.push(log.path.display().to_string());
+            let recorder = Recorder::start(&name, metadata, false, folder.overwrite(), live.take());
+            let mut log = match (recorder, watch.watched.reconnected) {
+                (Err(error), 0) => return Err(error.into()),
+                (recorder, _) => SessionLog::new(recorder, &watch.bar),
+            };
+            let over = watch.session(&mut link, &mut log);
+            watch.watched.closed(log.close());
+            watch.watched.dropped_samples += link.report().samples_dropped;
             let zeroed = link.trouble().is_some();
             drop(link);
             let Some(reason) = over else {
@@ -225,7 +238,7 @@ impl Watch<'_> {
     }
 
     /// Watches until the time is over, or the session: then why.
-    fn session(&mut self, link: &mut SerialLink, recorder: &mut Recorder) -> Option<String> {
+    fn session(&mut self, link: &mut SerialLink, log: &mut SessionLog) -> Option<String> {
         /// A pause in which the end is looked for.
         const PAUSE: Duration = Duration::from_millis(100);
         // Batches at 1 kHz save half of the line; one at a time below.
@@ -242,10 +255,10 @@ impl Watch<'_> {
                 break None;
             }
             // Nobody drives a device that this process serves: its board has failed, and what samples tell from now on is its last
-            // position. Asked for, as the message of a fault may be lost. A recorder that has ended is seen when it is closed.
+            // position. Asked for, as the message of a fault may be lost.
             if let Some(trouble) = trouble(link) {
                 let time_s = f64::from(next_tick.unwrap_or_default()) * period_s;
-                let _ = recorder.event(time_s, "link", trouble.clone());
+                log.keep(|log| log.event(time_s, "link", trouble.clone()));
                 break Some(trouble);
             }
             let heard = link.hear(PAUSE);
@@ -258,20 +271,17 @@ impl Watch<'_> {
             }
             match heard {
                 Some(Heard::Sample(sample)) => {
-                    self.count(&sample, &mut next_tick, period_s, recorder);
-                    self.take(&sample, period_s, recorder);
+                    self.count(&sample, &mut next_tick, period_s, log);
+                    self.take(&sample, period_s, log);
                 }
                 // That of a board that has failed is told as its trouble, next.
                 Some(Heard::Fault(report)) if trouble(link).is_none() => {
-                    self.fault(&report, period_s, recorder);
+                    self.fault(&report, period_s, log);
                 }
                 Some(Heard::Event(event)) => {
                     let time_s = f64::from(event.tick) * period_s;
-                    let _ = recorder.event(
-                        time_s,
-                        "device",
-                        format!("{:?}", event.kind).to_lowercase(),
-                    );
+                    let words = format!("{:?}", event.kind).to_lowercase();
+                    log.keep(|log| log.event(time_s, "device", words));
                 }
                 Some(Heard::Over(error)) => break Some(error.to_string()),
                 Some(Heard::Fault(_) | Heard::Vector(_)) | None => {}
@@ -290,7 +300,7 @@ impl Watch<'_> {
         sample: &Sample,
         next_tick: &mut Option<u32>,
         period_s: f64,
-        recorder: &mut Recorder,
+        log: &mut SessionLog,
     ) {
         let expected = next_tick.replace(sample.tick.wrapping_add(u32::from(self.every)));
         let missing = expected.map_or(0, |tick| sample.tick.wrapping_sub(tick));
@@ -299,7 +309,7 @@ impl Watch<'_> {
         if expected.is_none() || went_back {
             let time_s = f64::from(sample.tick) * period_s;
             let start = StartTime::before(SystemTime::now(), time_s);
-            let _ = recorder.starts_at(start);
+            log.keep(|log| log.starts_at(start));
         }
         if !went_back {
             self.watched.samples_lost += u64::from(missing / u32::from(self.every));
@@ -307,14 +317,15 @@ impl Watch<'_> {
     }
 
     /// Notes a fault.
-    fn fault(&mut self, report: &FaultReport, period_s: f64, recorder: &mut Recorder) {
+    fn fault(&mut self, report: &FaultReport, period_s: f64, log: &mut SessionLog) {
         self.watched.faults += 1;
         let text = fault_in_words(report.status).unwrap_or_default();
         self.bar.suspend(|| note("fault", &text));
-        let _ = recorder.event(f64::from(report.tick) * period_s, "fault", text);
+        let time_s = f64::from(report.tick) * period_s;
+        log.keep(|log| log.event(time_s, "fault", text));
     }
 
-    fn take(&mut self, sample: &Sample, period_s: f64, recorder: &mut Recorder) {
+    fn take(&mut self, sample: &Sample, period_s: f64, log: &mut SessionLog) {
         self.watched.samples += 1;
         let message = TickMessage {
             tick: u64::from(sample.tick),
@@ -328,7 +339,7 @@ impl Watch<'_> {
             limiters: sample.limiters,
             observed_energy_j: f64::NAN,
         };
-        let _ = recorder.tick(message);
+        log.keep(|log| log.tick(message));
         if self.watched.samples.is_multiple_of(50) {
             self.bar.set_message(format!(
                 "{:>9} · tick {:>10} · position {:>12.6} mm · force {:>10.4} N · limiters {:#010b}",

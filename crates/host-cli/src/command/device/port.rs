@@ -1,6 +1,6 @@
 //! The device that a command is about, and how long a command lasts.
 
-use crate::command::conduct::stop_on_interrupt;
+use crate::command::stop::stop_on_interrupt;
 use crate::output::warn;
 use crate::within::within;
 use clap::Args;

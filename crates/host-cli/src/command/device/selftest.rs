@@ -2,7 +2,7 @@
 
 use super::port::PortArguments;
 use crate::choice::choice;
-use crate::command::conduct::stop_on_interrupt;
+use crate::command::stop::stop_on_interrupt;
 use crate::output::{Output, note};
 use crate::parameter::with_options;
 use crate::within::within;
@@ -134,7 +134,7 @@ fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
 }
 
 /// # Errors
-/// A link that was lost or a fault that ended the test, else a promise that was not kept, else one that this machine was too busy to judge.
+/// A link that was lost, a fault or Ctrl-C that ended the test, else a promise that was not kept, else one that this machine was too busy to judge.
 fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     if let Some(error) = &report.link_lost {
         return Err(Failure::Device(anyhow::anyhow!(
@@ -146,6 +146,11 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
         return Err(Failure::Device(anyhow::anyhow!(
             "{}: {fault}; the self-test ended there: mend the cause, then test again",
             report.device
+        )));
+    }
+    if report.interrupted {
+        return Err(Failure::Run(anyhow::anyhow!(
+            "interrupted: the device was disarmed"
         )));
     }
     let named = |which: &dyn Fn(&Check) -> bool| -> Vec<String> {

@@ -7,12 +7,6 @@ use serde::Serialize;
 use serde::ser::{SerializeMap as _, Serializer};
 use std::io::{self, Write};
 
-/// Files that were written.
-pub(super) struct Written {
-    pub(super) tissue: String,
-    pub(super) figure: String,
-}
-
 /// Result of `identify`.
 #[derive(Serialize)]
 pub(super) struct Report<'a> {
@@ -97,12 +91,9 @@ impl<'a> Report<'a> {
     pub(super) fn new(
         found: &'a Identification,
         notes: &[String],
-        written: Option<Written>,
+        (tissue, figure): (Option<String>, Option<String>),
     ) -> Self {
         let fit = &found.fits[0];
-        let (tissue, figure) = written
-            .map(|written| (written.tissue, written.figure))
-            .unzip();
         let finite = |row: &Vec<f64>| {
             row.iter()
                 .map(|&x| Some(x).filter(|x| x.is_finite()))

@@ -1,14 +1,14 @@
 //! The tissue file, and its picture beside it.
 
 use super::draw::draw;
-use super::print::{Written, digits};
-use crate::picture_file;
+use super::print::digits;
+use crate::files::{PlaceOfFile, overwrite_acts};
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_log::record::{NewFile, NewFileError, StartTime};
+use haptic_log::record::StartTime;
 use haptic_tissue::identify::{Identification, RecordKind};
 use haptic_tissue::{Material, Source, ValidRange};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::SystemTime;
 
 /// Options of the tissue file.
@@ -29,25 +29,18 @@ pub(super) struct TissueArguments {
 /// A tissue file that is to be written.
 pub(super) struct Planned<'a> {
     arguments: &'a TissueArguments,
-    path: &'a Path,
     name: String,
+    place: PlaceOfFile,
 }
 
 impl TissueArguments {
-    pub(super) fn out(&self) -> Option<&Path> {
-        self.out.as_deref()
-    }
-
-    pub(super) const fn overwrite(&self) -> bool {
-        self.overwrite
-    }
-
     /// Checks the name of the file before anything is fitted.
     ///
     /// # Errors
     /// A name that is no tissue's, a file that is there.
     pub(super) fn plan(&self) -> Result<Option<Planned<'_>>, Failure> {
         let Some(path) = self.out.as_deref() else {
+            overwrite_acts(None, self.overwrite)?;
             return Ok(None);
         };
         let name = path
@@ -65,33 +58,34 @@ impl TissueArguments {
                 path.display()
             )));
         }
-        if !self.overwrite && path.symlink_metadata().is_ok() {
-            return Err(NewFileError::Exists(path.to_owned()).into());
-        }
         Ok(Some(Planned {
             arguments: self,
-            path,
             name: name.to_owned(),
+            place: PlaceOfFile::look(self.out.as_deref(), self.overwrite, "tissue")?,
         }))
     }
 }
 
 impl Planned<'_> {
-    /// Writes tissue and picture.
+    /// Writes tissue and picture; names what was written.
     ///
     /// # Errors
-    /// If the disk does not take them.
-    pub(super) fn write(self, found: &Identification, source: &str) -> Result<Written, Failure> {
+    /// A fit that is no tissue.
+    pub(super) fn write(
+        &mut self,
+        found: &Identification,
+        source: &str,
+    ) -> Result<(Option<String>, Option<String>), Failure> {
         let text = self.text(found, source)?;
-        let picture = draw(found, source).map_err(picture_file::PictureFileError::from)?;
-        let overwrite = self.arguments.overwrite;
-        let new_file = NewFile::filled(self.path, text.as_bytes(), overwrite)?;
-        let saved = picture_file::save(&picture, &self.path.with_extension(""), overwrite)?;
-        new_file.publish()?;
-        Ok(Written {
-            tissue: self.path.display().to_string(),
-            figure: saved.shown().display().to_string(),
-        })
+        Ok(self.place.write(|| text, || draw(found, source)))
+    }
+
+    /// Tells what was not written, when all else was said.
+    ///
+    /// # Errors
+    /// Data that was lost.
+    pub(super) fn close(self) -> Result<(), Failure> {
+        self.place.close(Ok(()))
     }
 
     /// The tissue file, with what it was made of.

@@ -37,6 +37,17 @@ fn a_z_width_can_be_found_on_a_device() {
             assert_eq!(tried["stable"], stable, "{times} of {point}");
         }
     }
+    // A person is told what is missing beside them, and where it is to be had.
+    let shown = device.place.run(&SEARCH.replace(" --quiet", ""));
+    let ended = shown.succeeded_with_warnings();
+    assert!(
+        ended.stdout.contains("no analysis, as nobody knows"),
+        "{ended}"
+    );
+    assert!(
+        ended.stdout.contains("--device-model device.toml"),
+        "{ended}"
+    );
 }
 
 #[test]

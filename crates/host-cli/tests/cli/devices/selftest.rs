@@ -1,8 +1,9 @@
 //! `device selftest`: a table of promises, and an exit code.
 
 use super::Emulated;
-use crate::process::{Place, cases, number, says};
+use crate::process::{Ended, Place, cases, number, says, signal};
 use serde_json::Value;
+use std::io::{BufRead as _, BufReader, Read as _};
 
 #[test]
 fn an_emulated_device_keeps_its_promises_on_a_bad_line_too() {
@@ -86,4 +87,40 @@ fn a_device_with_a_limit_of_its_own_is_tested_within_it() {
     let report = device.json("device selftest --device serial:device");
     assert_eq!(report["holds"], true, "{report:#}");
     assert!((number(&report, "force_limit_n") - 0.02).abs() < 1e-6);
+}
+
+#[test]
+fn a_test_that_somebody_stops_tells_what_it_has_seen() {
+    let device = Emulated::new("");
+    let line = "device selftest --device serial:device --emergency-stop pressed --json";
+    let mut test = device.place().start(line);
+    let mut stderr = BufReader::new(test.stderr.take().expect("piped"));
+    let mut said = String::new();
+    // Nobody presses it: all before it was tried.
+    while !said.contains("press the emergency stop") {
+        let count = stderr.read_line(&mut said).expect("is text");
+        assert!(count > 0, "{said}");
+    }
+    signal(&test, "INT");
+    stderr.read_to_string(&mut said).expect("is text");
+    let mut output = test.wait_with_output().expect("ends");
+    output.stderr = said.into_bytes();
+    let ended = Ended::new(line.to_owned(), &output);
+    assert_eq!(ended.code, Some(1), "{ended}");
+    says(ended.error(), &["interrupted: the device was disarmed"]);
+    let report = ended.json();
+    assert_eq!(
+        (&report["interrupted"], &report["holds"]),
+        (&true.into(), &false.into())
+    );
+    let checks = report["checks"].as_array().expect("a list");
+    let (last, before) = checks.split_last().expect("some");
+    assert!(
+        before.iter().all(|check| check["not_judged"] == false),
+        "{report:#}"
+    );
+    assert_eq!(
+        (&last["check"], &last["not_judged"]),
+        (&"emergency-stop".into(), &true.into())
+    );
 }

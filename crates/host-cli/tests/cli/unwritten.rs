@@ -1,0 +1,130 @@
+//! Results that find no place: looked for before the work, and told behind the result if they find none after it.
+
+use crate::process::{Ended, Place, says};
+
+/// A record of a step of 2/(0.3s + 1).
+fn record() -> String {
+    let row = |n: i32| {
+        let t = 0.02 * f64::from(n);
+        format!("{t},1,{}\n", 2.0 * -(-t / 0.3).exp_m1())
+    };
+    std::iter::once("time_s,input,output\n".to_owned())
+        .chain((0..200).map(row))
+        .collect()
+}
+
+#[test]
+fn a_place_that_is_taken_is_told_before_the_work() {
+    // Each has a second fault, which shows only when the work begins.
+    for (taken, line) in [
+        ("z/zwidth.csv", "zwidth --device serial:none --out z"),
+        ("z/zwidth.png", "zwidth --orders 3 --out z"),
+        ("d.svg", "device measure --device serial:none --out d.toml"),
+        ("d.png", "device measure --device serial:none --out d.toml"),
+        ("d.toml", "device measure --device serial:none --out d.toml"),
+        ("p.png", "control identify none.csv --out p.toml"),
+        ("t.svg", "identify none.csv --out t.toml"),
+        (
+            "c/controller.toml",
+            "control design --plant none.toml --crossover 1rad/s --out c",
+        ),
+        ("d/design.toml", "design --wish tissue none --out d"),
+        (
+            "d/design.csv",
+            "design --wish coupler --require stable --out d",
+        ),
+        (
+            "r/region.csv",
+            "analyze stability-region --order 1 --scheme oustaloup:5:1:100 --out r",
+        ),
+        ("r/figure-7.2.csv", "reproduce --out r"),
+        ("r/report.md", "reproduce --out r"),
+    ] {
+        let place = Place::new();
+        if let Some((folder, _)) = taken.split_once('/') {
+            std::fs::create_dir(place.path(folder)).expect("makes");
+        }
+        place.write(taken, "mine");
+        let before = place.files();
+        place.run(line).refused(2, &[taken, "already exists"]);
+        assert_eq!(place.files(), before, "{line}");
+        assert_eq!(place.text(taken), "mine");
+    }
+    // A folder that nobody can make, and a look that leaves none behind.
+    let place = Place::new();
+    let line = "zwidth --device serial:none --out";
+    place
+        .run(&format!("{line} /proc/none"))
+        .refused(2, &["/proc/none"]);
+    place.run(&format!("{line} new/z")).refused(3, &["none"]);
+    place
+        .run("device measure --device serial:none --out /proc/none.toml")
+        .refused(2, &["/proc/none.toml"]);
+    assert_eq!(place.files(), [""; 0]);
+}
+
+/// Runs where the drawing of this name meets a full disk, and is told so behind the result.
+fn without_a_drawing(place: &Place, name: &str, line: &str, result: &str) -> Ended {
+    if let Some((folder, _)) = name.rsplit_once('/') {
+        std::fs::create_dir_all(place.path(folder)).expect("makes");
+    }
+    let unfinished = place.path(&format!("{name}.svg.host-cli-tmp"));
+    std::os::unix::fs::symlink("/dev/full", unfinished).expect("links");
+    let ended = place.run(line).failed(4);
+    says(ended.error(), &[&format!("{name}.svg"), "No space left"]);
+    says(&ended.stdout, &[result]);
+    assert!(!ended.stdout.contains(".png"), "{ended}");
+    ended
+}
+
+#[test]
+fn what_cannot_be_written_is_told_behind_the_result() {
+    let place = Place::new();
+    place.write("step.csv", record());
+    for (name, line, result, kept) in [
+        (
+            "z/zwidth",
+            "zwidth --orders 1 --points 2 --out z",
+            "order 1: 2 points",
+            "z/zwidth.csv",
+        ),
+        (
+            "r/region",
+            "analyze stability-region --order 1 --delta 0.1 --out r",
+            "area",
+            "r/region.csv",
+        ),
+        (
+            "s/sensitivity",
+            "analyze sensitivity --order 1 --alpha 0.1 --beta 0.1 --delta 0.1 --out s",
+            "peak",
+            "s/sensitivity.csv",
+        ),
+        (
+            "d/design",
+            "design --orders 1 --out d",
+            "best: order 1",
+            "d/design.toml",
+        ),
+        (
+            "p",
+            "control identify step.csv --model 1/(s+1) --out p.toml",
+            "200 samples",
+            "p.toml",
+        ),
+        (
+            "device",
+            "device measure --device sim --duration 1s --out device.toml",
+            "mass",
+            "device.toml",
+        ),
+    ] {
+        without_a_drawing(&place, name, line, result);
+        assert!(!place.text(kept).is_empty(), "{line}");
+    }
+    // For programs the same, and a file that is not there is not named.
+    let line = "device measure --device sim --duration 1s --out again.toml --json";
+    let report = without_a_drawing(&place, "again", line, "mass_kg").json();
+    assert_eq!(report["model"], "again.toml");
+    assert!(report["figure"].is_null(), "{report}");
+}
