@@ -266,9 +266,19 @@ mod tests {
             // A device at the other end of a line has its own watchdog.
             assert_eq!(let_go.words().contains("without a watchdog"), served);
         }
+        let gone = Ended::LinkLost(LinkError::Gone);
+        assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);
+        assert_eq!(LetGo::of(gone, none, true), LetGo::TakenAway);
+    }
+
+    #[test]
+    fn a_stop_that_was_not_heard_is_told_by_the_samples_after_it() {
+        let silent = Ended::DeviceFault(reported(Fault::HostSilent));
         let fell = Fall {
+            acting: 10,
+            seen: true,
             acting_until_s: 0.5,
-            ..ramp
+            ..Fall::default()
         };
         for (fall, words) in [
             (fell, "the device pushed on until 0.5 s, and then let go"),
@@ -280,11 +290,8 @@ mod tests {
                 "the device still pushed at 0.5 s, and lets go by itself when its watchdog time is over",
             ),
         ] {
-            let let_go = LetGo::unheard(fault(Fault::HostSilent), fall, false);
+            let let_go = LetGo::unheard(silent, fall, false);
             assert_eq!(let_go.words(), words);
         }
-        let gone = Ended::LinkLost(LinkError::Gone);
-        assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);
-        assert_eq!(LetGo::of(gone, none, true), LetGo::TakenAway);
     }
 }

@@ -114,11 +114,13 @@ pub(crate) fn closed_loop<'py>(
                 Ok(SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain))
             };
             let own = closed(plant)?;
-            let mut margins = own.margins();
-            // That of the held plant, where it can be sampled so much later.
+            // Of the plant behind its hold, not of a rule that stands for it.
+            let held = own.of_plant();
+            let mut margins = held.as_ref().unwrap_or(&own).margins();
+            // Where it can be sampled so much later.
             let later = |delay_s: f64| closed(&plant.clone().delayed(delay_s)?);
-            margins.delay_s = (margins.delay_s)
-                .map(|first| SampledLoop::delay_margin(first, later).unwrap_or(first));
+            let first = margins.delay_s;
+            margins.delay_s = SampledLoop::delay_margin(first, later).unwrap_or(first);
             Ok::<_, ControlError>((own.verdict(), margins))
         })
         .or_refused()?;

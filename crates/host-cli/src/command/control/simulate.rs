@@ -34,6 +34,33 @@ sample of a step already, one of whole orders one sample later.
 JSON: plant, controller, sample_time_s, scheme, stable (null where nothing is proved, as in analyze), shape{overshoot, rise_time_s, settling_time_s, final_error} (null for a record), \
 limited_share, integer{controller, shape, limited_share} (null where there is none), step[{time_s, reference, output, command}], files.";
 
+/// The PID of order 1 with the same crossover and phase margin, and its run; said if there is none.
+fn baseline(
+    file: &ControllerFile,
+    plant: &NamedPlant,
+    reference: &[f64],
+    step: Option<f64>,
+) -> Result<Option<(ControllerFile, LoopRun)>, Failure> {
+    let error = match integer_baseline(file, &plant.plant) {
+        Ok(None) => return Ok(None),
+        Ok(Some(baseline)) => {
+            let run = run(&baseline, &plant.plant, reference, step).map_err(refused)?;
+            return Ok(Some((baseline, run)));
+        }
+        Err(error) => error,
+    };
+    let why = match error {
+        // Its wishes are those of this loop, not of the user.
+        ControlError::Range(range) => range.to_string(),
+        error => in_degrees(&error).replace('`', ""),
+    };
+    note(
+        "warning",
+        format_args!("no PID of order 1 to compare with: {why}"),
+    );
+    Ok(None)
+}
+
 /// Samples of a plant alone, if no sample time is given.
 const SAMPLES_ALONE: f64 = 2000.0;
 
@@ -175,28 +202,7 @@ impl Arguments {
         let reference = self.signal(t, || samples_for(crossover(), t))?;
         let step = self.height();
         let own = run(file, &plant.plant, &reference, step).map_err(refused)?;
-        let integer: Option<(ControllerFile, LoopRun)> = match integer_baseline(file, &plant.plant)
-        {
-            Ok(None) => None,
-            Ok(Some(baseline)) => {
-                let run = run(&baseline, &plant.plant, &reference, step).map_err(refused)?;
-                Some((baseline, run))
-            }
-            Err(error) => {
-                note(
-                    "warning",
-                    format_args!(
-                        "no PID of order 1 to compare with: {}",
-                        match error {
-                            // Its wishes are those of this loop, not of the user.
-                            ControlError::Range(range) => range.to_string(),
-                            error => in_degrees(&error).replace('`', ""),
-                        }
-                    ),
-                );
-                None
-            }
-        };
+        let integer = baseline(file, plant, &reference, step)?;
         let subtitle = run_subtitle(plant, Some(file));
         let beside = integer.as_ref().map(|(_, run)| &run.response);
         let rows = rows(&own.response, t);
