@@ -11,19 +11,6 @@ const FEW_PARTS: u32 = 4;
 const LONG: usize = 20_000;
 /// Suspects that turn out to be none, at most.
 const NEAR_MISSES: usize = 64;
-/// Times a delay margin is made better at most, by secants.
-const REFINED: usize = 8;
-/// What is left of a delay margin, as a share of it, that is nothing.
-const SETTLED: f64 = 1e-9;
-/// The verdicts so near a delay margin, as a share of it, differ.
-const BESIDE: f64 = 1e-7;
-/// Times the interval of a delay margin is halved.
-const HALVED: usize = 30;
-
-/// Times the way between two points is halved where 1 + L turns fast.
-const FOLLOWED: u32 = 40;
-/// A turn of 1 + L that is followed no finer, rad.
-const SLOW: f64 = 1.0;
 
 /// Who says whether a later loop is stable: the verdict of the loop; where a rule stands for its plant, the turns of 1 + L of the plant behind its
 /// hold, which are those of the stable loop without more dead time, as dead time adds no poles.
@@ -111,6 +98,11 @@ impl Part {
     }
 }
 
+/// Times the way between two points is halved where 1 + L turns fast.
+const FOLLOWED: u32 = 40;
+/// A turn of 1 + L that is followed no finer, rad.
+const SLOW: f64 = 1.0;
+
 impl SampledLoop {
     /// The delay margin of a stable loop around a plant behind a hold, s: with any smaller dead time more it is stable; `None` if no dead time loses
     /// it. That of [`margins`](Self::margins), `first`, turns the phase of L as a dead time of whole samples does; a part of a sample turns it
@@ -195,6 +187,15 @@ impl SampledLoop {
         nearest.map_or(PI, |point| point.0)
     }
 }
+
+/// Times a delay margin is made better at most, by secants.
+const REFINED: usize = 8;
+/// What is left of a delay margin, as a share of it, that is nothing.
+const SETTLED: f64 = 1e-9;
+/// The verdicts so near a delay margin, as a share of it, differ.
+const BESIDE: f64 = 1e-7;
+/// Times the interval of a delay margin is halved.
+const HALVED: usize = 30;
 
 /// The delay, in samples, at which the loop is lost, within a part of a sample before one at which it is.
 fn narrowed<E>(

@@ -26,6 +26,20 @@ fn noise(samples: usize) -> Vec<f64> {
         .collect()
 }
 
+/// A unit step.
+const STEP: &[f64] = &[1.0; 1000];
+
+/// A unit step and what came of it.
+fn step_of(t: f64, output: &[f64]) -> Record<'_> {
+    Record {
+        sample_time: Seconds(t),
+        input: &STEP[..output.len()],
+        output,
+        held: true,
+        late: Seconds(0.0),
+    }
+}
+
 #[test]
 fn podlubnys_plant_is_found_from_its_step() {
     let t = Seconds(0.05);
@@ -207,13 +221,7 @@ fn whole_orders_are_found_whether_they_swing_grow_or_are_fast() {
     ];
     for (name, step, t, below) in cases {
         let y: Vec<f64> = (0..1000).map(|n| step(f64::from(n) * t)).collect();
-        let record = Record {
-            sample_time: Seconds(t),
-            input: &vec![1.0; y.len()],
-            output: &y,
-            held: true,
-            late: Seconds(0.0),
-        };
+        let record = step_of(t, &y);
         let shape = WholeShape {
             poles: below.len() - 1,
             zeros: 0,
@@ -244,13 +252,7 @@ fn whole_orders_are_found_in_noise() {
         .zip(noise(1000))
         .map(|(n, noise)| step(f64::from(n) * t) + 0.1 * noise)
         .collect();
-    let record = Record {
-        sample_time: Seconds(t),
-        input: &vec![1.0; y.len()],
-        output: &y,
-        held: true,
-        late: Seconds(0.0),
-    };
+    let record = step_of(t, &y);
     let shape = WholeShape {
         poles: 2,
         zeros: 0,
