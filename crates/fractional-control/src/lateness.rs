@@ -1,8 +1,8 @@
 //! The delay margin of a plant behind a hold: a dead time of a part of a sample turns the loop otherwise than whole samples do.
 
+use crate::margins::Point;
 use crate::{Crossing, SampledLoop};
 use core::f64::consts::PI;
-use num_complex::Complex;
 use std::vec::Vec;
 
 /// Parts of a sample that are looked at; and of a loop whose dead time turns it so often that it has more than so many points.
@@ -20,16 +20,25 @@ struct Judge {
 }
 
 impl Judge {
-    fn new(prompt: &SampledLoop) -> Self {
+    /// By the loop without more dead time, and its grid.
+    fn new(prompt: &SampledLoop, grid: &[Point]) -> Self {
         Self {
-            turn: prompt.of_plant().map(|held| held.turn()),
+            turn: prompt.is_held().then(|| prompt.turn(grid)),
         }
     }
 
     /// `None` if it is stable, else the θ at which it is nearest to the boundary.
     fn lost(self, late: &SampledLoop) -> Option<f64> {
         match self.turn {
-            Some(turn) => ((late.turn() - turn).abs() > 0.5 * PI).then(|| late.nearest()),
+            Some(_) => self.lost_on(late, &late.grid()),
+            None => self.lost_on(late, &[]),
+        }
+    }
+
+    /// The same with the grid of L, of which a verdict makes no use.
+    fn lost_on(self, late: &SampledLoop, grid: &[Point]) -> Option<f64> {
+        match self.turn {
+            Some(turn) => ((late.turn(grid) - turn).abs() > 0.5 * PI).then(|| nearest(grid)),
             None => {
                 let verdict = late.verdict();
                 (!verdict.stable).then(|| verdict.omega_rad_s / late.rate())
@@ -58,7 +67,8 @@ struct Suspect {
 
 impl Part {
     fn new(late: &SampledLoop, judge: Judge, more: f64) -> Self {
-        let margins = late.phase_margins(&late.grid());
+        let grid = late.grid();
+        let margins = late.phase_margins(&grid);
         let whole = |turn: f64| if turn < 0.0 { turn + 2.0 * PI } else { turn };
         let mut crossovers: Vec<(f64, f64)> = margins
             .iter()
@@ -70,7 +80,7 @@ impl Part {
         }
         Self {
             more,
-            stable: judge.lost(late).is_none(),
+            stable: judge.lost_on(late, &grid).is_none(),
             crossovers,
         }
     }
@@ -124,15 +134,17 @@ impl SampledLoop {
         if !prompt.verdict().stable {
             return Ok(first);
         }
-        let (rate, judge) = (prompt.rate(), Judge::new(&prompt));
+        let (rate, to_whole) = (prompt.rate(), prompt.to_whole());
+        let prompt = prompt.of_plant().unwrap_or(prompt);
+        let grid = prompt.grid();
+        let judge = Judge::new(&prompt, &grid);
         let at = |samples: f64| {
             let late = later(samples / rate)?;
             Ok(late.of_plant().unwrap_or(late))
         };
-        let is_long = at(0.0)?.grid().len() > LONG;
-        let count = if is_long { FEW_PARTS } else { PARTS };
+        let count = if grid.len() > LONG { FEW_PARTS } else { PARTS };
         let equal = (0..count).map(|part| f64::from(part) / f64::from(count));
-        let mut mores: Vec<f64> = equal.chain([prompt.to_whole()]).collect();
+        let mut mores: Vec<f64> = equal.chain([to_whole]).collect();
         mores.sort_by(f64::total_cmp);
         mores.dedup();
         let mut parts: Vec<Part> = Vec::new();
@@ -161,15 +173,14 @@ impl SampledLoop {
     }
 
     /// How far 1 + L turns from low frequency to half the sample rate, rad.
-    fn turn(&self) -> f64 {
-        let grid = self.grid();
+    fn turn(&self, grid: &[Point]) -> f64 {
         let pairs = grid.windows(2);
         pairs
             .map(|pair| self.turned(pair[0], pair[1], FOLLOWED))
             .sum()
     }
 
-    fn turned(&self, from: (f64, Complex<f64>), to: (f64, Complex<f64>), halvings: u32) -> f64 {
+    fn turned(&self, from: Point, to: Point, halvings: u32) -> f64 {
         let turn = ((to.1 + 1.0) / (from.1 + 1.0)).arg();
         if turn.abs() < SLOW || halvings == 0 {
             return turn;
@@ -178,14 +189,13 @@ impl SampledLoop {
         let middle = (theta, self.open(theta));
         self.turned(from, middle, halvings - 1) + self.turned(middle, to, halvings - 1)
     }
+}
 
-    /// θ at which L is nearest to −1, of those that are looked at.
-    fn nearest(&self) -> f64 {
-        let grid = self.grid();
-        let away = |point: &(f64, Complex<f64>)| (point.1 + 1.0).norm();
-        let nearest = grid.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-        nearest.map_or(PI, |point| point.0)
-    }
+/// θ at which L is nearest to −1, of those that are looked at.
+fn nearest(grid: &[Point]) -> f64 {
+    let away = |point: &Point| (point.1 + 1.0).norm();
+    let nearest = grid.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+    nearest.map_or(PI, |point| point.0)
 }
 
 /// Times a delay margin is made better at most, by secants.

@@ -68,7 +68,7 @@ pub struct Margins {
 }
 
 /// θ and L.
-type Point = (f64, Complex<f64>);
+pub(crate) type Point = (f64, Complex<f64>);
 
 impl SampledLoop {
     /// Margins and peaks.

@@ -147,6 +147,11 @@ impl SampledLoop {
         })
     }
 
+    /// True of one that [`of_plant`](Self::of_plant) made.
+    pub(crate) const fn is_held(&self) -> bool {
+        self.is_held
+    }
+
     pub(crate) fn held(&self) -> Option<&HeldResponse> {
         self.held.as_ref()
     }

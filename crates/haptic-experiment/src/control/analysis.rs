@@ -108,7 +108,10 @@ impl LoopPoint {
 pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
     let sampled = sampled_for(file, plant)?;
     let closed = file.closed_with(&sampled)?;
-    let (verdict, margins) = (closed.verdict(), margins(file, plant, &closed));
+    let (verdict, margins) = (
+        closed.verdict(),
+        margins(file, plant, &closed, closed.margins()),
+    );
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
@@ -128,12 +131,17 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
 }
 
 /// Margins and peaks of the plant behind its hold, whether it is sampled exactly or a rule stands for it.
-pub(super) fn margins(file: &ControllerFile, plant: &Plant, closed: &SampledLoop) -> Margins {
-    let mut margins = closed.margins();
+/// `own` are those of the loop itself.
+pub(super) fn margins(
+    file: &ControllerFile,
+    plant: &Plant,
+    closed: &SampledLoop,
+    own: Margins,
+) -> Margins {
+    let mut margins = own;
     if let Some(held) = closed.of_plant() {
-        let of_rule = margins.gain_up;
         margins = held.margins();
-        margins.gain_up = true_gain(closed, of_rule, margins.gain_up);
+        margins.gain_up = true_gain(closed, own.gain_up, margins.gain_up);
     }
     // Slower than all that a fractional memory holds, the loop is not the one that was asked about.
     let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);

@@ -246,7 +246,8 @@ impl ControlDesign {
             });
         let step = vec![self.step; self.samples];
         let run = run::run(file, &self.plant, &step, Some(self.step))?;
-        let by_rule = closed.gain_interval(&closed.margins());
+        let own = closed.margins();
+        let by_rule = closed.gain_interval(&own);
         // The loop is fastest at the highest gain that is spoken of.
         let most = by_rule.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
         let coarse = coarse(&plant, &closed.with_gain(most));
@@ -260,7 +261,7 @@ impl ControlDesign {
             verdict: run.verdict,
             coarse,
             stable_gains,
-            margins: margins(file, &self.plant, &closed),
+            margins: margins(file, &self.plant, &closed, own),
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,
