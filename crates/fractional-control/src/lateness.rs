@@ -114,6 +114,13 @@ const FOLLOWED: u32 = 40;
 const SLOW: f64 = 1.0;
 
 impl SampledLoop {
+    /// A delay within [`memory_s`](Self::memory_s): beyond it the loop is not the one that was asked about.
+    #[must_use]
+    pub fn remembered(&self, delay: Option<Crossing>) -> Option<Crossing> {
+        let within = |delay: &Crossing| self.memory_s().is_none_or(|held| delay.value < held);
+        delay.filter(within)
+    }
+
     /// The delay margin of a stable loop around a plant behind a hold, s: with any smaller dead time more it is stable; `None` if no dead time loses
     /// it. That of [`margins`](Self::margins), `first`, turns the phase of L as a dead time of whole samples does; a part of a sample turns it
     /// otherwise, for the hold then switches inside a sample. `later` is the loop whose plant has so much more dead time.

@@ -143,9 +143,8 @@ pub(super) fn margins(
         margins = held.margins();
         margins.gain_up = true_gain(closed, own.gain_up, margins.gain_up);
     }
-    // Slower than all that a fractional memory holds, the loop is not the one that was asked about.
-    let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);
-    margins.delay_s = exact_delay(file, plant, margins.delay_s.filter(held)).filter(held);
+    let first = closed.remembered(margins.delay_s);
+    margins.delay_s = closed.remembered(exact_delay(file, plant, first));
     margins
 }
 

@@ -16,8 +16,7 @@ use crate::preflight::softer;
 use fracdiff::FrequencyResponse;
 use fracdiff::num_complex::Complex;
 use fractional_control::{
-    ControlError, Crossing, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop, SampledPlant,
-    StateSpace,
+    ControlError, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop, SampledPlant, StateSpace,
 };
 use haptic_analysis::LoopOperator;
 use haptic_loop::plant::{RigConfig, RigDrive};
@@ -74,11 +73,8 @@ impl LoopVerdict {
                 stable_beyond_gain: down.or(up),
             };
         }
-        // Slower than all that the memory of the controller holds, the loop is not the one that was asked about.
-        let held = |delay: &Crossing| closed.memory_s().is_none_or(|held| delay.value < held);
-        let first = delay_s.filter(held);
-        let delay_s = SampledLoop::delay_margin(first, later).unwrap_or(first);
-        let delay_s = delay_s.filter(held);
+        let first = closed.remembered(delay_s);
+        let delay_s = closed.remembered(SampledLoop::delay_margin(first, later).unwrap_or(first));
         Self {
             stable: true,
             phase_margin_rad: phase.map(|phase| phase.value),
