@@ -15,6 +15,8 @@ const POINTS: usize = 600;
 const BELOW: f64 = 300.0;
 /// A gain further from the present one is no cause.
 const WITHIN: f64 = 100.0;
+/// Slower than this, rad a sample, nothing moves.
+pub const AT_REST: f64 = 1e-8;
 /// A gain is tried this much beside the one at which the loop meets −1.
 const BESIDE: f64 = 0.01;
 
@@ -51,6 +53,8 @@ pub enum Cause {
     Stable,
     /// A pole on the unit circle, as far as can be told.
     Boundary,
+    /// The same, and at other gains too: a zero cancels the pole.
+    Cancelled,
     /// Not decided: a number of the loop is larger than numbers are.
     TooLarge,
     /// Not decided: this order is next to a whole one, and no memory can tell the two apart.
@@ -61,6 +65,8 @@ pub enum Cause {
     GainTooLow(OtherGain),
     /// Stable without the dead time; with it, L meets −1 from this one on, s.
     DeadTime(Crossing),
+    /// Stable with the opposite sign of the gain.
+    WrongSign,
     /// Neither another gain, within a hundred times, nor less dead time makes it stable.
     Shape,
 }
@@ -279,6 +285,15 @@ fn other_gain<'a>(
     None
 }
 
+/// The reason of a pole on the unit circle.
+fn on_the_circle(closed: &SampledLoop) -> Cause {
+    let stays = |gain: f64| closed.with_gain(gain).verdict().unstable_poles.is_none();
+    match [0.9, 1.1].into_iter().all(stays) {
+        true => Cause::Cancelled,
+        false => Cause::Boundary,
+    }
+}
+
 fn cause(
     file: &ControllerFile,
     plant: &Plant,
@@ -289,7 +304,7 @@ fn cause(
         return Ok(Cause::Stable);
     }
     let Some(poles) = verdict.unstable_poles else {
-        return Ok(near_whole(file, plant).map_or(Cause::Boundary, Cause::NearWhole));
+        return Ok(near_whole(file, plant).map_or_else(|| on_the_circle(closed), Cause::NearWhole));
     };
     let gains = closed.gain_crossings();
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
@@ -302,8 +317,18 @@ fn cause(
     ];
     // What the next gain cures comes before the dead time, what one further away does after it.
     let mut ways = ways.into_iter().flatten();
-    if let Some((_, next)) = ways.clone().find(|(passed, _)| *passed == 0) {
-        return Ok(next);
+    let next = ways.clone().find(|(passed, _)| *passed == 0);
+    let next = next.map(|(_, cause)| cause);
+    let wrong_sign = || closed.with_gain(-1.0).verdict().stable;
+    match next {
+        // At rest it feeds errors back upon themselves.
+        Some(Cause::GainTooHigh(OtherGain { edge, .. }))
+            if edge.omega_rad_s * file.sample_time_s < 2.0 * AT_REST && wrong_sign() =>
+        {
+            return Ok(Cause::WrongSign);
+        }
+        Some(next) => return Ok(next),
+        None => {}
     }
     if plant.delay_s() > 0.0
         && let Some(prompt) = plant.without_dead_time()
@@ -315,7 +340,11 @@ fn cause(
             return Ok(Cause::DeadTime(delay));
         }
     }
-    Ok(ways.next().map_or(Cause::Shape, |(_, further)| further))
+    Ok(match ways.next() {
+        Some((_, further)) => further,
+        None if wrong_sign() => Cause::WrongSign,
+        None => Cause::Shape,
+    })
 }
 
 /// Poles of a transfer function alone.

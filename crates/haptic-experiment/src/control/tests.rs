@@ -46,6 +46,12 @@ fn the_reason_of_a_verdict_is_the_boundary_by_hand() {
     let wanted = core::f64::consts::FRAC_PI_3 / 3f64.sqrt();
     assert!((at.value - wanted).abs() < 2e-3, "{at:?} {wanted}");
     assert_eq!(cause(2.0, "1/s^2"), Cause::Shape);
+    // -K/(s + 1): below K = 1 stable either way.
+    for wrong in ["-1/(s+1)", "-1/s", "-2*exp(-0.1s)/(s+1)^2"] {
+        assert_eq!(cause(2.0, wrong), Cause::WrongSign, "{wrong}");
+    }
+    assert_eq!(cause(2.0, "(s^2+4)/((s^2+4)*(s+1))"), Cause::Cancelled);
+    assert_eq!(cause(1.0, "-1/(s+1)"), Cause::Boundary);
 }
 
 /// P on 1/(s + 1)^12 meets −1 at 1/cos(π/12)^12 = 1.516 and at 1/cos(π/4)^12 = 64: below 100 both.
@@ -83,6 +89,7 @@ fn a_gain_beyond_another_one_is_found_too() {
 
 /// P = 5 on 1/(s + 1): 40 samples late or 10 000, the dead time is the reason, up to the same one. Of the second loop some 1600 poles grow, and L meets −1 as often.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_reason_of_a_very_late_loop_is_the_dead_time() {
     let most = |text: &str| {
         let analysis = analyse(&p(5.0, 0.1), &plant(text)).expect("a loop");
@@ -264,6 +271,7 @@ fn a_record_that_grows_gives_its_plant_back() {
 
 /// Steps of b/(s² − 2rs + b), b = r² + 9: one grows, one swings long, one for ever. Noise may be a tenth of it.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_swing_gives_its_plant_back() {
     for (rate, noise, poles) in [
         (0.2, 0.0, Some(2)),

@@ -3,7 +3,7 @@
 use crate::output::short;
 use core::f64::consts::PI;
 use fractional_control::{ControlError, Crossing, Margins};
-use haptic_experiment::control::analysis::{Cause, LoopAnalysis, OtherGain};
+use haptic_experiment::control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 
@@ -157,9 +157,6 @@ pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
     )
 }
 
-/// Slower than this, in rad a sample, a pole is not told from one that stays where it is.
-const AT_REST: f64 = 1e-8;
-
 /// True if the loop comes nearest to the boundary where nothing moves.
 fn at_rest(analysis: &LoopAnalysis) -> bool {
     // The curve ends at half the sample rate.
@@ -176,13 +173,18 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
     };
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
-        Cause::Boundary if at_rest(analysis) => {
+        Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
             "On the boundary: as far as can be told, a pole neither decays nor grows within 1e8 samples. Where an integral of the controller meets \
              a factor s of the plant, leave one of both out; else take more gain, or a longer sample time."
                 .to_owned()
         }
         Cause::Boundary => format!(
             "On the boundary: as far as can be told, {poles} at {} rad/s. Change the gain a little.",
+            digits(analysis.verdict.omega_rad_s)
+        ),
+        Cause::Cancelled => format!(
+            "On the boundary: as far as can be told, {poles} at {} rad/s, whatever the gain. There a zero of plant or controller cancels a pole: \
+             leave both out, or move the zero.",
             digits(analysis.verdict.omega_rad_s)
         ),
         Cause::TooLarge => {
@@ -210,6 +212,9 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
                 || format!("Above {}", digits(edge.value)),
                 |end| format!("Between {} and {}", digits(edge.value), digits(end))
             )
+        ),
+        Cause::WrongSign => format!(
+            "Unstable, and proved: {poles}, because the sign is wrong: with the opposite sign of the controller's gains, or of the plant's, it is stable."
         ),
         Cause::DeadTime(delay) => format!(
             "Unstable, and proved: {poles}, because of the dead time. Without it the loop is stable, and up to {} s of it (at {} rad/s).",

@@ -179,7 +179,7 @@ pub(in crate::command::control) fn draw_loop(
     let verdict = match (analysis.verdict.stable, analysis.cause, analysis.coarse) {
         (true, _, None) => "stable, proved",
         (true, _, Some(_)) => "stable by the sampled model",
-        (false, Cause::Boundary, _) => "on the boundary",
+        (false, Cause::Boundary | Cause::Cancelled, _) => "on the boundary",
         (false, Cause::TooLarge | Cause::NearWhole(_), _) => "not decided",
         (false, _, None) => "unstable, proved",
         (false, _, Some(_)) => "unstable by the sampled model",
