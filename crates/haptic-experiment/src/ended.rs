@@ -139,7 +139,9 @@ impl LetGo {
         let words = match self {
             Self::AfterGap { zero_s, served } => {
                 let kept = match served {
-                    true => ", in which a device without a watchdog of its own kept its last force",
+                    true => {
+                        ", in which a device keeps its last force unless its own watchdog lets go"
+                    }
                     false => "",
                 };
                 return format!(
@@ -264,7 +266,7 @@ mod tests {
             let zero_s = 4.735;
             assert_eq!(let_go, LetGo::AfterGap { zero_s, served });
             // A device at the other end of a line has its own watchdog.
-            assert_eq!(let_go.words().contains("without a watchdog"), served);
+            assert_eq!(let_go.words().contains("unless its own watchdog"), served);
         }
         let gone = Ended::LinkLost(LinkError::Gone);
         assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);

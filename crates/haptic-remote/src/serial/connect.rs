@@ -81,7 +81,8 @@ impl SerialLink {
         let latency_ms = port::shorten_latency(path);
         let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
         let line = port::open(path, bauds[0])?;
-        let mut link = Self::over(line, bauds, path)?;
+        let mut link =
+            Self::over(line, bauds, path).map_err(|error| port::unanswered(path, error))?;
         link.latency_ms = latency_ms;
         Ok(link)
     }

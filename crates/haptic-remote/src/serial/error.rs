@@ -30,6 +30,11 @@ pub enum SerialError {
         /// Its path.
         path: String,
     },
+    /// Nobody answers at a socket, which lets one program in at a time.
+    SilentSocket {
+        /// Its path.
+        path: String,
+    },
     /// It cannot be opened for another reason, or not at this speed.
     Open {
         /// Its path.
@@ -122,6 +127,11 @@ impl fmt::Display for SerialError {
             Self::NoPort { path } => write!(
                 f,
                 "{path} is no serial port: name the one that the device is at, as /dev/ttyACM0"
+            ),
+            Self::SilentSocket { path } => write!(
+                f,
+                "nobody answers at the socket {path}, which lets one program in at a time: close another one that has it \
+                 open, or start its emulator anew"
             ),
             Self::Open { path, baud, reason } => {
                 write!(

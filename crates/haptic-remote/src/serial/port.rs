@@ -11,6 +11,8 @@ use std::path::Path;
 use std::string::{String, ToString};
 use std::time::Duration;
 use std::vec::Vec;
+#[cfg(unix)]
+use {crate::LinkError, haptic_link::LineCounters};
 
 /// A read returns after this time at the latest, so that a closing link is noticed.
 const READ_TIMEOUT: Duration = Duration::from_millis(20);
@@ -102,6 +104,18 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
     // Best effort: a line that cannot be cleared is cleaned by the first hello.
     let _ = port.clear(ClearBuffer::All);
     Ok(Box::new(port))
+}
+
+/// A greeting at this path that nobody answered: at a socket, which lets one program in at a time, most likely another one has it open.
+pub(super) fn unanswered(path: &str, error: SerialError) -> SerialError {
+    #[cfg(unix)]
+    if super::socket::is_socket(path)
+        && matches!(&error, SerialError::Link(LinkError::NoAnswer { line, .. }) if *line == LineCounters::default())
+    {
+        let path = path.to_string();
+        return SerialError::SilentSocket { path };
+    }
+    error
 }
 
 /// Time for which a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is

@@ -24,8 +24,7 @@ impl Socket {
         baud: u32,
         patience: Duration,
     ) -> Option<Result<Self, SerialError>> {
-        let file = std::fs::metadata(path).ok()?;
-        if !file.file_type().is_socket() {
+        if !is_socket(path) {
             return None;
         }
         let opened = UnixStream::connect(path).and_then(|stream| {
@@ -49,6 +48,11 @@ impl Socket {
             },
         }))
     }
+}
+
+/// True if a socket is at this path.
+pub(super) fn is_socket(path: &str) -> bool {
+    std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket())
 }
 
 /// A time that has passed is the same on every line.

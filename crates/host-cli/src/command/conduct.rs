@@ -45,9 +45,13 @@ pub fn conduct<R: Summary, C>(
         curves,
         folder,
     } = result?;
-    if let Some(curves) = curves {
-        report.run_mut().figure = Some(save_picture(&folder, draw(&curves))?);
-    }
+    let picture = curves.map(|curves| save_picture(&folder, draw(&curves)));
+    let (picture, unsaved) = match picture.transpose() {
+        Ok(picture) => (picture, Ok(())),
+        // Said after the report, which is worth more.
+        Err(failure) => (None, Err(failure)),
+    };
+    report.run_mut().figure = picture;
     if let Some(reason) = &mut report.run_mut().ended_early {
         *reason = with_options(reason);
     }
@@ -56,6 +60,7 @@ pub fn conduct<R: Summary, C>(
         note("warning", &*warning);
     }
     output.summary(&report, |out| print(out, &report))?;
+    unsaved?;
     ended_well(report.run())?;
     Ok(report)
 }

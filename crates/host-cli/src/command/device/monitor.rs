@@ -148,7 +148,9 @@ impl Arguments {
                 ..Watched::default()
             },
         };
+        let mut pause = FIRST_PAUSE;
         loop {
+            let began = Instant::now();
             let name = match watch.watched.reconnected {
                 0 => folder.file("mcap"),
                 before => folder.further_file(&(before + 1).to_string(), "mcap"),
@@ -169,6 +171,8 @@ impl Arguments {
                 break;
             };
             note("link", &reason);
+            pause = pause_after(began.elapsed(), pause);
+            watch.rest(pause);
             match self.reconnect(&watch) {
                 Some(again) => link = again,
                 None => {
@@ -194,15 +198,27 @@ impl Arguments {
 
     /// Tries until the device is there again; `None` when the watching is over.
     fn reconnect(&self, watch: &Watch<'_>) -> Option<SerialLink> {
-        let mut pause = Duration::from_millis(50);
+        let mut pause = FIRST_PAUSE;
         while !watch.is_over() {
             if let Ok(link) = self.port.connect_once() {
                 return Some(link);
             }
-            std::thread::sleep(pause);
+            watch.rest(pause);
             pause = (2 * pause).min(Duration::from_secs(1));
         }
         None
+    }
+}
+
+/// Pause before the device is opened again, at first.
+const FIRST_PAUSE: Duration = Duration::from_millis(50);
+
+/// Pause before a device is opened again whose session lasted so long: one that fails as soon as it is opened is left alone for ever
+/// longer, up to half a minute.
+fn pause_after(lasted: Duration, before: Duration) -> Duration {
+    match lasted < Duration::from_secs(5) {
+        true => (2 * before).min(Duration::from_secs(30)),
+        false => FIRST_PAUSE,
     }
 }
 
@@ -235,6 +251,14 @@ struct Watch<'a> {
 impl Watch<'_> {
     fn is_over(&self) -> bool {
         self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
+    }
+
+    /// Waits for so long, or until it is over.
+    fn rest(&self, pause: Duration) {
+        let until = Instant::now() + pause;
+        while !self.is_over() && Instant::now() < until {
+            std::thread::sleep(FIRST_PAUSE.min(until.saturating_duration_since(Instant::now())));
+        }
     }
 
     /// Watches until the time is over, or the session: then why.
@@ -350,5 +374,23 @@ impl Watch<'_> {
                 sample.limiters
             ));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_that_fails_at_once_is_left_alone_for_ever_longer() {
+        let at_once = Duration::from_millis(500);
+        let pauses = std::iter::successors(Some(FIRST_PAUSE), |&pause| {
+            Some(pause_after(at_once, pause))
+        });
+        let pauses: Vec<u128> = pauses.take(12).map(|pause| pause.as_millis()).collect();
+        assert_eq!(pauses[..4], [50, 100, 200, 400]);
+        assert_eq!(pauses[11], 30_000);
+        let after_a_while = pause_after(Duration::from_secs(60), Duration::from_secs(30));
+        assert_eq!(after_a_while, FIRST_PAUSE);
     }
 }

@@ -25,6 +25,15 @@ fn a_port_that_is_in_use_is_refused() {
 }
 
 #[test]
+fn a_socket_that_another_program_has_open_is_told_so() {
+    let device = Emulated::new("");
+    let path = device.place.path("device");
+    let _held = std::os::unix::net::UnixStream::connect(path).expect("lets the first in");
+    (device.place.run("device info --device serial:device"))
+        .refused(3, &["socket", "one program at a time", "close"]);
+}
+
+#[test]
 fn ports_that_are_none_are_refused() {
     let place = Place::new();
     for (line, words) in cases(
@@ -109,6 +118,7 @@ impl Drop for Impostor {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_port_with_something_else_behind_it_is_told_apart() {
     // Each is waited for in vain, so all at once.
     std::thread::scope(|scope| {
