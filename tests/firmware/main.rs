@@ -81,6 +81,7 @@ fn lists_in_the_firmware_are_what_the_schemes_make_today() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn operators_have_the_same_bits_on_the_target() {
     let Some(images) = built() else { return };
     let have = told(&images.run(Image::Operators));
@@ -97,6 +98,7 @@ fn operators_have_the_same_bits_on_the_target() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn controllers_have_the_same_bits_on_the_target() {
     let Some(images) = built() else { return };
     let have = told(&images.run(Image::Controllers));
@@ -111,12 +113,14 @@ fn controllers_have_the_same_bits_on_the_target() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_device_behaves_on_the_target() {
     let Some(images) = built() else { return };
     print!("{}", images.run(Image::Behaviour));
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_tick_takes_the_instructions_of_the_table() {
     let Some(images) = built() else { return };
     let mut have = told(&images.run(Image::Instructions));
@@ -158,6 +162,7 @@ fn a_tick_takes_the_instructions_of_the_table() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_device_fits_its_budget() {
     let Some(images) = built() else { return };
     let size = images.size();
@@ -171,7 +176,7 @@ fn the_device_fits_its_budget() {
 }
 
 #[test]
-#[ignore = "builds all of a second board: `.ci/run` does it, or `cargo test --test firmware -- --ignored`"]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_device_for_the_real_board_builds_and_fits() {
     let Some(images) = image::real_board() else {
         return;
@@ -238,6 +243,7 @@ fn introduces_itself(board: &mut Board) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_device_converses_runs_and_keeps_within_its_stack() {
     let Some(images) = built() else { return };
     let mut board = Board::start(&images.path(Image::Device), images.size().stack);
@@ -295,6 +301,7 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_that_falls_silent_stops_the_device() {
     let Some(images) = built() else { return };
     let mut board = Board::start(&images.path(Image::Device), images.size().stack);

@@ -179,13 +179,14 @@ fn device_loop(
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn five_seconds_in_the_devices_loop_lose_nothing_uncounted_and_follow_theory() {
     device_loop_follows_theory(5001);
 }
 
 #[test]
-#[ignore = "takes as long by the clock: `.ci/nightly` does it, or `cargo test --test firmware -- --ignored`"]
-fn twenty_seconds_in_the_devices_loop_lose_nothing_uncounted_and_follow_theory() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_twenty_seconds_in_the_devices_loop_lose_nothing_uncounted_and_follow_theory() {
     device_loop_follows_theory(20_001);
 }
 
@@ -202,6 +203,7 @@ fn device_loop_follows_theory(ticks: u32) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn elements_in_series_follow_theory_in_the_devices_loop() {
     const PERIOD_US: u32 = 1000;
     const TICKS: u32 = 5001;
@@ -233,6 +235,7 @@ fn elements_in_series_follow_theory_in_the_devices_loop() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_loop_loses_nothing_and_follows_theory() {
     // The emulated UART takes a force byte by byte, with a switch between two threads for each: on a busy machine a few hundred a
     // second.

@@ -10,6 +10,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_firmware_keeps_what_it_promises() {
     let Some(images) = built() else { return };
     let emulator = Emulator::start(&images.path(Image::Device));

@@ -41,7 +41,7 @@ fn built(folder: &Path) -> PathBuf {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "builds all of a third firmware: `.ci/run` does it, or `cargo test --test firmware -- --ignored`"]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_copy_of_the_template_says_the_hello_of_the_page() {
     if let Err(missing) = needs() {
         return skip(&missing);

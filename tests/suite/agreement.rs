@@ -119,6 +119,7 @@ impl Case {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_device_is_on_the_wrong_side_of_its_boundary() {
     let cases = testkit::cases(24);
     let mut random = Random(12_010);

@@ -82,6 +82,7 @@ impl Case {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_coupled_device_is_on_the_wrong_side_of_its_boundary() {
     let cases = testkit::cases(100);
     let mut random = Random(13_002);

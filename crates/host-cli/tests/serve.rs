@@ -167,8 +167,8 @@ fn watch(page: &mut Page, time: Duration) -> serde_json::Value {
 /// core. Run by .ci/nightly.
 #[cfg(target_os = "linux")]
 #[test]
-#[ignore = "takes ten minutes"]
-fn ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at_most() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at_most() {
     let minutes: u64 =
         std::env::var("SERVE_MINUTES").map_or(10, |text| text.parse().expect("minutes"));
     let place = tempfile::tempdir().expect("a folder");
@@ -221,8 +221,8 @@ fn ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at_most() {
 /// Pairs of `SERVE_SECONDS` (20) with a page that shows everything and with none: 99.9 of 100 ticks take as long. Run by .ci/nightly.
 #[cfg(target_os = "linux")]
 #[test]
-#[ignore = "takes minutes, and a machine that does nothing else"]
-fn a_tick_takes_as_long_with_a_page_as_without() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_a_tick_takes_as_long_with_a_page_as_without() {
     let seconds: u64 =
         std::env::var("SERVE_SECONDS").map_or(20, |text| text.parse().expect("seconds"));
     let place = tempfile::tempdir().expect("a folder");

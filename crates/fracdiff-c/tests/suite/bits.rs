@@ -44,11 +44,13 @@ const COMPILERS: &Compilers = &[
 ];
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn float_has_the_same_bits_by_every_compiler() {
     check::<f32>(COMPILERS);
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn double_has_the_same_bits() {
     check::<f64>(&COMPILERS[..1]);
 }
@@ -94,6 +96,7 @@ fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compi
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_law_of_a_tissue_has_the_same_bits() {
     let law = Law {
         stiffness: 120.0,

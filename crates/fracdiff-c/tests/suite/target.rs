@@ -9,6 +9,7 @@ const FLASH_MOST: u32 = 3 * 1024;
 const RAM_MOST: u32 = 1024;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_microcontroller_has_the_same_bits_and_room_enough() {
     if !is_here("arm-none-eabi-gcc") || !is_here("qemu-system-arm") {
         return;

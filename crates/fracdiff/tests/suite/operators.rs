@@ -184,6 +184,7 @@ fn an_order_too_close_to_a_whole_one_is_that_one() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_response_is_that_of_the_impulse_response() {
     // Σ h_j e^(−jθ·j) over enough of it: all of a finite memory, 400 000 samples of a recursive one.
     for scheme in SCHEMES {

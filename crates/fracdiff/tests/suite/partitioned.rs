@@ -20,6 +20,7 @@ fn short<F: Real>(mu: f64, length: usize) -> ShortMemoryVec<F> {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn partitioned_memory_is_short_memory_to_rounding() {
     for length in LENGTHS {
         // Past the end of the memory, through several blocks of the last level.

@@ -181,6 +181,7 @@ fn documented_list(document: &str, order: f64) -> (i8, Vec<f64>) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_list_that_the_document_makes_is_a_full_memory() {
     let Some(document) = protocol() else {
         return;

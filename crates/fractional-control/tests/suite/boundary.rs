@@ -146,6 +146,7 @@ impl Candidate {
 
 /// `CAMPAIGN_CASES`: loops to try, 100 by default.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
     let cases = std::env::var("CAMPAIGN_CASES")
         .ok()

@@ -232,6 +232,7 @@ fn growth(y: &[f64]) -> f64 {
 
 /// `CAMPAIGN_CASES`: loops to try, 60 by default.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn verdicts_and_margins_are_those_of_the_defining_sums() {
     let cases = std::env::var("CAMPAIGN_CASES")
         .ok()

@@ -55,6 +55,7 @@ impl Loop {
 
 /// Just below its delay margin a loop decays, just above it grows; the rule that stands for the plant is off by up to a fifth.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_delay_margin_is_that_of_the_plant_behind_its_hold() {
     let mut draw = Draw(7);
     let (mut tried, mut apart) = (0, 0);

@@ -40,6 +40,7 @@ fn weights(order: f64, delay: f64) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_response_behind_a_hold_is_that_of_the_weights() {
     for order in [0.18, 0.5, 1.3] {
         for delay in [0.0, 1e-4, 0.01, 0.05, 0.3, 0.9, 0.99, 0.9999, 1.9, 2.0, 2.3] {
@@ -140,12 +141,13 @@ fn swinging(plant: &str, gain: f64, rule: Rule) -> SampledLoop {
 
 /// A rule damps a resonance, which its plant does not: the spike of the plant would lie between any angles that could be looked at.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
     let (damping, gain) = (2e-7, 1e-4);
     for rule in [Rule::Bdf2, Rule::Grunwald] {
         let (mut damped, mut apart) = (0, 0);
-        for k in 0..12 {
-            let omega = 0.6 * 1.11_f64.powi(k);
+        for k in 0..6 {
+            let omega = 0.6 * 1.23_f64.powi(k);
             assert!(
                 pushed_apart(omega, gain) > damping,
                 "the plant's loop grows"
@@ -160,7 +162,7 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
             apart += usize::from(!holds);
             assert!(!own.verdict().stable || !holds, "{rule:?} {omega}");
         }
-        assert_eq!((damped, apart), (12, 12), "{rule:?}");
+        assert_eq!((damped, apart), (6, 6), "{rule:?}");
     }
 }
 
@@ -178,8 +180,9 @@ fn a_resonance_that_decays_by_itself_is_proved() {
     );
 }
 
-/// Where the arcs say that a rule holds, it does at each of a thousand angles, and at each gain of the interval.
+/// Where the arcs say that a rule holds, it does at each of some hundred angles, and at each gain of the interval.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_is_said_of_arcs_is_so_at_the_angles_on_them() {
     let mut held = 0;
     for plant in [
@@ -201,8 +204,8 @@ fn what_is_said_of_arcs_is_so_at_the_angles_on_them() {
             held += 1;
             let truth = own.of_plant().expect("a rule");
             let gains = rule.within([0.1, 10.0]);
-            for k in 0..=1000 {
-                let theta = PI * libm::pow(1e-4 / PI, f64::from(k) / 1000.0);
+            for k in 0..=250 {
+                let theta = PI * libm::pow(1e-4 / PI, f64::from(k) / 250.0);
                 let (open, wrong) = (
                     own.open(theta),
                     (truth.open(theta) - own.open(theta)).norm(),

@@ -64,6 +64,7 @@ fn order_near(golden: &Golden, rule: Rule, want: f64) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn random_functions_converge_with_orders_one_and_two() {
     let all = randoms();
     assert_eq!(all.len(), 200);

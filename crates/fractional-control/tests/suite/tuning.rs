@@ -63,6 +63,7 @@ fn wishes(omega: f64, margin: f64) -> Specification {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn fifty_plants_are_tuned_to_every_wish_or_told_why_not() {
     let all = plants();
     assert_eq!(all.len(), 50);

@@ -35,6 +35,7 @@ fn certified(text: &str, gains: PidParameters, sampling: Sampling, wishes: &Spec
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn unstable_plants_are_tuned_and_every_verdict_is_proved() {
     // Real poles, a fast one beside them, a pole at 0, a pendulum, poles on the axis, fractional, either sign, a dead time.
     for (text, flat) in [

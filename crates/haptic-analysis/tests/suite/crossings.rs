@@ -55,6 +55,7 @@ fn falling(random: &mut Random) -> SampledPlant {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn of_several_gain_margins_the_nearest_counts_on_both_sides() {
     let mut random = Random(6);
     let (mut several_up, mut several_down, mut stable) = (0, 0, 0);

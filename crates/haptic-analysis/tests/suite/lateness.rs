@@ -78,6 +78,7 @@ fn a_hold_that_switches_inside_a_sample_has_its_own_margin() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn random_walls_are_stable_up_to_their_delay_margin_and_not_beyond() {
     let mut random = Random(2505);
     let [mut short, mut long, mut none] = [0; 3];
@@ -130,6 +131,7 @@ fn random_walls_are_stable_up_to_their_delay_margin_and_not_beyond() {
 
 /// A swing behind a spring: with more delay the loop is lost and comes back, again and again.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_first_of_several_edges_counts_where_stability_comes_back() {
     let mut random = Random(77);
     let operator = operator("exact", 0.8);

@@ -79,6 +79,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     fn just_inside_every_margin_is_stable_and_just_outside_is_not(
         (scheme, mu, [alpha, beta, delta, gamma], delay) in any_loop(0.01),
     ) {
@@ -115,6 +116,7 @@ proptest! {
     }
 
     #[test]
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     fn no_sample_of_the_sensitivity_is_above_its_peak(
         (scheme, mu, [alpha, beta, delta, gamma], delay) in any_loop(0.0),
     ) {

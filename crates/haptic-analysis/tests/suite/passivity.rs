@@ -141,6 +141,7 @@ fn a_delayed_spring_and_damper_need_what_their_closed_form_says() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_search_agrees_with_brute_force_for_every_operator_and_delay() {
     // Brute force starts at θ = 8e-4 (its 1 − cos θ cancels below) and has steps of the same size, so it
     // may stay below a supremum by their square times the curvature, but never above it.

@@ -103,6 +103,7 @@ fn reach(way: ForcePath) -> usize {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn mean_and_variance_of_a_lagging_force_are_those_of_quadrature() {
     for (delay, lag) in [
         (0.4, 0.0),

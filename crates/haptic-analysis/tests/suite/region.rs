@@ -131,6 +131,7 @@ impl Drawn {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn membership_agrees_with_point_verdicts_everywhere() {
     let mut random = Random(5);
     let (mut points, mut skipped, mut several, mut empty) = (0, 0, 0, 0);
@@ -268,6 +269,7 @@ fn a_region_that_cannot_be_asked_for_is_refused_in_words() {
 
 /// A fifth of the cases; all where `CAMPAIGN_CASES` is set.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_region_hangs_or_holds_a_nan() {
     let every = if std::env::var_os("CAMPAIGN_CASES").is_some() {
         1

@@ -117,6 +117,7 @@ fn drawn(random: &mut Random, case: usize) -> (f64, &'static str, Vec<f64>) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
     const CASES: usize = 10_000;
     let mut random = Random(20_241);
@@ -219,6 +220,7 @@ fn stiffest(operator: &LoopOperator, beta: f64, delta: f64, delay: usize) -> f64
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_exact_operator_agrees_with_a_full_memory_and_long_grunwald_sums() {
     let mut random = Random(99);
     let mut checked = 0;

@@ -123,6 +123,7 @@ fn found(record: &MotionRecord, hand: bool) -> Measured {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn friction_of_another_make_is_found_too_and_lost_samples_do_no_harm() {
     let driven = Fine::new(usual(), 16).drive(&short());
     assert_eq!(driven.outcome, Outcome::Complete);
@@ -150,6 +151,7 @@ fn friction_of_another_make_is_found_too_and_lost_samples_do_no_harm() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
     // m/b = 3.75 ms, or 18.6 ms; the lag is longer, and exchanged with it the motion is all but the same.
     for (mass, damping, lag_s, friction_n) in [(0.03, 8.0, 5e-3, 0.02), (0.065, 3.5, 25e-3, 0.0)] {

@@ -70,6 +70,7 @@ fn hold_errors(relaxation: &Relaxation) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn relaxation_of_each_model_is_its_closed_form() {
     for (name, form) in forms(876e3, 22.1e3) {
         let [double, single] = [Precision::F64, Precision::F32]
@@ -204,6 +205,7 @@ fn deflections(drawn: &Drawn) -> [f64; 2] {
 
 /// The analysis of the loop and a run of it agree, off the edge. More of them: `CAMPAIGN_CASES=200`.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn random_models_are_stable_as_the_analysis_says() {
     let cases = testkit::cases(40);
     let mut random = Random(20_261_120);

@@ -137,6 +137,7 @@ fn cases() -> u64 {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn passive_lines_give_no_energy_and_no_force_is_beyond_its_limit() {
     let library = Library::load(None).expect("the library");
     let tissues: Vec<RemotePlace> = ["prostate-cancerous", "fish-muscle", "prostate-healthy"]

@@ -236,6 +236,7 @@ fn try_line<M: Serialize + DeserializeOwned + PartialEq + Debug>(
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn damaged_frames_are_never_taken_for_messages_and_whole_ones_always_are() {
     // Miri is a thousand times slower.
     let default = if cfg!(miri) { 40 } else { 200_000 };

@@ -51,6 +51,7 @@ impl Seek for SmallDisk {
 
 /// `CAMPAIGN_CASES`: cuts to try, 25 by default.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_was_written_100_ms_before_any_cut_survives_it() {
     const TICKS: u64 = 20_000;
     // How many ticks the program had produced when the file had grown to so many bytes.
@@ -196,6 +197,7 @@ fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn corrupted_bytes_never_panic_never_lie_and_never_pass_for_whole() {
     let whole = finished_bytes(2_000);
     let mut random = Pcg64::seed_from_u64(3);

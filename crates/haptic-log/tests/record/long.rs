@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_very_long_log_has_no_index_and_is_whole_all_the_same() {
     // A tick in each 100 ms is a chunk each; 65 536 of them have an index.
     let ticks = 150_000;

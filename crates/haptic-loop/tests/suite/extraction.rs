@@ -23,6 +23,7 @@ use testkit::Random;
 const ROUNDING: f64 = -1e-9;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_motion_draws_energy_from_a_bounded_loop() {
     let mut random = Random(13);
     let (mut worst, mut rounded) = (0.0_f64, 0.0_f64);

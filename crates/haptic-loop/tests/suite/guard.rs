@@ -234,6 +234,7 @@ fn damping_cannot_hold_what_is_twice_beyond_stability_for_a_derivative() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_encoder_and_delays_do_not_shake_a_bounded_wall() {
     for order in ORDERS {
         for ray in RAYS {

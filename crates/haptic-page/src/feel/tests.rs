@@ -75,6 +75,7 @@ const DAMPING: f64 = ranges::DAMPING.default;
 const TICKS: u32 = 6000;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_that_is_pressed_from_the_start_gives_nothing_back_that_it_did_not_take() {
     let mut random = Random(1);
     let mut share = move || random.share();

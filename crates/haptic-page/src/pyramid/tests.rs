@@ -32,6 +32,7 @@ fn number() -> impl Strategy<Value = f32> {
 
 proptest! {
     #[test]
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     fn columns_hold_least_and_largest_of_every_sample_of_theirs(
         samples in prop::collection::vec([number(), number()], 1..3000),
         start in 0_u64..3000,

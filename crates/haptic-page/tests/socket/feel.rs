@@ -6,6 +6,7 @@ use serde_json::json;
 use testkit::browser::Page;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_tissue_is_felt_relaxes_and_remembers() {
     let (_runs, server, mut page) = opened();
     let hello = page.ask("hello", json!({"version": 1}));

@@ -101,6 +101,7 @@ fn garbage_is_answered_and_closes_the_socket_the_third_time() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_page_that_does_not_read_is_closed_and_can_stop_until_then() {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);

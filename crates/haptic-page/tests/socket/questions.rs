@@ -18,6 +18,7 @@ fn asked(page: &mut Page, kind: &str, parameters: Value) -> Value {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_stiffest_walls_of_a_device_are_found_and_kept() {
     let (runs, _server, mut page) = opened();
     let refused = page.refused(
@@ -110,6 +111,7 @@ fn a_design_proposes_an_experiment_that_runs() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_question_is_stopped_and_keeps_what_it_found() {
     let (_runs, _server, mut page) = opened();
     page.ask(

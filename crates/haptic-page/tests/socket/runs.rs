@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use testkit::browser::Page;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     let (_runs, _server, mut page) = opened();
     let forms = page.ask("runs.forms", json!({}));

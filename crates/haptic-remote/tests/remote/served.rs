@@ -198,6 +198,7 @@ fn a_board_that_fails_is_let_go_at_once_and_says_why() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn after_a_standstill_no_force_of_before_goes_out() {
     // Inside a tick, between its place and its force; and between two ticks, where the host is heard before the next.
     for place in [0, 1] {

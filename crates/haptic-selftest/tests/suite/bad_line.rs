@@ -117,6 +117,7 @@ impl Line for BadLine {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn whatever_a_bad_line_loses_every_promise_is_seen_to_be_kept() {
     let lines = std::env::var("CAMPAIGN_CASES").map_or(LINES, |cases| {
         cases.parse::<u64>().expect("a number").min(30)

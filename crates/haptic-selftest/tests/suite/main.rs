@@ -38,6 +38,7 @@ macro_rules! named {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_each_device_keeps_and_breaks_is_seen() {
     let cases = named![
         a_good_device_keeps_every_promise_and_is_left_as_it_was,

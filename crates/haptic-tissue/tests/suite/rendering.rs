@@ -61,6 +61,7 @@ fn law<F: Real>(model: &SampledModel, horizon: f64) -> impl FnMut(f64) -> f64 + 
 
 /// Ramp and hold for 200 s at 1 kHz.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn one_operator_is_the_sums_of_all_elements() {
     for (name, model) in models() {
         let model = sampled(&model);
@@ -85,6 +86,7 @@ fn one_operator_is_the_sums_of_all_elements() {
 /// Models drawn at random, any motion: the error is a share of what is added up in magnitude, which is the stress of a
 /// motion as long in one direction. More of them: `CAMPAIGN_CASES=200`.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn random_models_are_the_sums_of_their_elements() {
     let mut random = testkit::Random(13);
     let cases = testkit::cases(40);
@@ -114,6 +116,7 @@ fn random_models_are_the_sums_of_their_elements() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn weights_are_the_power_series_of_the_recursion() {
     for (name, model) in models() {
         let model = sampled(&model);
@@ -136,6 +139,7 @@ fn weights_are_the_power_series_of_the_recursion() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_response_is_that_of_the_weights() {
     for (name, model) in models() {
         let model = sampled(&model);

@@ -161,6 +161,7 @@ fn podlubnys_loop_is_as_published() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_reason_of_a_verdict_is_said() {
     let place = Place::new();
     for (plant, controller, wanted) in [
@@ -248,6 +249,7 @@ fn numbers_that_overflow_or_are_nothing_have_words() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn every_kind_of_controller_and_plant_runs() {
     let place = Place::new();
     let running = "\n[loop]\nsample_time_s = 0.01\noutput_low = -5\noutput_high = 5\n";
@@ -333,6 +335,7 @@ fn a_measured_response_can_be_designed_for() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_plant_comes_back_from_its_own_step() {
     let place = Place::new();
     let line = format!("control simulate --plant {PODLUBNY} --duration 20s --out r");

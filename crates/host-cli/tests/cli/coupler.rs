@@ -84,6 +84,7 @@ fn below_order_one_it_creeps_and_the_force_is_judged() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn llewellyn_and_the_sampled_loop_are_told_apart() {
     let place = Place::new();
     // 24 N·s/m on 5 g with 3 N·s/m: Llewellyn is content (8b ≥ k_c), the sampled loop is unstable.
@@ -180,6 +181,7 @@ fn a_wrong_file_is_refused_in_one_line() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_designed_coupler_runs_and_is_stable() {
     let place = Place::new();
     for (options, code) in [
@@ -319,6 +321,7 @@ mod on_a_device {
     use crate::process::number;
 
     #[test]
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     fn a_loop_on_the_host_carries_it_and_refuses_an_unstable_one() {
         // Its clock is slow, so that a busy machine is heard within the watchdog time.
         let device = Emulated::new("--speed 0.2");

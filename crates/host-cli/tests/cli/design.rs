@@ -50,6 +50,7 @@ fn settles(place: &Place, factor: f64) -> bool {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_stiffest_wall_is_stable_and_three_times_it_is_not() {
     for device in [
         "",
@@ -102,6 +103,7 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_stiffest_passive_wall_without_delay_is_colgates() {
     let place = Place::new();
     let report = design(&place, "--require passive --orders 0,0.5,1,2");
@@ -195,6 +197,7 @@ fn what_cannot_be_is_said_in_words() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_that_rings_for_long_is_tried_for_long() {
     // δ = 0.0308, α = 0.0615: |z|² = e^(−δ) + n₀α = 0.99984, so the ringing of push and impact, 0.9 mm (standard
     // deviation), falls to a hundredth of the deflection of 1 mm in 112 s, and 5 s are doubled until 160 s.
@@ -268,6 +271,7 @@ fn a_design_that_assumes_an_ideal_device_says_so_and_shows_a_realistic_one() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_noise_of_the_force_can_be_limited() {
     for options in [
         "",

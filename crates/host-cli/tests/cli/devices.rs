@@ -80,6 +80,7 @@ fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_and_a_creep_test_run_on_a_device() {
     let device = Emulated::new("--speed 10");
     device.loosen();
@@ -156,6 +157,7 @@ fn parameters_are_set_as_a_whole_and_read_back() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     let device = Emulated::new("");
     let get = "device get --device serial:device";

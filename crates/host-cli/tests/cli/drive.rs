@@ -61,6 +61,7 @@ fn the_worked_example_holds_its_indenter_and_says_how_well() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_drive_of_the_command_line_is_that_of_a_file_and_is_printed() {
     let place = Place::new();
     let printed = place.run(&short()).succeeded().stdout;

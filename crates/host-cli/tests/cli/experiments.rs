@@ -69,6 +69,7 @@ fn holds(report: &Value, max_relative_error: f64, closed_form_error: f64) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_default_relaxation_meets_its_figures() {
     let report = default_run("");
     holds(&report, 1e-5, 5e-3);
@@ -79,16 +80,19 @@ fn the_default_relaxation_meets_its_figures() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn single_precision_meets_its_figure() {
     holds(&default_run("--precision f32"), 1e-4, 5e-3);
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_rigid_contact_meets_its_figure() {
     holds(&default_run("--contact rigid"), 1e-5, 1e-4);
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_rigid_contact_with_the_piecewise_linear_kernel_meets_its_figure() {
     let report = default_run("--contact rigid --scheme piecewise-linear");
     holds(&report, 1e-5, 1e-6);
@@ -96,6 +100,7 @@ fn a_rigid_contact_with_the_piecewise_linear_kernel_meets_its_figure() {
 
 /// Fish muscle: two spring-pots in series.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn elements_in_series_meet_the_figures_of_a_spring_pot() {
     holds(
         &default_run("--tissue fish-muscle --contact rigid"),

@@ -99,6 +99,7 @@ fn stop_in_the_middle(device: &Emulated, options: &str) -> Option<Value> {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
     for (options, emulated) in [
         ("", "--drop 3% --line-seed 5"),
@@ -223,6 +224,7 @@ fn an_unstable_wall_is_refused_on_a_device_and_noted_on_the_simulated_one() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_delay_of_a_host_loop_is_measured_and_counts() {
     let device = Emulated::new("");
     let place = device.place();

@@ -9,9 +9,10 @@ use testkit::book::{self, Markdown};
 
 /// Chapters, each with a test and with files that its commands leave behind among others.
 macro_rules! chapters {
-    ($($test:ident: $file:literal [$($wanted:literal),* $(,)?];)*) => {
+    ($($(#[$attribute:meta])* $test:ident: $file:literal [$($wanted:literal),* $(,)?];)*) => {
         const FOLLOWED: &[&str] = &[$($file),*];
         $(#[test]
+        $(#[$attribute])*
         fn $test() {
             follows($file, &[$($wanted),*]);
         })*
@@ -26,7 +27,9 @@ chapters! {
     a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "falcon/design.toml"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     devices: "devices.md" [];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     feeling_something_far_away: "feeling-something-far-away.md" [
         "best/teleoperation.png", "far/teleoperation.png", "passive/teleoperation.csv",
     ];
@@ -35,13 +38,17 @@ chapters! {
     ];
     install: "install.md" ["host-cli.bash", "man/host-cli.1"];
     log_files_in_other_programs: "log-files.md" ["ticks.csv"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     measure_your_device: "measure-your-device.md" ["device.toml", "device.png"];
     on_your_microcontroller: "microcontroller.md" ["half.h"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
     safety: "safety.md" [];
     the_page_in_the_browser: "page.md" [];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     walls_tried: "walls.md" ["zwidth/zwidth.csv"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     your_own_tissue: "your-own-tissue.md" [
         "fish.toml", "fish.png", "muscle/relax.png", "muscle/relax.csv",
     ];

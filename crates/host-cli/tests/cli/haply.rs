@@ -73,6 +73,7 @@ fn pair(seen: &serde_json::Value, key: &str) -> [f64; 2] {
 const PLACES_M: [(f64, f64); 3] = [(0.0, 0.09), (-0.03, 0.11), (0.04, 0.06)];
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_makers_own_host_reads_the_place_to_a_count_and_sends_our_torques() {
     // The hand takes its time to lead the handle there, so all at once.
     std::thread::scope(|scope| {
@@ -153,6 +154,7 @@ fn begun(ended: &Ended) -> Option<serde_json::Value> {
 /// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the motion is held in
 /// virtual time, by the tests of `haptic-devices`.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
     let mut emulated = board("");
     let ended = emulated.place.run(RELAX);
@@ -241,6 +243,7 @@ const BOTH: &str = "--device haply:2diy --loop host --watchdog 1s --late-ticks 0
 /// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the depth is held in
 /// virtual time, by the tests of `haptic-devices`.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
     let mut emulated = board("");
     emulated.place.write("edge.toml", EDGE);

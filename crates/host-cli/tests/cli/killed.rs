@@ -176,6 +176,7 @@ fn kill_many(few: usize, seed: u64, place: impl Fn() -> (Place, Option<Emulated>
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_run_killed_at_any_moment_loses_at_most_the_open_chunk() {
     kill_many(6, 1, || {
         let line = "relax --realtime --contact rigid --out run --quiet";

@@ -14,6 +14,7 @@ fn measured(place: &Place) -> Value {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
     let place = Place::new();
     let found = measured(&place);
@@ -80,6 +81,7 @@ fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wider_box_asks_for_no_more_motion() {
     let place = Place::new();
     for (force, damping) in [("1N", "3.5"), ("3.3N", "3.5"), ("1N", "50")] {
@@ -180,6 +182,7 @@ fn what_cannot_be_measured_is_said_in_one_line() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_serial_device_is_measured_without_its_line() {
     let device = Emulated::new("");
     // A busy machine answers late: the box is wide, the device patient.

@@ -185,6 +185,7 @@ fn a_run_that_may_not_have_a_priority_goes_on_and_says_once_how_to_get_it() {
 
 /// A process that is stopped for 200 ms is late, whatever the machine: what it reports is what happened.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 #[cfg(unix)]
 fn periods_that_a_stop_took_are_skipped_and_counted_but_every_tick_runs() {
     let place = Place::new();

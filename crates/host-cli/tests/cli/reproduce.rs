@@ -52,7 +52,7 @@ fn assert_claims(claims: &[Value]) {
 }
 
 #[test]
-#[ignore = "computes 6000 walls: `.ci/run` does it, or `cargo test -p host-cli --test cli dissertation -- --ignored`"]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_dissertation_is_made_again_and_judged() {
     let place = Place::new();
     let result = place.run("reproduce --out again --json").succeeded().json();

@@ -26,6 +26,7 @@ fn ticks(place: &Place, log: &str) -> Vec<Vec<f64>> {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_guard_given_as_an_option_overrides_the_file_and_its_energy_is_logged() {
     let place = Place::new();
     place.write("wall.toml", SHAKING);

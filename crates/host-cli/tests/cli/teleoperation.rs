@@ -332,6 +332,7 @@ fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_side_that_must_be_passive_fails_at_its_limit_and_where_the_other_left_early() {
     let place = Place::new();
     // A limit that a coupler of 300 N/m reaches at once.

@@ -120,6 +120,7 @@ const ON_PLANE: &str =
     "--device serial:device --loop host --watchdog 1s --max-age-ticks 200 --late-ticks 0";
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_touch_on_an_emulated_board_of_two_axes_is_felt_along_the_normal() {
     let device = Emulated::new("--axes 2");
     let place = device.place();

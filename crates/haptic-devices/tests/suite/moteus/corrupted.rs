@@ -81,6 +81,7 @@ fn longest_at_a_wrong_place(rig: &mut Rig, harmed: u32) -> u32 {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn damage_ends_in_a_fault_soon_or_does_no_harm() {
     // 10⁵ each night.
     let cases = testkit::cases(10_000);
@@ -194,6 +195,7 @@ fn driving(mut rig: Rig) -> (EmulatedAdapter, f64, Vec<u8>) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn one_byte_of_a_command_makes_no_more_torque_whatever_becomes_of_it() {
     for rig in [Rig::new(300.0), Rig::without_checksum(300.0)] {
         let (adapter, torque_nm, line) = driving(rig);

@@ -110,6 +110,7 @@ impl Case {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn random_devices_are_found_as_they_are_and_intervals_hold() {
     let cases: u64 = testkit::cases(10);
     let all: Vec<Case> = (0..cases).into_par_iter().map(measure).collect();

@@ -112,6 +112,7 @@ fn curves_are_cut_off_at_the_axes_however_far_they_go() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_page_full_of_noise_stays_a_small_file() {
     let clouds: Vec<Points> = (0..8)
         .map(|k| {

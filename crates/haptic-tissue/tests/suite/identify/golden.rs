@@ -40,6 +40,7 @@ fn record(name: &str, kind: &str) -> Record {
 
 /// Within 1 % of the best that `SciPy` finds from 40 random starts: relaxation, creep and oscillation, measured and synthetic, every model.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_fit_is_worse_than_the_best_of_forty_starts_of_scipy() {
     let mut worst = (0.0, String::new());
     let mut count = 0;

@@ -134,6 +134,7 @@ fn kelvin_voigt_sweep(seed: u64) -> Record {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_parameter_at_the_end_of_its_range_makes_no_model_better() {
     let mut right = 0;
     for seed in 1..=20 {

@@ -42,6 +42,7 @@ fn record(candidate: ModelKind, parameters: &[f64], seed: u64) -> Record {
 
 /// 200 records a model by `CAMPAIGN_CASES=200`, and then each parameter by itself; 40 without, all parameters of a model together.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_truth_is_inside_nine_to_ninety_nine_of_a_hundred_intervals() {
     let cases = testkit::cases(40_u64);
     for (candidate, truth) in truths() {

@@ -5,6 +5,7 @@ use super::{analyze, close};
 use serde_json::Value;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_z_width_of_an_ideal_device_is_the_region_of_the_theory() {
     let place = Place::new();
     let report = place
@@ -64,6 +65,7 @@ fn stiffest(report: &Value) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_that_buzzes_against_the_force_limit_is_not_called_stable() {
     // theory.md, 5: μ = 1, no delay: α < 12 − 8√2 = 0.686 without damping, a little more with it. By the
     // position alone walls up to α = 4.3 (194 kN/m) passed: they buzz by microns, at 2.3 N rms.
@@ -94,6 +96,7 @@ fn a_wall_that_buzzes_against_the_force_limit_is_not_called_stable() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_dissertations_criterion_is_still_there_and_is_fooled() {
     let place = Place::new();
     let line = "zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1 --points 2 \
@@ -113,6 +116,7 @@ fn the_dissertations_criterion_is_still_there_and_is_fooled() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_that_friction_alone_holds_still_is_named_so() {
     let place = Place::new();
     let line = "zwidth --friction 0.05N --orders 1 --points 2 --json";
@@ -150,6 +154,7 @@ fn a_wall_that_friction_alone_holds_still_is_named_so() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_realistic_device_loses_no_cell_either_however_soft_its_walls() {
     // Below α = 0.1 most of these walls are; each dissipation has one.
     let place = Place::new();

@@ -15,6 +15,7 @@ fn record(place: &Place, name: &str, samples: i32, t: f64, output: impl Fn(f64) 
 
 /// The steps of 9.04/(s² − 0.4s + 9.04), 9.0001/(s² + 0.02s + 9.0001) and 9/(s² + 9).
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_swing_is_called_what_it_is() {
     let place = Place::new();
     let swing = |rate: f64| {
@@ -47,6 +48,7 @@ fn a_swing_is_called_what_it_is() {
 
 /// sin 3t² of a step is the answer of no linear plant.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_is_left_unexplained_is_said_in_words_and_json() {
     let place = Place::new();
     record(&place, "chirp.csv", 400, 0.01, |t| (3.0 * t * t).sin());

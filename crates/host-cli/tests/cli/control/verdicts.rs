@@ -3,6 +3,7 @@
 use crate::process::{Place, number};
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_unstable_plant_is_designed_for_and_proved_from_half_to_double_the_gain() {
     let place = Place::new();
     let line = "control design --plant 1/(s-1) --crossover 10rad/s --phase-margin 60deg --json";
@@ -67,6 +68,7 @@ fn a_loop_that_is_slow_against_its_samples_has_its_margins() {
 
 /// A crossover of 10 rad/s at 50 ms is 0.5/T: no proof for a plant of order 1/2.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_fractional_plant_that_is_sampled_too_coarsely_is_not_proved() {
     let place = Place::new();
     let line =
@@ -82,6 +84,7 @@ fn a_fractional_plant_that_is_sampled_too_coarsely_is_not_proved() {
 
 /// Half an integrator at T = 1 s is lost at a gain of about 1.1, half the sample rate, which the rule of its samples does not see.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_the_rule_of_a_fractional_plant_does_not_see_is_not_proved() {
     let place = Place::new();
     let line = |gain: &str| {

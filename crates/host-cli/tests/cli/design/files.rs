@@ -11,6 +11,7 @@ const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_tim
                     order = 0.5\nstiffness_n_per_m = 3000.0\ndissipation_n_s_mu_per_m = 100.0\n";
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_examples_run() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
     for (kind, samples) in [
@@ -97,6 +98,7 @@ fn a_guard_stills_an_unstable_wall() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_is_the_same_in_the_file_and_in_zwidths_terms() {
     // The boundary that zwidth finds by bisection: just below it is stable, just above not.
     let place = Place::new();

@@ -9,6 +9,7 @@ use std::process::{Child, Stdio};
 use std::time::Duration;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_bad_line_is_counted_and_survived() {
     let device = Emulated::new("--drop 1% --corrupt 1% --duplicate 1% --reorder 1% --line-seed 3");
     device.loosen();
@@ -45,6 +46,7 @@ fn a_bad_line_is_counted_and_survived() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
     // The first of these lines loses the first samples; another only if a retry on a busy machine shifts it.
     let mut lost_first = false;
@@ -153,6 +155,7 @@ fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
 
 /// A line that loses the frame that tells the end: what the device answers to keep-alives tells it too.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
     let learned = |seed, workspace, code| {
         let device = Emulated::new(&format!("--drop 8% --line-seed {seed}"));
@@ -170,6 +173,7 @@ fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
 
 /// A trial without some of its samples says nothing about the wall: it is no wall that buzzes.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_search_on_a_line_that_loses_samples_says_so_instead_of_a_softer_wall() {
     let device = Emulated::new("--speed 20 --drop 10% --line-seed 7");
     device.loosen();

@@ -118,6 +118,7 @@ fn last_words(said: &str) -> (f64, f64, f64) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
     let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
     let ended = device
@@ -140,6 +141,7 @@ fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
     let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
     let ended = device.place.run(&format!("{} --json", relax("host", "2s")));
@@ -162,6 +164,7 @@ fn an_emulated_servo_that_dies_ends_the_run() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
     let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
     let mut run = under_way(&device, &relax("device", "300s"));

@@ -6,6 +6,7 @@ use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _};
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_emulated_device_keeps_its_promises_on_a_bad_line_too() {
     std::thread::scope(|scope| {
         for line in ["", "--drop 1% --corrupt 1% --duplicate 1% --line-seed 3"] {
@@ -50,6 +51,7 @@ fn keeps_its_promises(line: &str) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
     let device = Emulated::new("");
     let shown = device
@@ -81,6 +83,7 @@ fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_device_with_a_limit_of_its_own_is_tested_within_it() {
     let device = Emulated::new("");
     device.json("device set --device serial:device --force-limit 20mN --rise-time 0.1s");
@@ -90,6 +93,7 @@ fn a_device_with_a_limit_of_its_own_is_tested_within_it() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_test_that_somebody_stops_tells_what_it_has_seen() {
     let device = Emulated::new("");
     let line = "device selftest --device serial:device --emergency-stop pressed --json";

@@ -94,6 +94,7 @@ fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_stop_that_the_device_does_not_hear_is_told_as_it_was() {
     std::thread::scope(|scope| {
         for options in ["", "--loop host --max-age-ticks 500"] {

@@ -13,6 +13,7 @@ const KINDS: [(&str, &str); 3] = [
 ];
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_monitor_says_that_its_device_is_silent_or_gone_and_ends_so_whatever_its_kind() {
     std::thread::scope(|scope| {
         for (kind, name) in KINDS {

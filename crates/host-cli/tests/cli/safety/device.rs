@@ -77,6 +77,7 @@ fn the_chain_of_a_device_is_set_and_shown() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_keeps_what_it_does_not_speak_of() {
     let device = emulated();
     json(
@@ -150,6 +151,7 @@ fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn experiments_on_a_device_have_its_chain() {
     // They take the time of their device, so each has its own.
     std::thread::scope(|scope| {
