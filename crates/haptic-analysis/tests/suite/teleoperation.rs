@@ -276,6 +276,7 @@ fn a_wave_line_bears_the_hold_with_a_playout_of_two_samples_and_not_without() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_best_coupler_is_stable_and_no_neighbour_is_better() {
     let omegas: Vec<f64> = (0..9)
         .map(|n| 3.0 * 10_f64.powf(f64::from(n) / 8.0))

@@ -85,6 +85,7 @@ fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable() {
     let (_runs, _server, mut page) = opened();
     page.ask("feel.start", json!({"environment": {"wall": {"order": 0.3, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 20}}}));
@@ -151,6 +152,7 @@ fn assert_no_bump(page: &mut Page) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn stop_is_always_possible_and_the_force_is_zero() {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);

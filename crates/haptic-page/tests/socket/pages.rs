@@ -45,6 +45,7 @@ fn one_page_holds_the_controls_and_the_others_watch() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_page_that_goes_stops_what_it_controlled_or_not_as_asked() {
     let runs = tempfile::tempdir().expect("a folder");
     for (on_close, goes_on) in [(OnClose::Stop, false), (OnClose::Continue, true)] {

@@ -100,6 +100,7 @@ fn disc() -> Value {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
     let (_runs, _server, mut page) = opened();
     // A hand that begins inside would be a blow: nothing is started.

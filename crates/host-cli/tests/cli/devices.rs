@@ -28,6 +28,7 @@ fn number(value: &Value, path: &str) -> f64 {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
     let device = Emulated::new("--speed 4");
     device.loosen();
@@ -55,6 +56,7 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn elements_in_series_follow_theory_on_a_device() {
     let device = Emulated::new("--speed 4");
     device.loosen();
@@ -106,6 +108,7 @@ fn a_wall_and_a_creep_test_run_on_a_device() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
     let device = Emulated::new("");
     let place = &device.place;

@@ -263,6 +263,7 @@ fn what_is_said_of_the_device_is_checked() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_full_disk_under_a_run_on_a_device_lets_the_device_go() {
     let device = Emulated::new("");
     let ended = device.place().shell(

@@ -21,10 +21,12 @@ macro_rules! chapters {
 
 chapters! {
     a_coupler_and_an_object: "coupler.md" ["coupler/design.toml", "tried/coupler.png"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     a_fractional_pid: "a-fractional-pid.md" [
         "oven.toml", "oven.png", "design/controller.toml", "design/controller.png", "run/response.png", "loop/loop.png",
     ];
     a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "falcon/design.toml"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]

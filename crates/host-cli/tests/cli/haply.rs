@@ -187,6 +187,7 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
     // A byte in 1000, of 19 a tick: one is lost within some 50 ticks, in the run or while it is opened.
     let mut emulated = board("--drop 0.1%");
@@ -208,6 +209,7 @@ fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_is_no_2diy_is_said_in_one_line() {
     let place = Place::new();
     place

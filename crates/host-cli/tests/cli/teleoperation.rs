@@ -76,6 +76,7 @@ fn both(place: &Place, file: &str, options: &str) -> (Side, Side) {
 const PATIENT: &str = "[teleoperation]\narchitecture = \"time-domain\"\nsilence_s = 60\n";
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn two_processes_meet_count_what_is_lost_and_end_with_forces_at_zero() {
     let place = Place::new();
     place.write("far.toml", PATIENT);

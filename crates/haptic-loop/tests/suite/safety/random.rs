@@ -116,30 +116,36 @@ fn limits_hold<F: Real>(
     Ok(())
 }
 
+fn limits() -> impl Strategy<Value = Limits> {
+    let norm = prop_oneof![
+        Just(None),
+        Just(Some(Newtons(10.0))),
+        Just(Some(Newtons(1.3)))
+    ];
+    (guards(), norm, any::<bool>()).prop_map(|(guard, norm, rise)| Limits {
+        norm,
+        guard,
+        rise_time: rise.then_some(Seconds(0.02)),
+        workspace: Some(Workspace {
+            low: Metres(-0.05),
+            high: Metres(0.05),
+            soft: Metres(0.045),
+        }),
+        ..Limits::default()
+    })
+}
+
 proptest! {
     #[test]
-    fn no_input_whatever_leaves_limits_norm_or_slew(
-        wild in ticks(),
-        gentle in pushes(),
-        guard in guards(),
-        norm in prop_oneof![Just(None), Just(Some(Newtons(10.0))), Just(Some(Newtons(1.3)))],
-        rise in any::<bool>(),
-    ) {
-        let limits = Limits {
-            norm,
-            guard,
-            rise_time: rise.then_some(Seconds(0.02)),
-            workspace: Some(Workspace {
-                low: Metres(-0.05),
-                high: Metres(0.05),
-                soft: Metres(0.045),
-            }),
-            ..Limits::default()
-        };
-        for ticks in [&wild, &gentle] {
-            limits_hold::<f64>(&limits, ticks, f64::EPSILON)?;
-            limits_hold::<f32>(&limits, ticks, f64::from(f32::EPSILON))?;
-        }
+    fn no_input_whatever_leaves_limits_norm_or_slew(ticks in ticks(), limits in limits()) {
+        limits_hold::<f64>(&limits, &ticks, f64::EPSILON)?;
+        limits_hold::<f32>(&limits, &ticks, f64::from(f32::EPSILON))?;
+    }
+
+    #[test]
+    fn no_push_leaves_limits_norm_or_slew(ticks in pushes(), limits in limits()) {
+        limits_hold::<f64>(&limits, &ticks, f64::EPSILON)?;
+        limits_hold::<f32>(&limits, &ticks, f64::from(f32::EPSILON))?;
     }
 
     #[test]

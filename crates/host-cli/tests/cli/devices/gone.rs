@@ -166,6 +166,7 @@ fn a_self_test_sees_no_promise_kept(kind: &str, name: &str) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_touch_on_a_device_that_goes_away_keeps_its_log() {
     let kinds = [("--axes 2", "serial:device"), KINDS[2]];
     at_the_same_time(&kinds, a_touch_keeps_its_log);

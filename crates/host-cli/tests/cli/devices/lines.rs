@@ -108,6 +108,7 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_that_is_killed_leaves_a_device_without_force() {
     let device = Emulated::new("");
     let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");

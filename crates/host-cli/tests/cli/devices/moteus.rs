@@ -153,6 +153,7 @@ fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_emulated_servo_that_dies_ends_the_run() {
     let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
     let run = under_way(&device, &relax("device", "300s"));

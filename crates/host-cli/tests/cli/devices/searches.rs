@@ -14,6 +14,7 @@ fn faults(device: &Emulated) -> f64 {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_z_width_can_be_found_on_a_device() {
     let device = Emulated::new("--speed 400");
     device.loosen();
@@ -67,6 +68,7 @@ fn a_fault_of_the_sensor_ends_a_search_at_once() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_search_that_meets_nothing_but_a_limit_of_the_device_says_which() {
     let device = Emulated::new("--speed 8");
     for (limits, words) in [

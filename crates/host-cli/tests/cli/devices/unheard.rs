@@ -67,6 +67,7 @@ fn ended(line: &str, child: Child) -> Ended {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
     let device = Emulated::new("");
     device.loosen();

@@ -4,6 +4,7 @@ use super::{run_and_meanwhile, run_and_signal};
 use crate::process::Place;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn every_signal_that_ends_or_stops_a_program_ends_a_run_in_order() {
     // Ctrl-\, Ctrl-Z, and others that somebody may send; the last are STKFLT and the first and last of those without a name.
     const SIGNALS: [&str; 18] = [
