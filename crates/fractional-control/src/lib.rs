@@ -38,6 +38,8 @@ mod pid_notation;
 #[cfg(feature = "std")]
 mod plant;
 #[cfg(feature = "std")]
+mod plant_margins;
+#[cfg(feature = "std")]
 mod poles;
 mod polynomial;
 mod quotient;

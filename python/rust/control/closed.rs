@@ -114,13 +114,8 @@ pub(crate) fn closed_loop<'py>(
                 Ok(SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain))
             };
             let own = closed(plant)?;
-            // Of the plant behind its hold, not of a rule that stands for it.
-            let held = own.of_plant();
-            let mut margins = held.as_ref().unwrap_or(&own).margins();
-            // Where it can be sampled so much later.
             let later = |delay_s: f64| closed(&plant.clone().delayed(delay_s)?);
-            let first = margins.delay_s;
-            margins.delay_s = SampledLoop::delay_margin(first, later).unwrap_or(first);
+            let margins = own.margins_of_plant(own.margins(), later);
             Ok::<_, ControlError>((own.verdict(), margins))
         })
         .or_refused()?;

@@ -144,40 +144,13 @@ pub(super) fn margins(
     closed: &SampledLoop,
     own: Margins,
 ) -> Margins {
-    let mut margins = own;
-    if let Some(held) = closed.of_plant() {
-        margins = held.margins();
-        margins.gain_up = true_gain(closed, own.gain_up, margins.gain_up);
-    }
-    let first = closed.remembered(margins.delay_s);
-    margins.delay_s = closed.remembered(exact_delay(file, plant, first));
-    margins
+    closed.margins_of_plant(own, |delay_s| later(file, plant, delay_s))
 }
 
-/// The delay margin of the plant behind its hold.
-fn exact_delay(file: &ControllerFile, plant: &Plant, first: Option<Crossing>) -> Option<Crossing> {
-    let later = |delay_s: f64| {
-        let plant = plant.clone().delayed(delay_s)?;
-        file.closed_with(&sampled_for(file, &plant)?)
-    };
-    SampledLoop::delay_margin(first, later).unwrap_or(first)
-}
-
-/// The least gain above 1 at which the loop of a plant that follows a rule is lost: that of the rule where the rule stands for the plant, else that of
-/// the plant behind its hold.
-fn true_gain(
-    closed: &SampledLoop,
-    of_rule: Option<Crossing>,
-    of_plant: Option<Crossing>,
-) -> Option<Crossing> {
-    let most = of_rule.map_or(WITHIN, |gain| gain.value * (1.0 - BESIDE));
-    let rule = closed.rule_error();
-    let holds = rule.is_none_or(|rule| rule.within([1.0, most])[1] >= most);
-    if holds {
-        of_rule.or(of_plant)
-    } else {
-        of_plant
-    }
+/// The loop whose plant has so much more dead time.
+fn later(file: &ControllerFile, plant: &Plant, delay_s: f64) -> Result<SampledLoop, ControlError> {
+    let plant = plant.clone().delayed(delay_s)?;
+    file.closed_with(&sampled_for(file, &plant)?)
 }
 
 /// How many times as often, at least, this loop would have to be sampled for the rule of its plant to stand for the plant; `None` if it does, or
@@ -334,8 +307,10 @@ fn cause(
         && let Some(prompt) = plant.without_dead_time()
     {
         let closed = file.closed_with(&sampled(&prompt, file.sample_time())?)?;
+        let first = closed.margins().delay_s;
+        let later = |delay_s| later(file, &prompt, delay_s);
         if closed.verdict().stable
-            && let Some(delay) = exact_delay(file, &prompt, closed.margins().delay_s)
+            && let Some(delay) = SampledLoop::delay_margin(first, later).unwrap_or(first)
         {
             return Ok(Cause::DeadTime(delay));
         }
