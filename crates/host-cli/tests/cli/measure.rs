@@ -84,8 +84,8 @@ fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wider_box_asks_for_no_more_motion() {
     let place = Place::new();
-    for (force, damping) in [("1N", "3.5"), ("3.3N", "3.5"), ("1N", "50")] {
-        for width in ["5mm", "20mm", "50mm", "200mm"] {
+    for (force, damping) in [("3.3N", "3.5"), ("1N", "50")] {
+        for width in ["5mm", "50mm", "200mm"] {
             let line = format!(
                 "device measure --device sim --damping {damping} --force-limit {force} --box {width} --json"
             );
