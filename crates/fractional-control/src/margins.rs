@@ -17,6 +17,10 @@ const APART: f64 = 0.2;
 const HALVINGS: u32 = 12;
 /// L moves and turns by less than this share where it has come to rest at low frequency.
 const FLAT: f64 = 1e-3;
+/// A peak is looked at from this share of its angle on, to both sides in steps of two.
+const SIDE: f64 = 1e-11;
+/// A smaller gain at which L meets −1 is none: L jumps there from one end of the numbers to the other, through a pole on the circle.
+const AT_A_POLE: f64 = 1e-10;
 /// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
 const NARROWED: usize = 60;
 
@@ -69,6 +73,13 @@ pub struct Margins {
 
 /// θ and L.
 pub(crate) type Point = (f64, Complex<f64>);
+
+/// Angles on both sides of a peak, up to the step of the grid.
+fn beside(peak: f64) -> impl Iterator<Item = f64> {
+    let sides = core::iter::successors(Some(SIDE), |side| Some(2.0 * side));
+    let sides = sides.take_while(|side| *side < 1.0 / A_DECADE);
+    sides.flat_map(move |side| [peak * (1.0 - side), peak * (1.0 + side)])
+}
 
 impl SampledLoop {
     /// Margins and peaks.
@@ -157,7 +168,8 @@ impl SampledLoop {
             omega_rad_s: theta * self.rate(),
             value: l.norm().recip(),
         });
-        gains.filter(|gain| gain.value.is_finite()).collect()
+        let counts = |gain: &Crossing| gain.value.is_finite() && gain.value > AT_A_POLE;
+        gains.filter(counts).collect()
     }
 
     /// The angle at which the grid begins. Below it L is a whole power of θ, as integrators leave one, that crosses neither 1 nor −1.
@@ -181,10 +193,17 @@ impl SampledLoop {
         let lowest = self.lowest();
         let decades = libm::log10(PI / lowest);
         let count = libm::ceil(decades * A_DECADE) as usize;
-        let mut grid: Vec<Point> = Vec::new();
-        for k in 0..=count {
+        let even = (0..=count).map(|k| {
             let share = k as f64 / count as f64;
-            let theta = (lowest * libm::pow(10.0, decades * share)).min(PI);
+            (lowest * libm::pow(10.0, decades * share)).min(PI)
+        });
+        let near = self.peaks().iter().flat_map(|peak| beside(*peak));
+        let near = near.filter(|theta| *theta > lowest && *theta < PI);
+        let mut thetas: Vec<f64> = even.chain(near).collect();
+        thetas.sort_by(f64::total_cmp);
+        thetas.dedup();
+        let mut grid: Vec<Point> = Vec::new();
+        for theta in thetas {
             let next = (theta, self.open(theta));
             if let Some(last) = grid.last().copied() {
                 self.between(&mut grid, last, next, HALVINGS);

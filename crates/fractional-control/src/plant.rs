@@ -260,11 +260,29 @@ impl Plant {
     pub fn stable_by_itself(&self) -> Result<(), ControlError> {
         match &self.model {
             Model::Transfer(function) => function.stable_by_itself(),
-            Model::StateSpace(states) => match states.unstable_poles() {
+            Model::StateSpace(states) => match states.undamped_poles() {
                 0 => Ok(()),
                 poles => Err(ControlError::UnstablePlant { poles }),
             },
             Model::Measured(_) => Ok(()),
+        }
+    }
+
+    /// The order of the factor s^a that it has at rest, below 0 where it adds up; 0 of a plant that is no transfer function.
+    #[must_use]
+    pub fn order_at_rest(&self) -> f64 {
+        self.function().map_or(0.0, |function| {
+            function.numerator().lowest() - function.denominator().lowest()
+        })
+    }
+
+    /// Its poles s: of a function whose orders are multiples of one those on the principal branch, of matrices the eigenvalues; `None` of any other.
+    #[must_use]
+    pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
+        match &self.model {
+            Model::Transfer(function) => Some(function.commensurate().ok()?.poles()),
+            Model::StateSpace(states) => Some(states.poles()),
+            Model::Measured(_) => None,
         }
     }
 }

@@ -8,11 +8,13 @@ use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::{SampledStates, StatesInV};
 use crate::{ControlError, Memory, Plant, SampledHistory, SampledTransferFunction};
+use core::f64::consts::PI;
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
 use std::collections::VecDeque;
 use std::vec;
+use std::vec::Vec;
 
 /// Above over below of it on the circle.
 const PLANT: &str = "gain of the plant over a sample";
@@ -53,6 +55,8 @@ pub struct SampledPlant {
     memory_s: Option<f64>,
     /// What it would be without the rule.
     held: Option<HeldResponse>,
+    /// Angles at which it may have a narrow peak.
+    peaks: Vec<f64>,
     sample_time: Seconds,
 }
 
@@ -83,6 +87,13 @@ impl SampledPlant {
     /// A measured response, which does not run; a dead time of more than 10 000 samples; as
     /// [`SampledTransferFunction::new`].
     pub fn new(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
+        Ok(Self {
+            peaks: peaks(plant, sample_time.0),
+            ..Self::sampled(plant, memory, sample_time)?
+        })
+    }
+
+    fn sampled(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
         sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
         let samples = plant.delay_s / sample_time.0;
         let inside = samples <= DELAY_MAX;
@@ -121,6 +132,7 @@ impl SampledPlant {
             direct: (0.0, 1),
             memory_s: curve.remembers().then_some(memory.horizon_s()),
             held: HeldResponse::new(plant, sample_time.0),
+            peaks: Vec::new(),
             curve,
             sample_time,
         })
@@ -147,6 +159,7 @@ impl SampledPlant {
             },
             memory_s: None,
             held: None,
+            peaks: Vec::new(),
             sample_time,
         })
     }
@@ -177,6 +190,11 @@ impl SampledPlant {
     /// The plant without a rule; `None` of one that follows none.
     pub(crate) fn held_response(&self) -> Option<&HeldResponse> {
         self.held.as_ref()
+    }
+
+    /// Angles at which it may have a narrow peak.
+    pub(crate) fn peaks(&self) -> &[f64] {
+        &self.peaks
     }
 
     /// Numerator and denominator on the circle.
@@ -287,4 +305,18 @@ fn states_fraction(in_v: StatesInV, integrators: f64, (direct, later): (f64, usi
         above: Sum(above),
         below,
     }
+}
+
+/// A pole that decays by less than this share of its turn has a peak that a grid may miss, where a zero is next to it.
+const SHARP: f64 = 0.05;
+
+/// The angles, folded into (0, π), by which poles of a plant turn in a sample that hardly decay or grow.
+fn peaks(plant: &Plant, sample_time: f64) -> Vec<f64> {
+    let poles = plant.poles().unwrap_or_default().into_iter();
+    let sharp = poles.filter(|pole| pole.im > 0.0 && pole.re.abs() < SHARP * pole.im);
+    let angles = sharp.map(|pole| {
+        let turn = libm::fmod(pole.im * sample_time, 2.0 * PI);
+        turn.min(2.0 * PI - turn)
+    });
+    angles.filter(|angle| *angle > 0.0).collect()
 }

@@ -196,6 +196,13 @@ impl StateSpace {
         self.poles().iter().filter(|pole| pole.re > 0.0).count()
     }
 
+    /// Number of eigenvalues that do not decay, as far as rounding lets it be told.
+    pub(crate) fn undamped_poles(&self) -> usize {
+        let rounding = 1e-12 * self.a.norm();
+        let poles = self.poles();
+        poles.iter().filter(|pole| pole.re >= -rounding).count()
+    }
+
     /// Its eigenvalues.
     pub(crate) fn poles(&self) -> Vec<Complex<f64>> {
         self.a.complex_eigenvalues().iter().copied().collect()

@@ -5,6 +5,7 @@ use crate::held_response::HeldResponse;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
 use fracdiff::Seconds;
 use num_complex::Complex;
+use std::vec::Vec;
 
 /// The loop that is really run: the weights of the controller, the hold, the dead time, the sampled plant.
 ///
@@ -42,6 +43,8 @@ pub struct SampledLoop {
     memory_s: Option<f64>,
     /// The plant behind its hold, of one that follows a rule.
     held: Option<HeldResponse>,
+    /// Angles at which the plant may have a narrow peak.
+    peaks: Vec<f64>,
     /// True if that is its open loop, in place of the rule.
     is_held: bool,
     sample_time: Seconds,
@@ -76,6 +79,7 @@ impl SampledLoop {
         Ok(Self {
             held: plant.held_response().cloned(),
             part: plant.part(),
+            peaks: plant.peaks().to_vec(),
             ..rule.within(remembered)
         })
     }
@@ -106,6 +110,7 @@ impl SampledLoop {
             gain: 1.0,
             part: 0.0,
             held: None,
+            peaks: Vec::new(),
             is_held: false,
             sample_time,
         })
@@ -125,6 +130,11 @@ impl SampledLoop {
     #[must_use]
     pub fn memory_s(&self) -> Option<f64> {
         self.memory_s
+    }
+
+    /// Angles at which the plant may have a narrow peak.
+    pub(crate) fn peaks(&self) -> &[f64] {
+        &self.peaks
     }
 
     /// The same with the gain of the plant times this.

@@ -57,6 +57,33 @@ fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
     }
 }
 
+/// (s² + 1)/((s² + r)(s + 2)): L is next to 1/(s + 2) but for a peak as narrow as the gap between zero and pole, through which L turns once round.
+/// Its edge is where the verdict changes, not where a grid looks.
+#[test]
+fn a_narrow_peak_beside_a_zero_has_its_margins() {
+    for gap in [1e-3, 1e-5, 1e-8] {
+        let later = |delay: f64| {
+            let plant = format!("exp(-{delay}s)*(s^2+1)/((s^2+{})*(s+2))", 1.0 + gap);
+            Ok::<_, ()>(closed(&plant, "1"))
+        };
+        let prompt = later(0.0).expect("runs");
+        let margins = prompt.margins();
+        // There L is every real number times 1/(2 + j) behind the hold, whose line passes −1 at the sine of its angle.
+        let angle = 0.5_f64.atan() + 0.5 * T.0;
+        let peak = margins.sensitivity.value;
+        assert!((peak * angle.sin() - 1.0).abs() < 1e-3, "{gap}: {peak}");
+        let phase = margins.phase.expect("a crossover").value;
+        assert!((phase + angle).abs() < 1e-3, "{gap}: {phase}");
+        assert_eq!((margins.crossovers, margins.gain_down), (2, None), "{gap}");
+        let delay = SampledLoop::delay_margin(margins.delay_s, later).expect("runs");
+        let delay = delay.expect("a crossover").value;
+        let stable = |share: f64| later(share * delay).expect("runs").verdict().stable;
+        // Of a pole this near to the circle no verdict tells on which side it is.
+        let told = gap > 1e-7;
+        assert!(!told || stable(0.999) && !stable(1.001), "{gap}: {delay}");
+    }
+}
+
 /// A swing that is fast for its samples is lost for some parts of a sample and back with a whole one: the margin is the first loss.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]

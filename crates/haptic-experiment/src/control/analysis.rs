@@ -65,8 +65,8 @@ pub enum Cause {
     GainTooLow(OtherGain),
     /// Stable without the dead time; with it, L meets −1 from this one on, s.
     DeadTime(Crossing),
-    /// Stable with the opposite sign of the gain.
-    WrongSign,
+    /// Stable with the opposite sign of the gain, and so many times as large.
+    WrongSign(f64),
     /// Neither another gain, within a hundred times, nor less dead time makes it stable.
     Shape,
 }
@@ -114,10 +114,15 @@ impl LoopPoint {
 pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
     let sampled = sampled_for(file, plant)?;
     let closed = file.closed_with(&sampled)?;
-    let (verdict, margins) = (
+    let (mut verdict, margins) = (
         closed.verdict(),
         margins(file, plant, &closed, closed.margins()),
     );
+    let drifts = plant.order_at_rest() > 0.0 && adds_up(&file.law);
+    if drifts && verdict.stable {
+        // The product hides it: the command grows for ever, though no output does.
+        (verdict.stable, verdict.unstable_poles, verdict.omega_rad_s) = (false, None, 0.0);
+    }
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
@@ -196,6 +201,18 @@ pub fn curve(
     points
 }
 
+/// True if a controller has an integral.
+pub(super) fn adds_up(law: &ControllerParameters) -> bool {
+    match law {
+        ControllerParameters::Pid(own) => own.integral != 0.0,
+        ControllerParameters::Tid(own) => own.integral != 0.0,
+        ControllerParameters::Function(own) => {
+            own.denominator().lowest() > own.numerator().lowest()
+        }
+        _ => false,
+    }
+}
+
 /// An order next to a whole one, but not it, in plant or controller.
 fn near_whole(file: &ControllerFile, plant: &Plant) -> Option<f64> {
     let of = |function: &FractionalTransferFunction| -> Vec<f64> {
@@ -219,10 +236,10 @@ fn near_whole(file: &ControllerFile, plant: &Plant) -> Option<f64> {
 
 /// The first of these gains, at which L meets −1, beyond which the loop is stable, and how many lie before it; they go away from 1.
 ///
-/// Of the loop as it is `poles` grow. At each gain no more than two come inside, so of n that grow the loop is not stable before n/2 gains are
+/// Of the loop as it is, or with the other `sign` of its gain, `poles` grow. At each gain no more than two come inside, so of n that grow the loop is not stable before n/2 gains are
 /// passed. No verdict is asked for in the first half of these, as a long dead time has thousands of them (half: two near each other may be told as one).
 fn other_gain<'a>(
-    closed: &SampledLoop,
+    (closed, sign): (&SampledLoop, f64),
     poles: usize,
     gains: impl Iterator<Item = &'a Crossing>,
 ) -> Option<(usize, OtherGain)> {
@@ -249,13 +266,34 @@ fn other_gain<'a>(
         } else {
             beside.min(middle)
         };
-        let verdict = closed.with_gain(tried).verdict();
+        let verdict = closed.with_gain(sign * tried).verdict();
         if verdict.stable {
             return Some((passed - 1, OtherGain { edge: *edge, end }));
         }
         sooner = verdict.unstable_poles.unwrap_or(1).div_ceil(4);
     }
     None
+}
+
+/// How many times as large the gain is with which the loop is stable, its sign turned round; the nearest to 1 of those found.
+fn with_the_other_sign(closed: &SampledLoop) -> Option<f64> {
+    let turned = closed.with_gain(-1.0);
+    let verdict = turned.verdict();
+    if verdict.stable {
+        return Some(1.0);
+    }
+    let (poles, gains) = (verdict.unstable_poles?, turned.gain_crossings());
+    let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
+    let above = gains.iter().filter(|gain| gain.value > 1.0);
+    let turned = (closed, -1.0);
+    let found = other_gain(turned, poles, below).or_else(|| other_gain(turned, poles, above));
+    let (_, OtherGain { edge, end }) = found?;
+    // Between both ends, or twice as far.
+    Some(match end {
+        Some(end) => (edge.value * end).sqrt(),
+        None if edge.value < 1.0 => 0.5 * edge.value,
+        None => 2.0 * edge.value,
+    })
 }
 
 /// The reason of a pole on the unit circle.
@@ -281,9 +319,9 @@ fn cause(
     };
     let gains = closed.gain_crossings();
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
-    let lower = other_gain(closed, poles, below);
+    let lower = other_gain((closed, 1.0), poles, below);
     let above = gains.iter().filter(|gain| gain.value > 1.0);
-    let higher = other_gain(closed, poles, above);
+    let higher = other_gain((closed, 1.0), poles, above);
     let ways = [
         lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
         higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),
@@ -291,14 +329,13 @@ fn cause(
     // What the next gain cures comes before the dead time, what one further away does after it.
     let mut ways = ways.into_iter().flatten();
     let next = ways.clone().find(|(passed, _)| *passed == 0);
-    let next = next.map(|(_, cause)| cause);
-    let wrong_sign = || closed.with_gain(-1.0).verdict().stable;
-    match next {
+    match next.map(|(_, cause)| cause) {
         // At rest it feeds errors back upon themselves.
         Some(Cause::GainTooHigh(OtherGain { edge, .. }))
-            if edge.omega_rad_s * file.sample_time_s < 2.0 * AT_REST && wrong_sign() =>
+            if edge.omega_rad_s * file.sample_time_s < 2.0 * AT_REST
+                && closed.with_gain(-1.0).verdict().stable =>
         {
-            return Ok(Cause::WrongSign);
+            return Ok(Cause::WrongSign(1.0));
         }
         Some(next) => return Ok(next),
         None => {}
@@ -317,8 +354,7 @@ fn cause(
     }
     Ok(match ways.next() {
         Some((_, further)) => further,
-        None if wrong_sign() => Cause::WrongSign,
-        None => Cause::Shape,
+        None => with_the_other_sign(closed).map_or(Cause::Shape, Cause::WrongSign),
     })
 }
 
@@ -334,13 +370,23 @@ pub struct PoleAnalysis {
     pub unstable_poles: Option<usize>,
 }
 
-/// Poles of a function, and how many of them do not decay.
+/// Poles of a function or of matrices, and how many of them do not decay; `None` of a measured response.
 #[must_use]
-pub fn poles(function: &FractionalTransferFunction) -> PoleAnalysis {
-    let commensurate = function.commensurate().ok();
-    PoleAnalysis {
-        commensurate_order: commensurate.as_ref().map(|own| own.order()),
-        poles: commensurate.map(|own| own.poles()).unwrap_or_default(),
-        unstable_poles: function.unstable_poles(),
+pub fn poles(plant: &Plant) -> Option<PoleAnalysis> {
+    if let Some(function) = plant.function() {
+        let commensurate = function.commensurate().ok();
+        return Some(PoleAnalysis {
+            commensurate_order: commensurate.as_ref().map(|own| own.order()),
+            poles: commensurate.map(|own| own.poles()).unwrap_or_default(),
+            unstable_poles: function.unstable_poles(),
+        });
     }
+    let poles = plant.poles()?;
+    let growing = plant.unstable_poles();
+    let decays = plant.stable_by_itself().is_ok();
+    Some(PoleAnalysis {
+        commensurate_order: Some(1.0),
+        poles,
+        unstable_poles: (growing > 0 || decays).then_some(growing),
+    })
 }

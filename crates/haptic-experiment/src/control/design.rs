@@ -182,6 +182,13 @@ impl ControlDesign {
         });
         let fractional = tune(&self.plant, sampling, &self.wishes)?;
         let integer = tune_integer(&self.plant, sampling, &self.wishes);
+        if self.plant.order_at_rest() > 0.0 && fractional.parameters.integral != 0.0 {
+            return Err(ControlError::NotFound {
+                what: "a controller without an integral",
+                why: "the plant has a factor s, at which an integral drives the command up for ever; choose a controller of another kind yourself, \
+                      and judge its loop",
+            });
+        }
         Ok(ControlAnswer {
             fractional: self.candidate(fractional)?,
             integer: integer.and_then(|tuned| self.candidate(tuned)),

@@ -48,8 +48,13 @@ fn the_reason_of_a_verdict_is_the_boundary_by_hand() {
     assert_eq!(cause(2.0, "1/s^2"), Cause::Shape);
     // -K/(s + 1): below K = 1 stable either way.
     for wrong in ["-1/(s+1)", "-1/s", "-2*exp(-0.1s)/(s+1)^2"] {
-        assert_eq!(cause(2.0, wrong), Cause::WrongSign, "{wrong}");
+        assert_eq!(cause(2.0, wrong), Cause::WrongSign(1.0), "{wrong}");
     }
+    // -K/(s - 1) takes the other sign, and K above 1.
+    let Cause::WrongSign(gain) = cause(0.5, "-1/(s-1)") else {
+        panic!("{:?}", cause(0.5, "-1/(s-1)"));
+    };
+    assert!(gain > 2.0, "{gain}");
     assert_eq!(cause(2.0, "(s^2+4)/((s^2+4)*(s+1))"), Cause::Cancelled);
     assert_eq!(cause(1.0, "-1/(s+1)"), Cause::Boundary);
 }

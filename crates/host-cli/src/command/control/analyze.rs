@@ -183,11 +183,8 @@ impl Arguments {
             ));
         }
         let mut place = self.files.look("plant")?;
-        let found = plant.plant.function().map(poles);
-        let unstable = match &found {
-            Some(found) => found.unstable_poles,
-            None => Some(plant.plant.unstable_poles()),
-        };
+        let found = poles(&plant.plant);
+        let unstable = found.as_ref().and_then(|found| found.unstable_poles);
         let stable = plant.plant.stable_by_itself().is_ok();
         let all = found.as_ref().map(|found| &found.poles[..]);
         let middle = corner(all.unwrap_or_default());
@@ -265,12 +262,12 @@ impl PlantReport {
                     write!(
                         out,
                         "  s = {:>12} {} {}j",
-                        digits(pole.re),
+                        digits(pole.re + 0.0),
                         if pole.im < 0.0 { "-" } else { "+" },
                         digits(pole.im.abs()),
                     )?;
                     if size > 0.0 {
-                        let damping = digits(-pole.re / size);
+                        let damping = digits(0.0 - pole.re / size);
                         writeln!(out, "   {} rad/s, damping {damping}", digits(size))?;
                     } else {
                         writeln!(out, "   at rest: it adds up")?;
@@ -279,7 +276,7 @@ impl PlantReport {
             }
             None => writeln!(
                 out,
-                "Its poles are not listed: the orders are multiples of no common order that is large enough, or it is no function."
+                "Its poles are not listed: the orders are multiples of no common order that is large enough."
             )?,
         }
         written(out, &self.files)

@@ -174,8 +174,8 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
         Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
-            "On the boundary: as far as can be told, a pole neither decays nor grows within 1e8 samples. Where an integral of the controller meets \
-             a factor s of the plant, leave one of both out; else take more gain, or a longer sample time."
+            "On the boundary: as far as can be told, a pole neither decays nor grows within 1e8 samples. Where an integral meets a factor s, one in \
+             the controller and one in the plant, leave one of both out, or add a proportional part; else take more gain, or a longer sample time."
                 .to_owned()
         }
         Cause::Boundary => format!(
@@ -213,8 +213,13 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
                 |end| format!("Between {} and {}", digits(edge.value), digits(end))
             )
         ),
-        Cause::WrongSign => format!(
-            "Unstable, and proved: {poles}, because the sign is wrong: with the opposite sign of the controller's gains, or of the plant's, it is stable."
+        Cause::WrongSign(gain) => format!(
+            "Unstable, and proved: {poles}, because the sign is wrong: with the opposite sign of the controller's gains, or of the plant's, {}it is \
+             stable.",
+            match gain {
+                1.0 => String::new(),
+                gain => format!("and {} times as much gain, ", digits(gain)),
+            }
         ),
         Cause::DeadTime(delay) => format!(
             "Unstable, and proved: {poles}, because of the dead time. Without it the loop is stable, and up to {} s of it (at {} rad/s).",

@@ -191,3 +191,51 @@ fn very_large_and_very_small_numbers_are_judged_right() {
         "{shown}"
     );
 }
+
+/// A mass drifts, a mass on a spring swings for ever, a damper on both ends it.
+#[test]
+fn a_device_alone_decays_only_where_something_holds_and_damps_it() {
+    let place = Place::new();
+    for (device, words) in [
+        ("", "On the boundary"),
+        ("--damping 3.5", "On the boundary"),
+        ("--hand-stiffness 100", "On the boundary"),
+        (
+            "--damping 3.5 --hand-stiffness 100",
+            "Stable: all that is in it decays.",
+        ),
+    ] {
+        let shown = place
+            .run(&format!("control analyze --mass 65g {device}"))
+            .succeeded()
+            .stdout;
+        assert!(
+            shown.contains(words) && shown.contains("poles (orders are multiples of 1)"),
+            "{device}: {shown}"
+        );
+    }
+    place
+        .run("control simulate --mass 65g --duration 1s")
+        .refused(2, &["do not decay", "close the loop"]);
+}
+
+/// C/(1 + L) of s/(s + 1)² and 1 + 1/s^0.5 is s^−0.5 at rest: the command grows as √t.
+#[test]
+fn an_integral_that_meets_a_factor_s_is_not_proved() {
+    let place = Place::new();
+    for controller in ["1+1/s^0.5", "1+1/s", "1+1/s^1.5"] {
+        let line = format!(
+            "control analyze --plant s/(s+1)^2 --controller {controller} --sample-time 10ms"
+        );
+        let shown = place.run(&line).succeeded().stdout;
+        assert!(
+            shown.contains("On the boundary") && shown.contains("leave one of both out"),
+            "{shown}"
+        );
+    }
+    let design = "control design --plant s/(s+1)^2 --crossover 3rad/s --phase-margin 60deg";
+    place.run(design).refused(
+        1,
+        &["a controller without an integral was not found", "factor s"],
+    );
+}

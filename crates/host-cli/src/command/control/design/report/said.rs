@@ -57,7 +57,7 @@ impl Report {
     pub(super) fn sentences(&self) -> Vec<String> {
         let Some(own) = &self.trial else {
             return vec![
-                "Tuned to a measured response, which does not run: stable by Nyquist's count at the frequencies that were measured, not proved. \
+                "Tuned to a measured response, which does not run: stable by Nyquist's count at the frequencies that were measured, if the plant decays by itself; not proved. \
                  Identify a transfer function (host-cli control identify) for a proof and steps."
                     .to_owned(),
             ];
