@@ -27,7 +27,10 @@ pub enum Ended {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LetGo {
     /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
-    Ramped,
+    Ramped {
+        /// Time of the last sample with a force, s.
+        until_s: f64,
+    },
     /// It was zero in the next sample.
     InOneSample,
     /// It was zero in the next sample that there is, after others that are missing.
@@ -117,7 +120,9 @@ impl LetGo {
             _ if !fall.has_fallen() => Self::Unseen,
             (Ended::DeviceFault(_), _) if !fall.seen => Self::Unseen,
             (_, Some(zero_s)) => Self::AfterGap { zero_s, served },
-            _ if fall.acting > 0 => Self::Ramped,
+            _ if fall.acting > 0 => Self::Ramped {
+                until_s: fall.acting_until_s,
+            },
             _ => Self::InOneSample,
         }
     }
@@ -149,6 +154,9 @@ impl LetGo {
                     Shown(zero_s)
                 );
             }
+            Self::Ramped { until_s } => {
+                return format!("the force ramped to zero until {} s", Shown(until_s));
+            }
             Self::PushedOn { until_s, fallen } => {
                 let until_s = Shown(until_s);
                 return match fallen {
@@ -158,7 +166,6 @@ impl LetGo {
                     ),
                 };
             }
-            Self::Ramped => "the force ramped to zero",
             Self::InOneSample => "the force was zero one sample later",
             Self::Unseen => {
                 "no sample tells how the force fell: the device lets it fall by itself, within its stop time"
@@ -234,9 +241,11 @@ mod tests {
         let none = Fall::default();
         let ramp = Fall {
             acting: 10,
+            acting_until_s: 0.5,
             seen: true,
             ..none
         };
+        let ramped = LetGo::Ramped { until_s: 0.5 };
         let gap = Fall {
             seen: true,
             zero_after_gap_s: Some(4.735),
@@ -247,10 +256,10 @@ mod tests {
             ..ramp
         };
         for (ended, fall, let_go) in [
-            (Ended::Interrupted, ramp, LetGo::Ramped),
+            (Ended::Interrupted, ramp, ramped),
             (Ended::Interrupted, none, LetGo::InOneSample),
             (Ended::Fault(Fault::Workspace), none, LetGo::InOneSample),
-            (fault(Fault::HostSilent), ramp, LetGo::Ramped),
+            (fault(Fault::HostSilent), ramp, ramped),
             (fault(Fault::HostSilent), still, LetGo::Unseen),
             (fault(Fault::HostSilent), none, LetGo::Unseen),
             (Ended::Interrupted, still, LetGo::Unseen),

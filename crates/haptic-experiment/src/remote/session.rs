@@ -118,7 +118,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         self.start(u32::try_from(self.schedule.samples).unwrap_or(0))?;
         let mut patience = SILENCE;
         loop {
-            match self.link.hear(patience) {
+            match self.hear_or_stop(patience, supervisor)? {
                 Some(Heard::Sample(sample)) => {
                     if !self.take_sample(&sample.into()) {
                         break;
@@ -151,11 +151,6 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             if self.is_all_told() {
                 break;
             }
-            let asked = supervisor.stop.load(Ordering::Relaxed);
-            if self.record.ended.is_none() && asked {
-                self.ends(Ended::Interrupted, "interrupted");
-                self.link.ask(Request::Stop)?;
-            }
             if self.record.ended == Some(Ended::LogStopped) {
                 self.link.ask(Request::Stop)?;
                 break;
@@ -163,6 +158,31 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         }
         self.count_missing_end();
         self.link.disarm()
+    }
+
+    /// What the device says next; `None` after so long a silence. Somebody who stops the run is heard at once, whatever comes.
+    fn hear_or_stop(
+        &mut self,
+        patience: Duration,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Option<Heard>, SerialError> {
+        /// A pause in which a stop is looked for.
+        const PAUSE: Duration = Duration::from_millis(20);
+        let mut left = patience;
+        loop {
+            if self.record.ended.is_none() && supervisor.stop.load(Ordering::Relaxed) {
+                self.ends(Ended::Interrupted, "interrupted");
+                self.link.ask(Request::Stop)?;
+            }
+            let pause = left.min(PAUSE);
+            if let Some(heard) = self.link.hear(pause) {
+                return Ok(Some(heard));
+            }
+            left -= pause;
+            if left.is_zero() {
+                return Ok(None);
+            }
+        }
     }
 
     /// A run with the loop closed here, until the samples are done and the force is zero.

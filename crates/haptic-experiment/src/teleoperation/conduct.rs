@@ -254,7 +254,7 @@ impl TeleoperationExperiment {
         let [hand_m, master_m, slave_m, master_n, slave_n, taken_j] = curves.curves;
         TeleoperationCurves {
             subtitle: format!(
-                "{} · delay {} ms, jitter {} %, loss {} % · {} · {}",
+                "{} · delay {} ms, jitter {} %, loss {} % · {}\n{}",
                 report.architecture,
                 crate::outcome::percent(10.0 * self.channel.delay.0),
                 crate::outcome::percent(self.channel.jitter),

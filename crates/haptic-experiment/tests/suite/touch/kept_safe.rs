@@ -96,13 +96,19 @@ fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
              way_points = [[0, -0.005, 0], [0.5, 0.06, 0]]\nbox_low_m = [-0.1, -0.1]\nbox_high_m = [0.02, 0.1]\n{safety}"
         ))
     };
-    for (safety, let_go) in [
-        ("", LetGo::InOneSample),
-        ("force_rate_limit_n_per_s = 200", LetGo::Ramped),
-        ("braking_n_s_per_m = 8\nbrake_force_n = 8", LetGo::Ramped),
+    for (safety, ramps) in [
+        ("", false),
+        ("force_rate_limit_n_per_s = 200", true),
+        ("braking_n_s_per_m = 8\nbrake_force_n = 8", true),
     ] {
         let (report, ticks) = run(&pressed(safety));
         let run = &report.run;
+        let acting = ticks.iter().rfind(|tick| tick.force_n.norm() > 0.0);
+        let until_s = acting.expect("a force").time_s;
+        let let_go = match ramps {
+            true => LetGo::Ramped { until_s },
+            false => LetGo::InOneSample,
+        };
         assert_eq!(run.let_go, Some(let_go), "{safety}: {run:?}");
         let norms: Vec<f64> = ticks.iter().map(|tick| tick.force_n.norm()).collect();
         let most = norms.iter().copied().fold(0.0, f64::max);
