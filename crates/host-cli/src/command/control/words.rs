@@ -165,7 +165,6 @@ fn at_rest(analysis: &LoopAnalysis) -> bool {
 }
 
 fn of_the_loop(analysis: &LoopAnalysis) -> String {
-    let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
     let poles = match analysis.verdict.unstable_poles {
         Some(1) => "one pole grows".to_owned(),
         Some(poles) => format!("{poles} poles grow"),
@@ -195,8 +194,16 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             "Not decided: the order {order} is next to {}, and a memory of samples cannot tell the two apart. Write the whole order.",
             order.round()
         ),
+        cause => format!("Unstable, and proved: {poles}{}", why_unstable(analysis, cause)),
+    }
+}
+
+/// The reason of an unstable loop, behind its poles, and the remedy.
+fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
+    match cause {
         Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
-            "Unstable, and proved: {poles}, because the gain is too high. At {} rad/s the loop turns errors over and makes them {} times as large; \
+            ", because the gain is too high. At {} rad/s the loop turns errors over and makes them {} times as large; \
              {} of the gain it is stable.",
             at(&edge),
             digits(1.0 / edge.value),
@@ -206,7 +213,7 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             )
         ),
         Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
-            "Unstable, and proved: {poles}, because the gain is too low to hold the plant (at {} rad/s). {} times the gain it is stable.",
+            ", because the gain is too low to hold the plant (at {} rad/s). {} times the gain it is stable.",
             at(&edge),
             end.map_or_else(
                 || format!("Above {}", digits(edge.value)),
@@ -214,7 +221,7 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             )
         ),
         Cause::WrongSign(gain) => format!(
-            "Unstable, and proved: {poles}, because the sign is wrong: with the opposite sign of the controller's gains, or of the plant's, {}it is \
+            ", because the sign is wrong: with the opposite sign of the controller's gains, or of the plant's, {}it is \
              stable.",
             match gain {
                 1.0 => String::new(),
@@ -222,12 +229,12 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             }
         ),
         Cause::DeadTime(delay) => format!(
-            "Unstable, and proved: {poles}, because of the dead time. Without it the loop is stable, and up to {} s of it (at {} rad/s).",
+            ", because of the dead time. Without it the loop is stable, and up to {} s of it (at {} rad/s).",
             digits(delay.value),
             at(&delay)
         ),
         _ => format!(
-            "Unstable, and proved: {poles}. Neither a hundred times more or less gain nor less dead time makes it stable: it takes another \
+            ". Neither a hundred times more or less gain nor less dead time makes it stable: it takes another \
              controller (more phase near {} rad/s) or faster samples.",
             at(&analysis.margins.sensitivity)
         ),

@@ -181,16 +181,7 @@ impl Arguments {
                 }
             }
             watch.watched.reconnected += 1;
-            note(
-                "link",
-                match zeroed {
-                    false => "the device is there again",
-                    // A device of another maker finds its zero when it is opened.
-                    true => {
-                        "the device is there again, opened anew: where it stands now counts as its start"
-                    }
-                },
-            );
+            note("link", there_again(zeroed));
         }
         watch.bar.finish_and_clear();
         watch.watched.report(output)
@@ -207,6 +198,15 @@ impl Arguments {
             pause = (2 * pause).min(Duration::from_secs(1));
         }
         None
+    }
+}
+
+/// Says that a device is there again.
+fn there_again(zeroed: bool) -> &'static str {
+    match zeroed {
+        false => "the device is there again",
+        // A device of another maker finds its zero when it is opened.
+        true => "the device is there again, opened anew: where it stands now counts as its start",
     }
 }
 
