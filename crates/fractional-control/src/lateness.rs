@@ -128,8 +128,10 @@ impl SampledLoop {
     /// ```text
     /// each part h of a sample:  L(h) is lost with no fewer than (π + arg L(h))/θ whole samples more, θ its crossovers
     /// ```
-    /// Sixteen parts are looked at (four of a very long dead time), and the one that makes the dead time whole, where L changes most; and the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a
-    /// sixteenth of a sample may be missed. `first` itself of a loop that is not stable. Of a plant that follows a rule it is the margin of the plant behind its hold.
+    /// Sixteen parts are looked at (four of a very long dead time), and the one that makes the dead time whole, where L changes most; and
+    /// the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a sixteenth of a sample may
+    /// be missed. `first` itself of a loop that is not stable. Of a plant that follows a rule it is the margin of the plant behind its
+    /// hold.
     ///
     /// # Errors
     /// Those of `later`.
@@ -147,7 +149,7 @@ impl SampledLoop {
         let judge = Judge::new(&prompt, &grid);
         let at = |samples: f64| {
             let late = later(samples / rate)?;
-            Ok(late.of_plant().unwrap_or(late))
+            Ok(late.of_plant().unwrap_or(late).with_peaks_of(&prompt))
         };
         let count = if grid.len() > LONG { FEW_PARTS } else { PARTS };
         let equal = (0..count).map(|part| f64::from(part) / f64::from(count));

@@ -33,6 +33,8 @@ mod margins;
 mod memory;
 mod notation;
 mod parallel;
+#[cfg(feature = "std")]
+mod peaks;
 mod pid;
 mod pid_notation;
 #[cfg(feature = "std")]

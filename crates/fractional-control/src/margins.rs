@@ -197,7 +197,7 @@ impl SampledLoop {
             let share = k as f64 / count as f64;
             (lowest * libm::pow(10.0, decades * share)).min(PI)
         });
-        let near = self.peaks().iter().flat_map(|peak| beside(*peak));
+        let near = self.peaks().angles().iter().flat_map(|peak| beside(*peak));
         let near = near.filter(|theta| *theta > lowest && *theta < PI);
         let mut thetas: Vec<f64> = even.chain(near).collect();
         thetas.sort_by(f64::total_cmp);

@@ -4,17 +4,16 @@ use crate::StateSpace;
 use crate::curves::transfer_fraction;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
 use crate::held_response::HeldResponse;
+use crate::peaks::Peaks;
 use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::{SampledStates, StatesInV};
 use crate::{ControlError, Memory, Plant, SampledHistory, SampledTransferFunction};
-use core::f64::consts::PI;
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
 use std::collections::VecDeque;
 use std::vec;
-use std::vec::Vec;
 
 /// Above over below of it on the circle.
 const PLANT: &str = "gain of the plant over a sample";
@@ -55,8 +54,7 @@ pub struct SampledPlant {
     memory_s: Option<f64>,
     /// What it would be without the rule.
     held: Option<HeldResponse>,
-    /// Angles at which it may have a narrow peak.
-    peaks: Vec<f64>,
+    peaks: Peaks,
     sample_time: Seconds,
 }
 
@@ -88,7 +86,7 @@ impl SampledPlant {
     /// [`SampledTransferFunction::new`].
     pub fn new(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
         Ok(Self {
-            peaks: peaks(plant, sample_time.0),
+            peaks: Peaks::new(plant, sample_time.0),
             ..Self::sampled(plant, memory, sample_time)?
         })
     }
@@ -132,7 +130,7 @@ impl SampledPlant {
             direct: (0.0, 1),
             memory_s: curve.remembers().then_some(memory.horizon_s()),
             held: HeldResponse::new(plant, sample_time.0),
-            peaks: Vec::new(),
+            peaks: Peaks::default(),
             curve,
             sample_time,
         })
@@ -159,7 +157,7 @@ impl SampledPlant {
             },
             memory_s: None,
             held: None,
-            peaks: Vec::new(),
+            peaks: Peaks::default(),
             sample_time,
         })
     }
@@ -192,8 +190,8 @@ impl SampledPlant {
         self.held.as_ref()
     }
 
-    /// Angles at which it may have a narrow peak.
-    pub(crate) fn peaks(&self) -> &[f64] {
+    /// Where it may have narrow peaks.
+    pub(crate) fn peaks(&self) -> &Peaks {
         &self.peaks
     }
 
@@ -216,8 +214,8 @@ impl SampledPlant {
         }
     }
 
-    /// The share of the command of now in the output of now: above 0 only for a transfer function that is sampled by a rule, without a whole sample of dead
-    /// time.
+    /// The share of the command of now in the output of now: above 0 only for a transfer function that is sampled by a rule, without a
+    /// whole sample of dead time.
     #[must_use]
     pub fn direct_gain(&self) -> f64 {
         match (&self.kind, self.delay) {
@@ -305,18 +303,4 @@ fn states_fraction(in_v: StatesInV, integrators: f64, (direct, later): (f64, usi
         above: Sum(above),
         below,
     }
-}
-
-/// A pole that decays by less than this share of its turn has a peak that a grid may miss, where a zero is next to it.
-const SHARP: f64 = 0.05;
-
-/// The angles, folded into (0, π), by which poles of a plant turn in a sample that hardly decay or grow.
-fn peaks(plant: &Plant, sample_time: f64) -> Vec<f64> {
-    let poles = plant.poles().unwrap_or_default().into_iter();
-    let sharp = poles.filter(|pole| pole.im > 0.0 && pole.re.abs() < SHARP * pole.im);
-    let angles = sharp.map(|pole| {
-        let turn = libm::fmod(pole.im * sample_time, 2.0 * PI);
-        turn.min(2.0 * PI - turn)
-    });
-    angles.filter(|angle| *angle > 0.0).collect()
 }

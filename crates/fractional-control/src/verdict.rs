@@ -2,10 +2,10 @@
 
 use crate::enclosure::{Arc, Count, Enclosed, Fraction, count};
 use crate::held_response::HeldResponse;
+use crate::peaks::Peaks;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
 use fracdiff::Seconds;
 use num_complex::Complex;
-use std::vec::Vec;
 
 /// The loop that is really run: the weights of the controller, the hold, the dead time, the sampled plant.
 ///
@@ -43,8 +43,7 @@ pub struct SampledLoop {
     memory_s: Option<f64>,
     /// The plant behind its hold, of one that follows a rule.
     held: Option<HeldResponse>,
-    /// Angles at which the plant may have a narrow peak.
-    peaks: Vec<f64>,
+    peaks: Peaks,
     /// True if that is its open loop, in place of the rule.
     is_held: bool,
     sample_time: Seconds,
@@ -79,7 +78,7 @@ impl SampledLoop {
         Ok(Self {
             held: plant.held_response().cloned(),
             part: plant.part(),
-            peaks: plant.peaks().to_vec(),
+            peaks: plant.peaks().clone(),
             ..rule.within(remembered)
         })
     }
@@ -110,7 +109,7 @@ impl SampledLoop {
             gain: 1.0,
             part: 0.0,
             held: None,
-            peaks: Vec::new(),
+            peaks: Peaks::default(),
             is_held: false,
             sample_time,
         })
@@ -132,9 +131,17 @@ impl SampledLoop {
         self.memory_s
     }
 
-    /// Angles at which the plant may have a narrow peak.
-    pub(crate) fn peaks(&self) -> &[f64] {
+    /// Where the plant may have narrow peaks.
+    pub(crate) fn peaks(&self) -> &Peaks {
         &self.peaks
+    }
+
+    /// The same with the peaks of another loop, whose plant differs by a dead time.
+    pub(crate) fn with_peaks_of(self, other: &Self) -> Self {
+        Self {
+            peaks: other.peaks.clone(),
+            ..self
+        }
     }
 
     /// The same with the gain of the plant times this.
