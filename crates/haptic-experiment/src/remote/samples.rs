@@ -37,10 +37,16 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 return false;
             }
         }
-        let counted = tick < self.schedule.samples && self.record.ended.is_none();
+        let counted = self.counts(tick);
         self.gap(tick);
         self.keep(message, counted);
         true
+    }
+
+    /// True if this tick, which was just heard, is part of the result: none from a fault of the device on, though nobody knows which yet.
+    pub(super) fn counts(&self, tick: u64) -> bool {
+        let faulted = self.link.fault_tick();
+        tick < self.schedule.samples && self.record.ended.is_none() && faulted.is_none()
     }
 
     /// The last tick after a fault of the device that the log needs: those before it are told unasked.
@@ -117,7 +123,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         let logged = self.recorder.tick(message.logged());
         if counted {
             self.record.push(&message);
-        } else if self.record.ended.is_some() {
+        } else if self.record.ended.is_some() || self.link.fault_tick().is_some() {
             self.record.push_after(&message);
         } else {
             self.record.falls(&message);

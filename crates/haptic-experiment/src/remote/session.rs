@@ -206,7 +206,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             let took = began.elapsed().as_nanos() as u64;
             self.record.tick_ns.saturating_record(took.max(1));
             let tick = reading.tick;
-            let counted = tick < self.schedule.samples && self.record.ended.is_none();
+            let counted = self.counts(tick);
             self.gap(tick);
             let made = Made {
                 tick,
@@ -242,10 +242,10 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     }
 
     /// The force of a tick, N: the one commanded in answer to it, within the device's limit. Where the device's own chain
-    /// limits, or the tick does not count any more, the one it really applied: nobody knows if what is sent at the end is heard.
-    /// A log of forces that no device made would be judged as if it had.
+    /// limits, where it did not have the answer to the tick before, or the tick does not count any more, the one it really applied: nobody
+    /// knows if what is sent then is heard. A log of forces that no device made would be judged as if it had.
     fn applied_n(&self, commanded_n: SVector<f64, D>, counted: bool) -> SVector<f64, D> {
-        if counted && self.link.newest_limiters() == 0 {
+        if counted && self.link.newest_limiters() == 0 && self.link.follows() {
             commanded_n.cap_magnitude(self.force_limit_n)
         } else {
             let newest = self.link.newest_force_n();

@@ -149,7 +149,10 @@ impl SerialLink {
             newest_tick: 0,
             newest_limiters: 0,
             newest_force_n: [0.0; AXES_MAX],
+            answered_n: None,
+            follows: true,
             heard_tick: 0,
+            fault_tick: None,
             forces_skipped: 0,
             served: None,
         };

@@ -71,8 +71,14 @@ pub struct SerialLink {
     pub(super) newest_tick: u32,
     pub(super) newest_limiters: u8,
     pub(super) newest_force_n: [f32; AXES_MAX],
+    /// The force that answers the newest tick of a host loop; `None` before the first.
+    pub(super) answered_n: Option<[f32; AXES_MAX]>,
+    /// The device had the answer to the tick before when it made the newest sample.
+    pub(super) follows: bool,
     /// Tick of the last sample heard.
     pub(super) heard_tick: u32,
+    /// Tick of the first sample of this run that a fault has shaped before its own frame was heard.
+    pub(super) fault_tick: Option<u32>,
     pub(super) forces_skipped: u64,
     /// The other end, if this process serves it. Last, so that it goes when nobody speaks to it any more.
     pub(super) served: Option<Served>,
@@ -157,6 +163,20 @@ impl SerialLink {
     #[must_use]
     pub const fn newest_force_n(&self) -> [f32; AXES_MAX] {
         self.newest_force_n
+    }
+
+    /// True if the device had the force that answers the tick before when it made the newest sample of a host loop, or none was to be had
+    /// yet. Where it is false that force came too late or was lost, and the device went on with an older one.
+    #[must_use]
+    pub const fn follows(&self) -> bool {
+        self.follows
+    }
+
+    /// Tick of the first sample of this run that a fault of the device has shaped whose own frame was lost: that comes before the sample.
+    /// `None` in any other run.
+    #[must_use]
+    pub const fn fault_tick(&self) -> Option<u32> {
+        self.fault_tick
     }
 
     /// The speed at which the device answered, bits per second.

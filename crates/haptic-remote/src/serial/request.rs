@@ -162,6 +162,7 @@ impl SerialLink {
     /// As [`ask`](Self::ask).
     pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
         self.forget_until_now();
+        (self.fault_tick, self.answered_n) = (None, None);
         let armed_after = self.shared.armed_after.load(Ordering::Relaxed);
         let was_armed = armed_after == u32::from(self.status().faults);
         let retries = || self.shared.conversation().counters().retries;

@@ -8,7 +8,7 @@ use fracdiff::Real;
 use haptic_link::{
     AXES_MAX, Event, EventKind, FaultReport, Forces, Refusal, Request, Sample, State, VectorSample,
 };
-use haptic_loop::{Device, Reading, SafeForce};
+use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, TryRecvError, TrySendError};
@@ -109,8 +109,12 @@ impl SerialLink {
     /// Follows the run; a status from before what was heard says nothing about its end.
     fn noted(&mut self, heard: Heard) -> Heard {
         let over = match &heard {
-            Heard::Sample(Sample { tick, .. }) | Heard::Vector(VectorSample { tick, .. }) => {
-                self.heard_tick = *tick;
+            Heard::Sample(Sample { tick, limiters, .. }) => {
+                self.sampled(*tick, *limiters);
+                false
+            }
+            Heard::Vector(VectorSample { tick, axes, .. }) => {
+                self.sampled(*tick, axes.first().map_or(0, |axis| axis.limiters));
                 false
             }
             Heard::Event(event) => matches!(
@@ -126,6 +130,14 @@ impl SerialLink {
         heard
     }
 
+    /// Follows the samples of a run.
+    fn sampled(&mut self, tick: u32, limiters: u8) {
+        self.heard_tick = tick;
+        if self.running.is_some() && limiters & Limiters::FAULT.bits() != 0 {
+            self.fault_tick.get_or_insert(tick);
+        }
+    }
+
     /// The end of a run whose frame was lost, from two answers to keep-alives since anything else was heard: the
     /// second was asked for after it.
     fn missed(&mut self) -> Option<Heard> {
@@ -137,13 +149,13 @@ impl SerialLink {
         if let Some(heard) = self.try_hear() {
             return Some(heard);
         }
-        let (status, tick) = (self.status(), self.heard_tick);
+        let (status, heard_tick) = (self.status(), self.heard_tick);
         let kind = match status.state {
             State::Fault => {
                 self.running = None;
                 return Some(Heard::Fault(FaultReport {
                     status,
-                    tick,
+                    tick: self.fault_tick.unwrap_or(heard_tick),
                     time_us: 0,
                 }));
             }
@@ -154,7 +166,7 @@ impl SerialLink {
         self.running = None;
         Some(Heard::Event(Event {
             kind,
-            tick,
+            tick: heard_tick,
             time_us: 0,
         }))
     }
@@ -191,12 +203,16 @@ impl SerialLink {
         }
         self.newest_tick = tick;
         self.newest_limiters = axes[0].limiters;
-        self.newest_force_n = [0.0; AXES_MAX];
-        for (newest, axis) in self.newest_force_n.iter_mut().zip(&axes) {
-            *newest = axis.force_n;
-        }
+        self.newest_force_n = of_axes(axes.iter().map(|axis| axis.force_n));
+        let held_n = of_axes(axes.iter().map(|axis| axis.environment_force_n));
+        self.follows = self.answered_n.is_none_or(|answered| answered == held_n);
         Some((tick, SVector::from_fn(|axis, _| axes[axis].position_m)))
     }
+}
+
+/// An element an axis; 0 where there is none.
+fn of_axes(mut elements: impl Iterator<Item = f32>) -> [f32; AXES_MAX] {
+    core::array::from_fn(|_| elements.next().unwrap_or(0.0))
 }
 
 /// A host loop: the position comes from the newest sample, the force goes out at once.
@@ -231,6 +247,8 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
     }
 
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
+        let force_n = force.newtons().map(|axis| axis.to_f64() as f32);
+        self.answered_n = Some(of_axes(force_n.iter().copied()));
         if self.ahead.is_none() {
             self.ahead = self.try_hear();
         }
@@ -238,7 +256,6 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
             self.forces_skipped += 1;
             return Ok(());
         }
-        let force_n = force.newtons().map(|axis| axis.to_f64() as f32);
         self.send_force(self.newest_tick, force_n.as_slice());
         Ok(())
     }

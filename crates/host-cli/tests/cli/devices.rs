@@ -12,6 +12,8 @@ mod selftest;
 #[cfg(unix)]
 mod unheard;
 #[cfg(unix)]
+mod untold;
+#[cfg(unix)]
 mod watched;
 
 pub(crate) use crate::emulated::Emulated;

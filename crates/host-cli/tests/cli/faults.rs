@@ -7,7 +7,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 /// The metadata record of this name in what `log info` or `log check` tells.
-fn metadata<'a>(summary: &'a Value, name: &str) -> &'a Value {
+pub(crate) fn metadata<'a>(summary: &'a Value, name: &str) -> &'a Value {
     let records = summary["metadata"].as_array().expect("a list");
     let record = records.iter().find(|record| record["name"] == name);
     &record.unwrap_or_else(|| panic!("no {name} in {summary}"))["values"]

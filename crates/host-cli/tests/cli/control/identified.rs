@@ -67,7 +67,8 @@ fn what_is_left_unexplained_is_said_in_words_and_json() {
     );
 }
 
-/// Steps of 2/((s − 0.4)(s + 1)): after 30 s both poles are found; after 80 s the slower one is below the rounding of the end, but not of the beginning.
+/// Steps of 2/((s − 0.4)(s + 1)): after 30 s both poles are found; after 80 s the slower one is below the rounding of the end, but not of
+/// the beginning.
 #[test]
 fn a_record_that_grows_too_far_says_where_it_is_not_explained() {
     let place = Place::new();

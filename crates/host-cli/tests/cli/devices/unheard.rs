@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// A wall that the device is pushed through, out of its workspace.
-const LEAVES: &str = "[wall]
+pub(super) const LEAVES: &str = "[wall]
 mass_kg = 0.065
 damping_n_s_per_m = 3.5
 sample_time_s = 0.001
@@ -50,7 +50,7 @@ fn a_start_whose_answer_is_lost_ends_with_the_fault_of_its_run() {
 }
 
 /// A relaxation that has some hundred samples.
-fn under_way(device: &Emulated, line: &str) -> Child {
+pub(super) fn under_way(device: &Emulated, line: &str) -> Child {
     let mut child = device.place.start(line);
     let log = device.place.path("run/relax.mcap.part");
     let began = Instant::now();
@@ -63,7 +63,7 @@ fn under_way(device: &Emulated, line: &str) -> Child {
     child
 }
 
-fn ended(line: &str, child: Child) -> Ended {
+pub(super) fn ended(line: &str, child: Child) -> Ended {
     Ended::new(line.to_owned(), &child.wait_with_output().expect("ends"))
 }
 
@@ -187,7 +187,7 @@ fn is_told_as_it_was(options: &str) {
 }
 
 /// Ticks and forces, N, of an exported log.
-fn csv(text: &str) -> Vec<(u32, f64)> {
+pub(super) fn csv(text: &str) -> Vec<(u32, f64)> {
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
     let column = |name| {
