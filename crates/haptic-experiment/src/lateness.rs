@@ -36,29 +36,32 @@ impl Lateness {
     /// What to do about a fault that comes of it, behind the words of the fault; `None` for another one.
     pub(crate) fn advice(self, fault: Fault) -> Option<String> {
         let longer = self.longer();
-        let look = "look for what kept this machine or the line busy";
-        Some(match fault {
-            Fault::HostSilent if longer.watchdog_ms == self.watchdog_ms => {
+        let (is_most, most, more) = match fault {
+            Fault::HostSilent => (
+                longer.watchdog_ms == self.watchdog_ms,
+                format!("{} ms is the longest watchdog time", self.watchdog_ms),
                 format!(
-                    "; {} ms is the longest watchdog time: {look}",
-                    self.watchdog_ms
-                )
-            }
-            Fault::HostSilent => format!(
-                "; if this machine was only busy, give it longer with `watchdog_s` = {}",
-                Shown(longer.watchdog_s())
+                    "give it longer with `watchdog_s` = {}",
+                    Shown(longer.watchdog_s())
+                ),
             ),
-            Fault::StaleForce if longer.max_age_ticks == self.max_age_ticks => {
+            Fault::StaleForce => (
+                longer.max_age_ticks == self.max_age_ticks,
                 format!(
-                    "; {} ticks are the most that a force may be old: {look}",
+                    "{} ticks are the most that a force may be old",
                     self.max_age_ticks
-                )
-            }
-            Fault::StaleForce => format!(
-                "; if this machine or the line was only busy, allow it more with `max_age_ticks` = {}",
-                longer.max_age_ticks
+                ),
+                format!(
+                    "allow it more with `max_age_ticks` = {}",
+                    longer.max_age_ticks
+                ),
             ),
             _ => return None,
+        };
+        Some(if is_most {
+            format!("; {most}: look for what kept this machine or the line busy")
+        } else {
+            format!("; if this machine or the line was only busy, {more}")
         })
     }
 }
