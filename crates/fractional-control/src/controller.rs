@@ -134,7 +134,8 @@ pub trait Controller<F: Real> {
 
     /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
     /// Histories are of signals, not of products with gains, so what has the same order keeps its past; another integral starts
-    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held and fades with the time of the [`Actuator`].
+    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held and fades with the
+    /// time of the [`Actuator`].
     fn take_over(
         &self,
         other: &Self,

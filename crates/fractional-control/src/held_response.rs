@@ -166,8 +166,8 @@ struct Bounds {
     size: f64,
     /// Σ α|a|ω^α.
     rate: f64,
-    /// The size of the terms that lead, and the lowest order of them: those of the sign of the highest and at most one order below, so that their directions
-    /// are within a right angle.
+    /// The size of the terms that lead, and the lowest order of them: those of the sign of the highest and at most one order below, so that
+    /// their directions are within a right angle.
     lead: f64,
     lead_order: f64,
     /// The share of the size that |A| has at least, here and at any higher ω; below 0 where none is known.

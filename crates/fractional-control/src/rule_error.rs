@@ -13,8 +13,8 @@ use core::cell::Cell;
 use core::f64::consts::PI;
 use std::vec::Vec;
 
-/// Share of |F| by which the rule may be off for the loop to turn as its plant does. Below 1 it does; the rest is for what the far end of the sum over
-/// the aliases of a plant is estimated to be.
+/// Share of |F| by which the rule may be off for the loop to turn as its plant does. Below 1 it does; the rest is for what the far end of
+/// the sum over the aliases of a plant is estimated to be.
 const HOLDS: f64 = 0.7;
 /// The first angle at most, and times 1/(the samples that are remembered): below it a rule is right as long as its memory lasts.
 const FIRST: f64 = 1e-4;

@@ -252,8 +252,8 @@ impl ExperimentFile {
         }
     }
 
-    /// The same, on the device of a device file: what it says wins over the keys of a wall or coupler. On a serial device, which has its own friction,
-    /// delay and sensors, mass, damping and hand are for the pre-flight and the rest for a guard.
+    /// The same, on the device of a device file: what it says wins over the keys of a wall or coupler. On a serial device, which has its
+    /// own friction, delay and sensors, mass, damping and hand are for the pre-flight and the rest for a guard.
     ///
     /// # Errors
     /// An experiment in which it would do nothing.

@@ -236,8 +236,9 @@ fn near_whole(file: &ControllerFile, plant: &Plant) -> Option<f64> {
 
 /// The first of these gains, at which L meets −1, beyond which the loop is stable, and how many lie before it; they go away from 1.
 ///
-/// Of the loop as it is, or with the other `sign` of its gain, `poles` grow. At each gain no more than two come inside, so of n that grow the loop is not stable before n/2 gains are
-/// passed. No verdict is asked for in the first half of these, as a long dead time has thousands of them (half: two near each other may be told as one).
+/// Of the loop as it is, or with the other `sign` of its gain, `poles` grow. At each gain no more than two come inside, so of n that grow
+/// the loop is not stable before n/2 gains are passed. No verdict is asked for in the first half of these, as a long dead time has
+/// thousands of them (half: two near each other may be told as one).
 fn other_gain<'a>(
     (closed, sign): (&SampledLoop, f64),
     poles: usize,

@@ -92,7 +92,8 @@ fn a_gain_beyond_another_one_is_found_too() {
     assert!((low.edge.value - 6.25).abs() < 0.05, "{low:?}");
 }
 
-/// P = 5 on 1/(s + 1): 40 samples late or 10 000, the dead time is the reason, up to the same one. Of the second loop some 1600 poles grow, and L meets −1 as often.
+/// P = 5 on 1/(s + 1): 40 samples late or 10 000, the dead time is the reason, up to the same one. Of the second loop some 1600 poles grow,
+/// and L meets −1 as often.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_reason_of_a_very_late_loop_is_the_dead_time() {

@@ -151,8 +151,8 @@ impl Measured {
         }
     }
 
-    /// Intervals about as wide as their value; one of the mass is refused. A delay or lag much shorter than a sample, and a friction far below that at rest, may be
-    /// as unsure as they like.
+    /// Intervals about as wide as their value; one of the mass is refused. A delay or lag much shorter than a sample, and a friction far
+    /// below that at rest, may be as unsure as they like.
     fn warn_of_the_unsure(&mut self) {
         let half = |number: &Estimate| 0.5 * (number.high - number.low);
         let sample_s = self.sample_time_s;

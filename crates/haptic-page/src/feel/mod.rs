@@ -82,9 +82,9 @@ pub(crate) struct Feel {
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
-/// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The device begins
-/// in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would give the
-/// hand more than the hand put in.
+/// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The
+/// device begins in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would
+/// give the hand more than the hand put in.
 fn limits(mass: Kilograms, delay: u32) -> Limits {
     let (low, high, soft) = WORKSPACE_M;
     let limits = Limits {

@@ -141,8 +141,8 @@ impl ModelKind {
         }
     }
 
-    /// Its parameters, in the order of [`Model::from_parameters`](super::Model::from_parameters). Those for each branch of a Prony series come again and
-    /// again there: spring; modulus, time; modulus, time; …
+    /// Its parameters, in the order of [`Model::from_parameters`](super::Model::from_parameters). Those for each branch of a Prony series
+    /// come again and again there: spring; modulus, time; modulus, time; …
     #[must_use]
     pub const fn parameters(self) -> &'static [Parameter] {
         match self {

@@ -48,8 +48,8 @@ pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
     libm::sqrt(((1.0 + alike) / (1.0 - alike)).min(samples as f64))
 }
 
-/// The block of which most is left, if that is much and no noise. A record that grows is small where it begins, so that what a function lacks there is
-/// nothing beside its end.
+/// The block of which most is left, if that is much and no noise. A record that grows is small where it begins, so that what a function
+/// lacks there is nothing beside its end.
 pub(super) fn unexplained(record: &InputOutput, left: &[f64]) -> Option<Unexplained> {
     if neighbours(left) < ALIKE_ALL {
         return None;

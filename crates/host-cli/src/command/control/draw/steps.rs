@@ -110,8 +110,8 @@ impl Curves {
     }
 }
 
-/// Samples until nothing moves any more that is stable, and half as many again; and no more than the first loop as it is run takes for the turns that can
-/// be drawn.
+/// Samples until nothing moves any more that is stable, and half as many again; and no more than the first loop as it is run takes for the
+/// turns that can be drawn.
 fn length(trials: &[&Trial]) -> usize {
     let settled = trials.iter().flat_map(|trial| {
         let stable = trial.robustness.iter().filter(|row| row.stable);
