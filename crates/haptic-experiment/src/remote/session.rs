@@ -242,7 +242,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     }
 
     /// The force of a tick, N: the one commanded in answer to it, within the device's limit. Where the device's own chain
-    /// limits, where it did not have the answer to the tick before, or the tick does not count any more, the one it really applied: nobody
+    /// limits, where it has none of the newest answers, or the tick does not count any more, the one it really applied: nobody
     /// knows if what is sent then is heard. A log of forces that no device made would be judged as if it had.
     fn applied_n(&self, commanded_n: SVector<f64, D>, counted: bool) -> SVector<f64, D> {
         if counted && self.link.newest_limiters() == 0 && self.link.follows() {

@@ -5,6 +5,7 @@ use super::greeting::{BAUDS, greet};
 use super::line::Line;
 use super::link::SerialLink;
 use super::port;
+use super::run::IN_TIME;
 use super::served::Served;
 use super::shared::Shared;
 use super::threads::{Reader, Writer};
@@ -13,6 +14,7 @@ use core::fmt::Display;
 use haptic_link::{AXES_MAX, Capabilities, Keys, Report, Request, State, Status};
 use hdrhistogram::Histogram;
 use std::boxed::Box;
+use std::collections::VecDeque;
 use std::string::ToString;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
@@ -149,7 +151,7 @@ impl SerialLink {
             newest_tick: 0,
             newest_limiters: 0,
             newest_force_n: [0.0; AXES_MAX],
-            answered_n: None,
+            newest_answers: VecDeque::with_capacity(IN_TIME),
             follows: true,
             heard_tick: 0,
             fault_tick: None,

@@ -8,6 +8,7 @@ use haptic_link::{AXES_MAX, Capabilities, Hello, Report, Status};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{self, raise_thread};
 use hdrhistogram::Histogram;
+use std::collections::VecDeque;
 use std::string::String;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -71,9 +72,9 @@ pub struct SerialLink {
     pub(super) newest_tick: u32,
     pub(super) newest_limiters: u8,
     pub(super) newest_force_n: [f32; AXES_MAX],
-    /// The force that answers the newest tick of a host loop; `None` before the first.
-    pub(super) answered_n: Option<[f32; AXES_MAX]>,
-    /// The device had the answer to the tick before when it made the newest sample.
+    /// The bits of the last forces of a host loop, as many as a device lets pass for one in time.
+    pub(super) newest_answers: VecDeque<[u32; AXES_MAX]>,
+    /// The device had one of them when it made the newest sample.
     pub(super) follows: bool,
     /// Tick of the last sample heard.
     pub(super) heard_tick: u32,
@@ -165,8 +166,8 @@ impl SerialLink {
         self.newest_force_n
     }
 
-    /// True if the device had the force that answers the tick before when it made the newest sample of a host loop, or none was to be had
-    /// yet. Where it is false that force came too late or was lost, and the device went on with an older one.
+    /// True if the device had one of the last ten forces of a host loop ([`max_age_ticks`](haptic_link::Limits::max_age_ticks) by default)
+    /// when it made the newest sample. Where it is false they came later than that or were lost, and the device went on with an older one.
     #[must_use]
     pub const fn follows(&self) -> bool {
         self.follows

@@ -5,8 +5,8 @@ use super::link::SerialLink;
 use super::shared::{Command, lock};
 use crate::LinkError;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request, Scope, Start,
-    State, Statistics, WorkspaceBox, block_count,
+    AXES_MAX, CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request,
+    Scope, Start, State, Statistics, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
 use std::sync::atomic::Ordering;
@@ -162,7 +162,10 @@ impl SerialLink {
     /// As [`ask`](Self::ask).
     pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
         self.forget_until_now();
-        (self.fault_tick, self.answered_n) = (None, None);
+        self.fault_tick = None;
+        self.newest_answers.clear();
+        // Until one comes a device has none.
+        self.answered([0.0; AXES_MAX]);
         let armed_after = self.shared.armed_after.load(Ordering::Relaxed);
         let was_armed = armed_after == u32::from(self.status().faults);
         let retries = || self.shared.conversation().counters().retries;

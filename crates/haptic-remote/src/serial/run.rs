@@ -6,7 +6,8 @@ use super::shared::{Command, Heard};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{
-    AXES_MAX, Event, EventKind, FaultReport, Forces, Refusal, Request, Sample, State, VectorSample,
+    AXES_MAX, Event, EventKind, FaultReport, Forces, Limits, Refusal, Request, Sample, State,
+    VectorSample,
 };
 use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
@@ -16,6 +17,8 @@ use std::time::{Duration, Instant};
 
 /// A run that gives no sample for so long is stuck.
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
+/// Forces of which a device has one if they come in time.
+pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
 impl SerialLink {
     /// The next thing the device says unasked; `None` after the time, of which a pause of this process itself, stopped or asleep, is no
@@ -191,6 +194,14 @@ impl SerialLink {
         }
     }
 
+    /// Notes the answer to a tick, sent or not.
+    pub(super) fn answered(&mut self, force_n: [f32; AXES_MAX]) {
+        if self.newest_answers.len() == IN_TIME {
+            self.newest_answers.pop_front();
+        }
+        self.newest_answers.push_back(force_n.map(f32::to_bits));
+    }
+
     /// Notes what the device did in a sample, and gives its tick and position; `None` for a sample of another number of axes.
     fn noted_sample<const D: usize>(&mut self, heard: Heard) -> Option<(u32, SVector<f32, D>)> {
         let VectorSample { tick, axes, .. } = match heard {
@@ -205,7 +216,7 @@ impl SerialLink {
         self.newest_limiters = axes[0].limiters;
         self.newest_force_n = of_axes(axes.iter().map(|axis| axis.force_n));
         let held_n = of_axes(axes.iter().map(|axis| axis.environment_force_n));
-        self.follows = self.answered_n.is_none_or(|answered| answered == held_n);
+        self.follows = self.newest_answers.contains(&held_n.map(f32::to_bits));
         Some((tick, SVector::from_fn(|axis, _| axes[axis].position_m)))
     }
 }
@@ -248,7 +259,7 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
 
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
         let force_n = force.newtons().map(|axis| axis.to_f64() as f32);
-        self.answered_n = Some(of_axes(force_n.iter().copied()));
+        self.answered(of_axes(force_n.iter().copied()));
         if self.ahead.is_none() {
             self.ahead = self.try_hear();
         }
