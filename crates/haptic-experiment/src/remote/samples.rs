@@ -43,10 +43,14 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         true
     }
 
-    /// True if this tick, which was just heard, is part of the result: none from a fault of the device on, though nobody knows which yet.
+    /// True if this tick is part of the result: none from a fault of the device on, though nobody knows which yet.
     pub(super) fn counts(&self, tick: u64) -> bool {
+        tick < self.schedule.samples && self.record.ended.is_none() && !self.has_faulted(tick)
+    }
+
+    fn has_faulted(&self, tick: u64) -> bool {
         let faulted = self.link.fault_tick();
-        tick < self.schedule.samples && self.record.ended.is_none() && faulted.is_none()
+        faulted.is_some_and(|faulted| tick >= u64::from(faulted))
     }
 
     /// The last tick after a fault of the device that the log needs: those before it are told unasked.
@@ -123,7 +127,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         let logged = self.recorder.tick(message.logged());
         if counted {
             self.record.push(&message);
-        } else if self.record.ended.is_some() || self.link.fault_tick().is_some() {
+        } else if self.record.ended.is_some() || self.has_faulted(message.kept().tick) {
             self.record.push_after(&message);
         } else {
             self.record.falls(&message);
