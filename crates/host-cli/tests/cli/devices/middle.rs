@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 
 type Loses = Arc<Mutex<dyn FnMut(&Report) -> bool + Send>>;
@@ -70,10 +71,14 @@ fn to_device(host: UnixStream, device: UnixStream, deaf: &AtomicBool) {
     });
 }
 
-fn to_host(device: UnixStream, host: UnixStream, loses: &Loses) {
+/// A host that stands still keeps nothing of this end waiting.
+fn to_host(device: UnixStream, mut host: UnixStream, loses: &Loses) {
     let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
     let mut frame = Vec::new();
-    each(device, host, |bytes, host| {
+    let (queue, frames) = channel::<Vec<u8>>();
+    let end = clone(&host);
+    std::thread::spawn(move || frames.iter().all(|frame| host.write_all(&frame).is_ok()));
+    each(device, end, |bytes, _| {
         bytes.iter().all(|&byte| {
             frame.push(byte);
             let report = receiver.push(byte);
@@ -83,7 +88,7 @@ fn to_host(device: UnixStream, host: UnixStream, loses: &Loses) {
             let whole = std::mem::take(&mut frame);
             let mut loses = loses.lock().expect("nobody panicked");
             let lost = report.is_some_and(|(_, report)| (*loses)(&report));
-            lost || host.write_all(&whole).is_ok()
+            lost || queue.send(whole).is_ok()
         })
     });
 }

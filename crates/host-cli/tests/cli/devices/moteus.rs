@@ -130,13 +130,17 @@ fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
     assert!(number(&report, "/max_relative_error").is_finite());
     assert_eq!(report["link"]["board"], "moteus");
     let peak_n = number(&report, "/peak_force_n");
-    assert!(peak_n > 0.01 && peak_n <= 4.0, "{report}");
+    // A log that lacks samples may lack the one with the largest force.
+    let lacks = number(&report, "/dropped_samples") > 0.0;
+    assert!(peak_n <= 4.0 && (lacks || peak_n > 0.01), "{report}");
     // The last digit is rounded.
     let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    let unlogged_nm = most_nm - 0.02 * peak_n;
     assert!(
-        (most_nm - 0.02 * peak_n).abs() < 1e-6,
+        unlogged_nm > -1e-6 && (lacks || unlogged_nm < 1e-6),
         "{most_nm} N·m for {peak_n} N"
     );
+    assert!(most_nm <= 0.02 * 4.0, "{most_nm} N·m");
     assert_eq!((mode, torque_nm), (0.0, 0.0));
 }
 
@@ -148,7 +152,9 @@ fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
     let report = ended.ended_by_the_clock().json();
     assert_eq!(report["link"]["loop"], "host");
     let (mode, torque_nm, most_nm) = last_words(&device.ends());
-    assert!(most_nm > 0.0 && most_nm <= 0.02 * 4.0, "{most_nm} N·m");
+    let lacks = number(&report, "/dropped_samples") > 0.0;
+    let driven = lacks || most_nm > 0.0;
+    assert!(driven && most_nm <= 0.02 * 4.0, "{most_nm} N·m");
     assert_eq!((mode, torque_nm), (0.0, 0.0));
 }
 
