@@ -213,39 +213,26 @@ impl OutputFolder {
     }
 
     /// Begins a table beside a log: rows under a header made of their fields' names.
-    ///
-    /// # Errors
-    /// If the file exists and may not be replaced, or cannot be made.
-    pub fn table_beside_log(&self, extension: &str) -> Result<Table, Failure> {
-        let beside_log = true;
-        Ok(Table {
-            beside_log,
-            ..self.table(extension)?
-        })
+    #[must_use]
+    pub fn table_beside_log(&self, extension: &str) -> Table {
+        self.table(extension, "the log is whole")
     }
 
-    /// Begins a table.
-    fn table(&self, extension: &str) -> Result<Table, Failure> {
-        let (new_file, file) =
-            NewFile::create(&self.file(extension), Leftover::Discard, self.overwrite)?;
-        let writer = csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file));
-        Ok(Table {
+    /// Begins a table; `kept` says what there is if it cannot be written.
+    fn table(&self, extension: &str, kept: &'static str) -> Table {
+        let made = NewFile::create(&self.file(extension), Leftover::Discard, self.overwrite);
+        let open = made.map(|(new_file, file)| OpenTable {
             new_file,
-            writer,
-            beside_log: false,
-        })
+            writer: csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file)),
+            kept,
+        });
+        Table(open.map_err(Failure::from))
     }
 
     /// The same of rows without names of their own, lists or tuples, under these names.
-    ///
-    /// # Errors
-    /// As [`table_beside_log`](Self::table_beside_log), or if the disk does not take the names.
-    pub fn named_table_beside_log(
-        &self,
-        extension: &str,
-        names: &[&str],
-    ) -> Result<Table, Failure> {
-        self.table_beside_log(extension)?.named(names)
+    #[must_use]
+    pub fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> Table {
+        self.table_beside_log(extension).named(names)
     }
 
     /// Writes a whole table of such rows and names it.
@@ -258,8 +245,8 @@ impl OutputFolder {
         names: &[&str],
         rows: impl Iterator<Item = R>,
     ) -> Result<String, Failure> {
-        let mut table = self.table(extension)?.named(names)?;
-        rows.into_iter().try_for_each(|row| table.row(row))?;
+        let mut table = self.table(extension, NOTHING_KEPT).named(names);
+        rows.into_iter().for_each(|row| table.row(row));
         table.finish()
     }
 
@@ -272,59 +259,68 @@ impl OutputFolder {
         extension: &str,
         rows: impl Iterator<Item = R>,
     ) -> Result<String, Failure> {
-        let mut table = self.table(extension)?;
-        rows.into_iter().try_for_each(|row| table.row(row))?;
+        let mut table = self.table(extension, NOTHING_KEPT);
+        rows.into_iter().for_each(|row| table.row(row));
         table.finish()
     }
 }
 
-/// A table that is being written; it appears when it is whole.
+/// Words for a table that cannot be written, where there is nothing beside it.
+const NOTHING_KEPT: &str = "nothing was left behind under that name, make space and try again";
+
+/// A table that is being written; it appears when it is whole. What cannot be written is told at its end: an experiment goes on without it.
 #[derive(Debug)]
-pub struct Table {
+pub struct Table(Result<OpenTable, Failure>);
+
+#[derive(Debug)]
+struct OpenTable {
     new_file: NewFile,
     writer: csv::Writer<BufWriter<File>>,
-    /// There is a log, which is whole before its table begins.
-    beside_log: bool,
+    kept: &'static str,
 }
 
 impl Table {
     /// Itself, with these names as the first row.
-    fn named(mut self, names: &[&str]) -> Result<Self, Failure> {
-        let written = self.writer.write_record(names);
-        written.map_err(|error| self.lost(error))?;
-        Ok(self)
+    fn named(mut self, names: &[&str]) -> Self {
+        self.write(|writer| writer.write_record(names));
+        self
     }
 
     /// Adds a row.
-    ///
-    /// # Errors
-    /// If the disk does not take it; nothing is left behind when the table is dropped then.
-    pub fn row(&mut self, row: impl Serialize) -> Result<(), Failure> {
-        let written = self.writer.serialize(row);
-        written.map_err(|error| self.lost(error))
+    pub fn row(&mut self, row: impl Serialize) {
+        self.write(|writer| writer.serialize(row));
+    }
+
+    fn write(
+        &mut self,
+        add: impl FnOnce(&mut csv::Writer<BufWriter<File>>) -> Result<(), csv::Error>,
+    ) {
+        if let Ok(open) = &mut self.0
+            && let Err(error) = add(&mut open.writer)
+        {
+            self.0 = Err(open.lost(error));
+        }
     }
 
     /// Gives the table its name, and tells it.
     ///
     /// # Errors
-    /// If the disk does not take the last of it; nothing is left behind then.
-    pub fn finish(mut self) -> Result<String, Failure> {
-        let path = self.new_file.target().to_owned();
-        let flushed = self.writer.flush();
-        flushed.map_err(|error| self.lost(error.into()))?;
-        drop(self.writer);
-        self.new_file.publish()?;
+    /// If the file exists and may not be replaced, cannot be made, or the disk does not take all of it; nothing is left behind then.
+    pub fn finish(self) -> Result<String, Failure> {
+        let mut open = self.0?;
+        let path = open.new_file.target().to_owned();
+        let flushed = open.writer.flush();
+        flushed.map_err(|error| open.lost(error.into()))?;
+        drop(open.writer);
+        open.new_file.publish()?;
         Ok(path.display().to_string())
     }
+}
 
+impl OpenTable {
     fn lost(&self, error: csv::Error) -> Failure {
         let path = self.new_file.target().display();
-        let kept = if self.beside_log {
-            "the log is whole"
-        } else {
-            "nothing was left behind under that name, make space and try again"
-        };
-        let message = format!("writing `{path}` failed; {kept}");
+        let message = format!("writing `{path}` failed; {}", self.kept);
         Failure::DataLost(anyhow::Error::new(error).context(message))
     }
 }

@@ -109,7 +109,7 @@ impl Compared {
 }
 
 /// Begins the CSV, under names that say where the force comes from.
-fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Result<Table, Failure> {
+fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Table {
     let word = origin(&ran.record).word();
     let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
     let drive = drive.map(drive_columns);
@@ -153,8 +153,8 @@ struct Seen {
     curves: Thinned<3>,
     drive: Option<DriveJudge>,
     last: Option<Judged>,
-    /// The table; `None` for a run that was cut short.
-    csv: Option<String>,
+    /// The table; none of a run that was cut short.
+    files: Files,
 }
 
 /// Judges every sample, and writes the table of a run that reached its end.
@@ -174,10 +174,8 @@ fn see(
     let mut compared = Compared::new(quantity, from_s);
     let mut curves = Thinned::of(record);
     let mut drive = rendering.drive_judge(own, record)?;
-    let mut csv = match record.ended.is_none() {
-        true => Some(table(ran, quantity, drive.is_some().then_some(own))?),
-        false => None,
-    };
+    let whole = record.ended.is_none();
+    let mut csv = whole.then(|| table(ran, quantity, drive.is_some().then_some(own)));
     let mut last = None;
     Samples::of(record, &ran.log.paths).for_each(|sample| {
         let judged = judge(sample);
@@ -192,7 +190,8 @@ fn see(
         curves.add(sample.time_s, [value, closed_form, error]);
         let mut row = row(quantity, sample, &judged, error);
         row.extend(driven.iter().flatten().copied().map(Some));
-        csv.row(row)
+        csv.row(row);
+        Ok(())
     })?;
     curves.finish();
     Ok(Seen {
@@ -200,7 +199,7 @@ fn see(
         curves,
         drive,
         last,
-        csv: csv.map(Table::finish).transpose()?,
+        files: csv.map_or_else(Files::default, |csv| Files::of_table(csv.finish())),
     })
 }
 
@@ -221,7 +220,7 @@ pub(super) fn publish(
         curves,
         drive,
         last,
-        csv,
+        files,
     } = see(comparison, rendering, ran, judge)?;
     let final_over_theory = last.and_then(Judged::over_theory);
     let strain = last.filter(|_| quantity == Quantity::Strain);
@@ -233,17 +232,13 @@ pub(super) fn publish(
         quantity,
         drive.as_ref(),
     );
-    if csv.is_none() {
+    if files.csv.is_none() {
         folder.remove_stale_results();
     }
-    let curves = csv.is_some().then(|| TheoryCurves {
+    let curves = record.ended.is_none().then(|| TheoryCurves {
         drive: drive_curves,
         ..drawn(comparison, rendering, origin(record), curves)
     });
-    let files = Files {
-        csv,
-        ..Files::default()
-    };
     let report = Report {
         tissue: rendering.material.name.clone(),
         order: rendering.material.order().get(),

@@ -2,6 +2,7 @@
 
 use crate::drive::DriveReport;
 use crate::ended::LetGo;
+use crate::failure::Failure;
 use crate::judge::Compared;
 use crate::kept::{KeptSample, Record};
 use crate::preflight::PreflightVerdict;
@@ -64,6 +65,9 @@ pub struct RunReport {
     pub preflight: Option<PreflightVerdict>,
     /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
     pub fault_log: Option<String>,
+    /// Why there is no table of a run that reached its end.
+    #[serde(skip)]
+    pub unwritten: Option<String>,
     /// What became of the force, if the run ended early.
     #[serde(skip)]
     pub let_go: Option<LetGo>,
@@ -81,6 +85,23 @@ pub struct Files {
     pub csv: Option<String>,
     /// The picture.
     pub figure: Option<String>,
+    /// Why there is no table.
+    pub unwritten: Option<String>,
+}
+
+impl Files {
+    /// The table, or why there is none.
+    pub(crate) fn of_table(finished: Result<String, Failure>) -> Self {
+        let (csv, unwritten) = match finished {
+            Ok(path) => (Some(path), None),
+            Err(failure) => (None, Some(failure.to_string())),
+        };
+        Self {
+            csv,
+            unwritten,
+            ..Self::default()
+        }
+    }
 }
 
 /// The result of a relaxation or creep test.
@@ -216,6 +237,7 @@ impl RunReport {
                 .collect(),
             figure: files.figure,
             csv: files.csv,
+            unwritten: files.unwritten,
             sample_time_s,
             limited_samples: record.limited,
             dropped_samples: record.dropped,
@@ -227,6 +249,15 @@ impl RunReport {
             device_lost: record.device_lost(),
             warnings: warnings.0,
         }
+    }
+}
+
+impl RunReport {
+    /// The failure of a table that could not be written, to be told behind all else; `None` if there is none.
+    #[must_use]
+    pub fn lost_table(&self) -> Option<Failure> {
+        let lost = self.unwritten.as_ref()?;
+        Some(Failure::DataLost(anyhow::anyhow!("{lost}")))
     }
 }
 

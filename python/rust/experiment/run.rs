@@ -153,7 +153,11 @@ fn run(
 fn read<R: Summary, C>(
     mut published: Published<R, C>,
 ) -> Result<(serde_json::Value, Option<String>), Failure> {
-    let table = published.report.run_mut().csv.clone();
+    let run = published.report.run_mut();
+    if let Some(lost) = run.lost_table() {
+        return Err(lost);
+    }
+    let table = run.csv.clone();
     let report = serde_json::to_value(&published.report).map_err(Failure::input)?;
     Ok((report, table))
 }

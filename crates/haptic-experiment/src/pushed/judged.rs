@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::judge::{Compared, Reference};
 use crate::kept::{KeptSample, Record, Samples};
+use crate::report::Files;
 use crate::run::Ran;
 use crate::thinned::Thinned;
 use fracdiff::Order;
@@ -10,7 +11,7 @@ use fracdiff::full_memory::Kernel;
 
 /// Results of a run that reached its end.
 pub(crate) struct Judged<const N: usize> {
-    pub(super) csv: String,
+    pub(super) files: Files,
     pub(super) curves: Thinned<N>,
     /// See [`Errors::max_relative_error`](crate::report::Errors::max_relative_error).
     pub(super) operator_error: Compared,
@@ -20,7 +21,7 @@ pub(crate) struct Judged<const N: usize> {
 /// quantities of each; `reason` says why the errors have no meaning.
 ///
 /// # Errors
-/// A log that cannot be read again, a table that cannot be written.
+/// A log that cannot be read again.
 pub(crate) fn judged<const N: usize>(
     ran: &Ran,
     names: [&str; N],
@@ -29,14 +30,15 @@ pub(crate) fn judged<const N: usize>(
 ) -> Result<Judged<N>, Failure> {
     let record = &ran.record;
     let header: Vec<&str> = ["time_s"].into_iter().chain(names).collect();
-    let mut table = ran.folder.named_table_beside_log("csv", &header)?;
+    let mut table = ran.folder.named_table_beside_log("csv", &header);
     let mut curves = Thinned::of(record);
     let mut off: f64 = 0.0;
     Samples::of(record, &ran.log.paths).for_each(|kept| {
         let (error, values) = sample(kept);
         off = off.max(error);
         curves.add(kept.time_s, values);
-        table.row((kept.time_s, values.as_slice()))
+        table.row((kept.time_s, values.as_slice()));
+        Ok(())
     })?;
     curves.finish();
     let operator_error = match reason {
@@ -48,7 +50,7 @@ pub(crate) fn judged<const N: usize>(
         Some(reason) => Compared::without_meaning(reason.to_owned()),
     };
     Ok(Judged {
-        csv: table.finish()?,
+        files: Files::of_table(table.finish()),
         curves,
         operator_error,
     })

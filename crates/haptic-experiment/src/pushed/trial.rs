@@ -143,9 +143,10 @@ pub(crate) trait Trial: Clone {
         if whole {
             let judged = judged()?;
             operator_error = judged.operator_error;
-            files.csv = Some(judged.csv);
+            files = judged.files;
             curves = Some((origin(record), judged.curves));
-        } else {
+        }
+        if files.csv.is_none() {
             ran.folder.remove_stale_results();
         }
         let deflection_error = setup.deflection_error(record, settling, Self::KIND, Self::NO_REST);

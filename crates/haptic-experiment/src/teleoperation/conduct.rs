@@ -118,7 +118,7 @@ impl TeleoperationExperiment {
         let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
         let mut recorder = started.inspect_err(|_| folder.discard())?;
         recorder.roll_at(folder.roll_bytes());
-        let mut table = folder.table_beside_log("csv")?;
+        let mut table = folder.table_beside_log("csv");
         let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
         let mut run = Run {
             pair,
@@ -127,13 +127,10 @@ impl TeleoperationExperiment {
             curves: Thinned::of(&record),
             record,
         };
-        let mut lost = Ok(());
         run.all(schedule, &mut recorder, supervisor, &mut |tick, hand_m| {
-            lost = table.row(Row::of(tick, hand_m));
-            lost.is_ok()
+            table.row(Row::of(tick, hand_m));
         })
         .map_err(Failure::Run)?;
-        lost?;
         let recorded = close(recorder, &run.record, run.pair.is_at_rest())?;
         self.publish(run, recorded, (folder, table), preflight)
     }
@@ -162,10 +159,11 @@ impl TeleoperationExperiment {
             live_warnings: recorded.warnings,
         };
         let whole = ran.record.ended.is_none();
-        let mut files = Files::default();
-        if whole {
-            files.csv = Some(table.finish()?);
-        } else {
+        let files = match whole {
+            true => Files::of_table(table.finish()),
+            false => Files::default(),
+        };
+        if files.csv.is_none() {
             ran.folder.remove_stale_results();
         }
         curves.finish();
@@ -275,14 +273,14 @@ impl TeleoperationExperiment {
 }
 
 impl Run {
-    /// All ticks. Ends early, with both forces at zero, when asked, when a side is silent or has a fault, or when log or table
+    /// All ticks. Ends early, with both forces at zero, when asked, when a side is silent or has a fault, or when the log
     /// cannot be written.
     fn all(
         &mut self,
         schedule: Schedule,
         recorder: &mut Recorder,
         supervisor: Supervisor<'_>,
-        row: &mut dyn FnMut(&PairTick, f64) -> bool,
+        row: &mut dyn FnMut(&PairTick, f64),
     ) -> anyhow::Result<()> {
         let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
         let mut done = 0;
@@ -311,9 +309,9 @@ impl Run {
             }
             self.judged.see(&tick);
             self.record.push(&message);
-            let kept = row(&tick, hand_m) && logged.is_ok();
+            row(&tick, hand_m);
             self.keep(&tick, hand_m);
-            self.record.ended = if kept {
+            self.record.ended = if logged.is_ok() {
                 self.ended(&tick, recorder, supervisor)
             } else {
                 Some(Ended::LogStopped)

@@ -33,7 +33,7 @@ const OUTLINE: u32 = 180;
 
 /// Table and curves of a run that reached its end.
 struct Drawn {
-    csv: String,
+    files: Files,
     curves: Thinned<CURVES>,
 }
 
@@ -54,9 +54,10 @@ impl TouchExperiment {
         if whole {
             compared = self.compare::<D>(record, ramp)?;
             let drawn = self.draw::<D>(ran)?;
-            files.csv = Some(drawn.csv);
+            files = drawn.files;
             curves = Some(self.curves(drawn.curves, origin(record), verdict));
-        } else {
+        }
+        if files.csv.is_none() {
             ran.folder.remove_stale_results();
         }
         let run = RunReport::new(
@@ -261,7 +262,7 @@ impl TouchExperiment {
         let mut header = vec!["time_s"];
         header.extend(columns.iter().map(String::as_str));
         header.push("depth_m");
-        let mut table = ran.folder.named_table_beside_log("csv", &header)?;
+        let mut table = ran.folder.named_table_beside_log("csv", &header);
         let mut curves = Thinned::of(&ran.record);
         // The way of the force to zero is no part of the result.
         let last = ran.record.last.map_or(0, |last| last.tick);
@@ -277,13 +278,13 @@ impl TouchExperiment {
                     row.extend_from_slice(vector.as_slice());
                 }
                 row.push(depth_m);
-                table.row(row)?;
+                table.row(row);
                 curves.add(tick.time_s, drawn(&tick, depth_m));
             }
         }
         curves.finish();
         Ok(Drawn {
-            csv: table.finish()?,
+            files: Files::of_table(table.finish()),
             curves,
         })
     }

@@ -60,7 +60,11 @@ pub fn conduct<R: Summary, C>(
         note("warning", &*warning);
     }
     output.summary(&report, |out| print(out, &report))?;
-    unsaved?;
+    match (report.run().lost_table(), unsaved) {
+        (Some(table), Err(picture)) => return Err(table.and(&picture.to_string())),
+        (Some(failure), Ok(())) | (None, Err(failure)) => return Err(failure),
+        (None, Ok(())) => {}
+    }
     ended_well(report.run())?;
     Ok(report)
 }

@@ -1,6 +1,6 @@
 //! Results that find no place: looked for before the work, and told behind the result if they find none after it.
 
-use crate::process::{Ended, Place, says};
+use crate::process::{Ended, Place, number, says};
 
 /// A record of a step of 2/(0.3s + 1).
 fn record() -> String {
@@ -127,4 +127,37 @@ fn what_cannot_be_written_is_told_behind_the_result() {
     let report = without_a_drawing(&place, "again", line, "mass_kg").json();
     assert_eq!(report["model"], "again.toml");
     assert!(report["figure"].is_null(), "{report}");
+}
+
+#[test]
+fn a_table_without_space_is_told_behind_the_report() {
+    let place = Place::new();
+    let experiments = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments");
+    for (stem, file) in [
+        ("relax", "relax"),
+        ("wall", "wall"),
+        ("teleoperation", "teleoperation"),
+        ("touch", "touch-disc"),
+    ] {
+        let line = match stem {
+            "relax" => "relax --duration 2s --ramp-time 1s".to_owned(),
+            _ => format!("run {experiments}/{file}.toml"),
+        };
+        let line = format!("{line} --out {stem} --overwrite --json");
+        std::fs::create_dir(place.path(stem)).expect("makes");
+        // That of an earlier run would pass for this one's.
+        place.write(&format!("{stem}/{stem}.csv"), "of an earlier run");
+        let unfinished = place.path(&format!("{stem}/{stem}.csv.host-cli-tmp"));
+        std::os::unix::fs::symlink("/dev/full", unfinished).expect("links");
+        let ended = place.run(&line).failed(4);
+        let words = [&format!("{stem}.csv"), "the log is whole", "No space left"];
+        says(ended.error(), &words);
+        let report = ended.json();
+        assert!(report["csv"].is_null(), "{report}");
+        assert!(number(&report, "peak_force_n") > 0.0, "{report}");
+        let mut files = place.files();
+        files.retain(|file| file.starts_with(&format!("{stem}/{stem}")));
+        let kept = ["mcap", "png", "svg"].map(|extension| format!("{stem}/{stem}.{extension}"));
+        assert_eq!(files, kept, "{line}");
+    }
 }
