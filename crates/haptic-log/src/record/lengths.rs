@@ -19,6 +19,22 @@ pub(super) fn texts_fit(opcode: u8, data: &[u8]) -> bool {
     fit.is_some()
 }
 
+/// A chunk without what stands behind its records. The parser of a chunk that is not compressed takes that for a part of its last record,
+/// and subtracts what is not there.
+pub(super) fn unpadded(chunk: &[u8]) -> &[u8] {
+    let mut rest = Rest(chunk);
+    // Times, size and sum first; then the compression, and the records behind their number of bytes.
+    let behind = (rest.take(28))
+        .and_then(|_| rest.text())
+        .and_then(|()| rest.0.split_first_chunk())
+        .and_then(|(length, records)| {
+            let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+            records.get(length..)
+        });
+    let padding = behind.map_or(0, <[u8]>::len);
+    &chunk[..chunk.len() - padding]
+}
+
 /// Rest of a record.
 struct Rest<'a>(&'a [u8]);
 

@@ -17,7 +17,7 @@ use mcap::records::{Channel, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::format::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, VECTOR_CHANNEL, nanoseconds};
-use super::lengths::texts_fit;
+use super::lengths::{texts_fit, unpadded};
 use super::message::LogMessage;
 use super::{
     Condition, Damage, Entry, EventMessage, MetadataRecord, RecordError, StartTime, TickMessage,
@@ -223,6 +223,7 @@ impl<R: Read> LogReader<R> {
     fn chunk(&mut self, data: &[u8]) -> Result<(), String> {
         // A chunk record on its own is a file without magic: the same reader unpacks it, checks
         // its sum first and keeps to the limit.
+        let data = unpadded(data);
         let mut bytes = Vec::with_capacity(9 + data.len());
         bytes.push(op::CHUNK);
         bytes.extend_from_slice(&(data.len() as u64).to_le_bytes());

@@ -219,6 +219,27 @@ fn corrupted_bytes_never_panic_never_lie_and_never_pass_for_whole() {
 }
 
 #[test]
+fn bytes_behind_the_records_of_a_chunk_are_none_of_them() {
+    // One record of a kind that nobody knows, of two bytes, that says it has more; and bytes behind it.
+    for (length, whole) in [(2_u64, true), (3, false), (6, false)] {
+        let record = [&[0x88], length.to_le_bytes().as_slice(), &[1, 2]].concat();
+        let mut chunk = vec![0; 28];
+        // Not compressed.
+        chunk.extend(0_u32.to_le_bytes());
+        chunk.extend((record.len() as u64).to_le_bytes());
+        chunk.extend([record.as_slice(), &[7; 5]].concat());
+        let mut bytes = b"\x89MCAP0\r\n\x06".to_vec();
+        bytes.extend((chunk.len() as u64).to_le_bytes());
+        bytes.extend(chunk);
+        let mut reader = LogReader::new(bytes.as_slice(), Path::new("padded")).expect("is MCAP");
+        assert_eq!((&mut reader).count(), 0);
+        let damage = &reader.condition().damage;
+        let lost = (damage.iter()).any(|damage| matches!(damage, Damage::Chunk { .. }));
+        assert_eq!(lost, !whole, "{length}: {damage:?}");
+    }
+}
+
+#[test]
 fn the_length_of_a_text_is_not_believed() {
     let mut bytes = finished_bytes(10);
     let name = b"\x0a\0\0\0experiment";
