@@ -130,6 +130,13 @@ fn logs() -> Done {
     // Found by this target: a length that nothing should be reserved for.
     let long = [&log[..name - 4], &[0xff; 4], &log[name..]].concat();
     write("log", "long-text", &long)?;
+    // Found by this target too: a chunk, not compressed, whose one record says that it has a byte more.
+    let record = [&[0x88], 3_u64.to_le_bytes().as_slice(), &[1, 2]].concat();
+    let records = (record.len() as u64).to_le_bytes();
+    let chunk = [&[0; 32], records.as_slice(), &record, &[7; 5]].concat();
+    let length = (chunk.len() as u64).to_le_bytes();
+    let padded = [&log[..8], &[6], length.as_slice(), &chunk].concat();
+    write("log", "padded-chunk", &padded)?;
     Ok(())
 }
 
@@ -145,7 +152,7 @@ fn files() -> Done {
                     loop = \"host\"\nguard = \"observer\"\nscheme = \"sm=20\"\none_sided = true\nseed = 7\n";
     write("experiment", "keys", all_keys.as_bytes())?;
     for name in ["prostate-cancerous", "prostate-healthy"] {
-        let text = fs::read(folder("materials").join(format!("{name}.toml")))?;
+        let text = fs::read(folder("crates/haptic-tissue/materials").join(format!("{name}.toml")))?;
         write("material", name, &text)?;
     }
     Ok(())
