@@ -199,7 +199,7 @@ fn see(
         curves,
         drive,
         last,
-        files: csv.map_or_else(Files::default, |csv| Files::of_table(csv.finish())),
+        files: Files::of_run(ran, csv),
     })
 }
 
@@ -214,7 +214,7 @@ pub(super) fn publish(
     judge: impl FnMut(&KeptSample) -> Judged,
 ) -> Result<(Report, Option<TheoryCurves>), Failure> {
     let quantity = comparison.quantity;
-    let Ran { record, folder, .. } = ran;
+    let record = &ran.record;
     let Seen {
         compared,
         curves,
@@ -232,9 +232,6 @@ pub(super) fn publish(
         quantity,
         drive.as_ref(),
     );
-    if files.csv.is_none() {
-        folder.remove_stale_results();
-    }
     let curves = record.ended.is_none().then(|| TheoryCurves {
         drive: drive_curves,
         ..drawn(comparison, rendering, origin(record), curves)

@@ -3,6 +3,7 @@
 use crate::drive::DriveReport;
 use crate::ended::LetGo;
 use crate::failure::Failure;
+use crate::folder::Table;
 use crate::judge::Compared;
 use crate::kept::{KeptSample, Record};
 use crate::preflight::PreflightVerdict;
@@ -90,12 +91,17 @@ pub struct Files {
 }
 
 impl Files {
-    /// The table, or why there is none.
-    pub(crate) fn of_table(finished: Result<String, Failure>) -> Self {
-        let (csv, unwritten) = match finished {
-            Ok(path) => (Some(path), None),
-            Err(failure) => (None, Some(failure.to_string())),
+    /// The table of a run that reached its end, or why there is none; `None` for a run that was cut short. Where none is written, that of
+    /// an earlier run goes.
+    pub(crate) fn of_run(ran: &Ran, table: Option<Table>) -> Self {
+        let (csv, unwritten) = match table.map(Table::finish) {
+            Some(Ok(path)) => (Some(path), None),
+            Some(Err(failure)) => (None, Some(failure.to_string())),
+            None => (None, None),
         };
+        if csv.is_none() {
+            ran.folder.remove_stale_results();
+        }
         Self {
             csv,
             unwritten,
@@ -250,9 +256,7 @@ impl RunReport {
             warnings: warnings.0,
         }
     }
-}
 
-impl RunReport {
     /// The failure of a table that could not be written, to be told behind all else; `None` if there is none.
     #[must_use]
     pub fn lost_table(&self) -> Option<Failure> {

@@ -50,7 +50,7 @@ pub(crate) fn judged<const N: usize>(
         Some(reason) => Compared::without_meaning(reason.to_owned()),
     };
     Ok(Judged {
-        files: Files::of_table(table.finish()),
+        files: Files::of_run(ran, Some(table)),
         curves,
         operator_error,
     })

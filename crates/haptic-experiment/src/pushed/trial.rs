@@ -137,7 +137,7 @@ pub(crate) trait Trial: Clone {
         let mut warnings = warnings(Self::KIND, &settling, agrees, record);
         warnings.0.extend(setup.not_thrown());
         warnings.0.extend(self.warning(ran));
-        let mut files = Files::default();
+        let files;
         let mut curves = None;
         let mut operator_error = Compared::without_meaning("the run was cut short".to_owned());
         if whole {
@@ -145,9 +145,8 @@ pub(crate) trait Trial: Clone {
             operator_error = judged.operator_error;
             files = judged.files;
             curves = Some((origin(record), judged.curves));
-        }
-        if files.csv.is_none() {
-            ran.folder.remove_stale_results();
+        } else {
+            files = Files::of_run(ran, None);
         }
         let deflection_error = setup.deflection_error(record, settling, Self::KIND, Self::NO_REST);
         let report = TrialReport {

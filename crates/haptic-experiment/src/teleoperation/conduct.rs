@@ -127,10 +127,8 @@ impl TeleoperationExperiment {
             curves: Thinned::of(&record),
             record,
         };
-        run.all(schedule, &mut recorder, supervisor, &mut |tick, hand_m| {
-            table.row(Row::of(tick, hand_m));
-        })
-        .map_err(Failure::Run)?;
+        run.all(schedule, &mut recorder, supervisor, &mut table)
+            .map_err(Failure::Run)?;
         let recorded = close(recorder, &run.record, run.pair.is_at_rest())?;
         self.publish(run, recorded, (folder, table), preflight)
     }
@@ -159,13 +157,7 @@ impl TeleoperationExperiment {
             live_warnings: recorded.warnings,
         };
         let whole = ran.record.ended.is_none();
-        let files = match whole {
-            true => Files::of_table(table.finish()),
-            false => Files::default(),
-        };
-        if files.csv.is_none() {
-            ran.folder.remove_stale_results();
-        }
+        let files = Files::of_run(&ran, whole.then_some(table));
         curves.finish();
         let report = self.report(&ran, (&pair, &judged), files)?;
         let drawn = whole.then(|| self.drawn(&report, curves));
@@ -280,7 +272,7 @@ impl Run {
         schedule: Schedule,
         recorder: &mut Recorder,
         supervisor: Supervisor<'_>,
-        row: &mut dyn FnMut(&PairTick, f64),
+        table: &mut Table,
     ) -> anyhow::Result<()> {
         let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
         let mut done = 0;
@@ -309,7 +301,7 @@ impl Run {
             }
             self.judged.see(&tick);
             self.record.push(&message);
-            row(&tick, hand_m);
+            table.row(Row::of(&tick, hand_m));
             self.keep(&tick, hand_m);
             self.record.ended = if logged.is_ok() {
                 self.ended(&tick, recorder, supervisor)

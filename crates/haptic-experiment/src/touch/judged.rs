@@ -48,7 +48,7 @@ impl TouchExperiment {
         let whole = record.ended.is_none();
         let verdict = self.verdict(record, energy);
         let ramp = self.ramp_samples(record);
-        let mut files = Files::default();
+        let files;
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
         if whole {
@@ -56,9 +56,8 @@ impl TouchExperiment {
             let drawn = self.draw::<D>(ran)?;
             files = drawn.files;
             curves = Some(self.curves(drawn.curves, origin(record), verdict));
-        }
-        if files.csv.is_none() {
-            ran.folder.remove_stale_results();
+        } else {
+            files = Files::of_run(ran, None);
         }
         let run = RunReport::new(
             ran,
@@ -284,7 +283,7 @@ impl TouchExperiment {
         }
         curves.finish();
         Ok(Drawn {
-            files: Files::of_table(table.finish()),
+            files: Files::of_run(ran, Some(table)),
             curves,
         })
     }
