@@ -1,14 +1,14 @@
 //! Requests whose answers are lost, and stops that the device does not hear.
 
 use super::middle::Middle;
+use super::untold::{logged_as_told, witnessed};
 use super::{Emulated, number};
 use crate::process::{Ended, PATIENCE, signal};
 use haptic_link::{Report, Request, Start};
-use std::collections::BTreeMap;
 use std::process::Child;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// A wall that the device is pushed through, out of its workspace.
@@ -131,15 +131,7 @@ fn a_stop_that_the_device_does_not_hear_is_told_as_it_was() {
 fn is_told_as_it_was(options: &str) {
     let device = Emulated::new("");
     device.loosen();
-    let said = Arc::new(Mutex::new(BTreeMap::new()));
-    let saying = Arc::clone(&said);
-    let middle = Middle::before(&device, move |report| {
-        if let Report::Sample(sample) = report {
-            let mut said = saying.lock().expect("nobody panicked");
-            said.insert(sample.tick, sample.force_n);
-        }
-        false
-    });
+    let (middle, told) = witnessed(&device, |_| false);
     let line = format!(
         "relax --device serial:line {options} --watchdog 500ms --late-ticks 0 --contact rigid --ramp-time 100ms \
          --duration 60s --out run --quiet --json"
@@ -163,44 +155,12 @@ fn is_told_as_it_was(options: &str) {
         device.place.path("run/relax-fault.mcap").exists(),
         "{ended}"
     );
-    // Every sample behind those that count has the force that the device itself told.
-    device
-        .place
-        .run("log export run/relax.mcap ticks.csv")
-        .succeeded();
-    let said = said.lock().expect("nobody panicked");
-    let rows = csv(&device.place.text("ticks.csv"));
-    let behind: Vec<_> = rows
-        .iter()
-        .filter(|(tick, _)| f64::from(*tick) > last)
-        .collect();
-    assert!(behind.len() > 400, "{}: {ended}", behind.len());
+    // Those behind the samples that count.
+    let behind = logged_as_told(&device, &told, last as u32);
     assert!(behind.iter().any(|(_, force_n)| *force_n < -0.01));
-    let other = |(tick, force_n): &&&(u32, f64)| (force_n - f64::from(said[tick])).abs() > 1e-9;
-    let other = behind.iter().find(other);
-    assert_eq!(other, None, "{:?}", other.map(|(tick, _)| said[tick]));
-    let (_, last_n) = rows.last().expect("samples");
+    let (_, last_n) = behind.last().expect("samples");
     assert!(last_n.abs() < 1e-12, "{last_n} N at the end");
     let check = device.place.run("log check run/relax.mcap --json").json();
     assert_eq!(check["end"]["ended"], "fault", "{check}");
     assert_eq!(number(&check, "/missing_samples"), 0.0, "{check}");
-}
-
-/// Ticks and forces, N, of an exported log.
-pub(super) fn csv(text: &str) -> Vec<(u32, f64)> {
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let column = |name| {
-        header
-            .iter()
-            .position(|column| *column == name)
-            .expect("a column")
-    };
-    let (tick, force) = (column("tick"), column("force_n"));
-    let row = |line: &str| {
-        let cells: Vec<&str> = line.split(',').collect();
-        let force_n = cells[force].parse().expect("a number");
-        (cells[tick].parse().expect("a tick"), force_n)
-    };
-    lines.map(row).collect()
 }

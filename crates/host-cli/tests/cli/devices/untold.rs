@@ -1,7 +1,7 @@
 //! What a log says of a run where the line lost what told of it: the frame of a fault, forces on their way to the device.
 
 use super::middle::Middle;
-use super::unheard::{LEAVES, csv, ended, under_way};
+use super::unheard::{LEAVES, ended, under_way};
 use super::{Emulated, number};
 use crate::faults::metadata;
 use haptic_link::{Report, Request, Sample, Start};
@@ -11,10 +11,10 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Samples that a device told, by tick.
-type Told = Arc<Mutex<BTreeMap<u32, Sample>>>;
+pub(super) type Told = Arc<Mutex<BTreeMap<u32, Sample>>>;
 
 /// A line that keeps what the device tells, and loses the messages for which this is true.
-fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middle, Told) {
+pub(super) fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middle, Told) {
     let told = Told::default();
     let telling = Arc::clone(&told);
     let start = Request::Start(Start::ENDLESS).number();
@@ -79,16 +79,41 @@ fn forces_that_did_not_arrive_are_in_no_log() {
     let lost = newest(&told);
     let ended = ended(line, child).failed(1);
     assert!(ended.error().contains("heard nothing"), "{ended}");
+    logged_as_told(&device, &told, lost);
+}
+
+/// The log of `run/relax` behind this tick, some hundred ticks and forces, N: each has the force that the device itself told.
+pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<(u32, f64)> {
     device
         .place
         .run("log export run/relax.mcap ticks.csv")
         .succeeded();
     let told = told.lock().expect("nobody panicked");
-    let rows = csv(&device.place.text("ticks.csv"));
-    let behind: Vec<_> = rows.iter().filter(|(tick, _)| *tick > lost).collect();
-    assert!(behind.len() > 400, "{}: {ended}", behind.len());
+    let mut behind = csv(&device.place.text("ticks.csv"));
+    behind.retain(|(tick, _)| *tick > after);
+    assert!(behind.len() > 400, "{}", behind.len());
     let other =
-        |(tick, force_n): &&&(u32, f64)| (force_n - f64::from(told[tick].force_n)).abs() > 1e-9;
+        |(tick, force_n): &&(u32, f64)| (force_n - f64::from(told[tick].force_n)).abs() > 1e-9;
     let other = behind.iter().find(other);
     assert_eq!(other, None, "{:?}", other.map(|(tick, _)| told[tick]));
+    behind
+}
+
+/// Ticks and forces, N, of an exported log.
+fn csv(text: &str) -> Vec<(u32, f64)> {
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let column = |name| {
+        header
+            .iter()
+            .position(|column| *column == name)
+            .expect("a column")
+    };
+    let (tick, force) = (column("tick"), column("force_n"));
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let force_n = cells[force].parse().expect("a number");
+        (cells[tick].parse().expect("a tick"), force_n)
+    };
+    lines.map(row).collect()
 }
