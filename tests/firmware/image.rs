@@ -1,11 +1,12 @@
 //! Building and running the images.
 
-use super::{firmware, skip};
+use super::firmware;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
+use testkit::skip;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 

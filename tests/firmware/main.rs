@@ -54,14 +54,6 @@ fn firmware() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("firmware")
 }
 
-/// A check that cannot be done here. Where `REQUIRE_ALL_CHECKS` is set, as in CI, that is a failure.
-fn skip(why: &str) {
-    assert!(std::env::var_os("REQUIRE_ALL_CHECKS").is_none(), "{why}");
-    // Not through the test harness, which hides what a passing test prints.
-    let line = format!("skipped: {why}\n");
-    let _ = std::io::Write::write_all(&mut std::io::stderr(), line.as_bytes());
-}
-
 fn updating() -> bool {
     std::env::var_os("UPDATE_FIRMWARE_TABLES").is_some()
 }

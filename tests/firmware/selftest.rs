@@ -2,12 +2,12 @@
 
 use super::board::Emulator;
 use super::image::{Image, built};
-use super::skip;
 use haptic_experiment::Failure;
 use haptic_remote::serial::{ConnectOptions, SerialLink};
 use haptic_selftest::{Attendant, Check, SelfTest};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+use testkit::skip;
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]

@@ -1,10 +1,11 @@
 //! The template as a newcomer takes it: copied beside a clone, built, started, and asked by the client of the page.
 
 use super::board::Emulator;
+use super::firmware;
 use super::image::needs;
-use super::{firmware, skip};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use testkit::skip;
 
 /// Copies files and folders; nothing that a build has left.
 fn copy(from: &Path, to: &Path) {

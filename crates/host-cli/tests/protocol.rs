@@ -99,10 +99,10 @@ fn client(line: &str, ticks: u64, options: &str) -> Option<(Value, Emulator)> {
         let output = match output {
             Ok(output) => output,
             Err(error) => {
-                let missing = format!("{}: {error}; point PYTHON to a Python", python.display());
-                let required = std::env::var_os("REQUIRE_ALL_CHECKS").is_some();
-                assert!(!required, "{missing}");
-                println!("skipped: {missing}");
+                testkit::skip(&format!(
+                    "{}: {error}; point PYTHON to a Python",
+                    python.display()
+                ));
                 return None;
             }
         };

@@ -18,8 +18,10 @@ pub mod device;
 pub mod golden;
 pub mod operator;
 mod random;
+mod skip;
 pub mod tissue;
 
 pub use campaign::cases;
 pub use compare::{assert_close, assert_relative};
 pub use random::Random;
+pub use skip::{skip, skip_for_load};

@@ -319,9 +319,7 @@ fn foreign_readers_agree(
         }
         Err(error) => format!("{}: {error}", python.display()),
     };
-    assert!(
-        std::env::var_os("REQUIRE_ALL_CHECKS").is_none(),
+    testkit::skip(&format!(
         "{missing}; `pip install mcap mcap-ros2-support`, or point PYTHON to a Python that has them"
-    );
-    println!("skipped: {missing}");
+    ));
 }

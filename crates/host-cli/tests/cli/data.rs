@@ -268,7 +268,7 @@ fn bash_completes_with_the_script() {
             echo \"${COMPREPLY[@]}\"'";
     let ended = Place::new().shell(script);
     if ended.code == Some(77) {
-        return crate::process::skip("there is no bash");
+        return testkit::skip("there is no bash");
     }
     assert_eq!(ended.succeeded().stdout, "relax\n");
 }

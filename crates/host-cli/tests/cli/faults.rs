@@ -1,10 +1,11 @@
 //! Faults and what is kept of them, and the pre-flight that is to prevent some.
 
 use crate::devices::Emulated;
-use crate::process::{PATIENCE, Place, cases, number, says, signal, skip};
+use crate::process::{PATIENCE, Place, cases, number, says, signal};
 use serde_json::Value;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
+use testkit::skip;
 
 /// The metadata record of this name in what `log info` or `log check` tells.
 pub(crate) fn metadata<'a>(summary: &'a Value, name: &str) -> &'a Value {

@@ -1,9 +1,10 @@
 //! A Haply 2DIY: the maker's own host on the emulated board, and this program's experiments on it.
 
 use crate::emulated::Emulated;
-use crate::process::{Ended, Place, number, says, skip};
+use crate::process::{Ended, Place, number, says};
 use haptic_devices::haply::Version;
 use std::process::Command;
+use testkit::skip;
 
 /// An emulated 2DIY in a place, as `2diy`.
 fn board(options: &str) -> Emulated {
@@ -144,10 +145,7 @@ fn begun(ended: &Ended) -> Option<serde_json::Value> {
     }
     let complaint = ended.complaint(3, &["haply:2diy"]);
     assert_eq!(complaint, None, "{ended}");
-    println!(
-        "skipped: this machine was too busy to open the emulated board: {}",
-        ended.error()
-    );
+    testkit::skip_for_load(&ended.error());
     None
 }
 

@@ -4,9 +4,10 @@
 mod from_outside;
 
 use crate::experiments::SHORT;
-use crate::process::{Ended, PATIENCE, Place, number, says, skip, table};
+use crate::process::{Ended, PATIENCE, Place, number, says, table};
 use std::process::Child;
 use std::time::{Duration, Instant};
+use testkit::skip;
 
 /// Header of `log export`.
 const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\

@@ -156,7 +156,7 @@ fn a_person_reads_which_part_took_the_time() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_run_that_may_not_have_a_priority_goes_on_and_says_once_how_to_get_it() {
-    use crate::process::skip;
+    use testkit::skip;
     let place = Place::new();
     let limited = "ulimit -r 0; exec setpriv --bounding-set=-sys_nice --inh-caps=-sys_nice";
     if place.shell(&format!("{limited} true")).code != Some(0) {

@@ -145,15 +145,12 @@ fn a_self_test_sees_no_promise_kept(kind: &str, name: &str) {
     let run = device.place.start(&line);
     let ended = unplugged_after(run, &mut device, "the device moves by itself").failed(3);
     if ended.error().contains("no whole answer for 4 ticks") {
-        println!("skipped: this machine was too busy for {name} before it was unplugged");
+        testkit::skip_for_load(&format!("{name}, before it was unplugged"));
         return;
     }
     says_that_it_is_gone(&ended);
     if ended.stdout.is_empty() {
-        println!(
-            "skipped: this machine was too busy to open {name}: {}",
-            ended.error()
-        );
+        testkit::skip_for_load(&format!("{name}: {}", ended.error()));
         return;
     }
     let report = ended.json();
@@ -195,10 +192,7 @@ fn a_touch_keeps_its_log(kind: &str, name: &str) {
     let ended = Ended::new(line, &ended).failed(3);
     says_that_it_is_gone(&ended);
     if !device.place.path("run/touch.mcap").exists() {
-        println!(
-            "skipped: no log of a run, this machine was too busy to begin one: {}",
-            ended.error()
-        );
+        testkit::skip_for_load(&format!("no log of a run: {}", ended.error()));
         return;
     }
     assert!(

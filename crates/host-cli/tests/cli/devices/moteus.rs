@@ -1,11 +1,12 @@
 //! A moteus servo: the emulated one held to the maker's own client, and experiments on it.
 
 use super::{Emulated, number};
-use crate::process::{Place, skip};
+use crate::process::Place;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command};
 use std::time::Duration;
+use testkit::skip;
 
 /// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
 const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
@@ -182,9 +183,7 @@ fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
     let (mode, torque_nm, most_nm) = last_words(&device.ends());
     assert_eq!((mode, torque_nm), (11.0, 0.0), "it has let go");
     if most_nm <= 0.0 {
-        println!(
-            "skipped: this machine was too busy for the servo to be driven before the host was killed"
-        );
+        testkit::skip_for_load("the servo was not driven before the host was killed");
     }
 }
 

@@ -12,13 +12,16 @@
 //! On a page with output each code span that begins with a digit must stand in one of its blocks too, so no number is
 //! typed by hand.
 
-use crate::process::{Ended, PATIENCE, Place, binary, skip};
+use crate::process::{Ended, PATIENCE, Place, binary};
 use clap::CommandFactory as _;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use testkit::book::{self, Block, Markdown};
+use testkit::{
+    book::{self, Block, Markdown},
+    skip,
+};
 
 /// With this in the environment, output on the pages is replaced by what the commands print.
 const UPDATE: &str = "UPDATE_GUIDE";
@@ -36,8 +39,8 @@ struct Behind {
 struct Reader<'a> {
     place: &'a Place,
     file: &'a str,
-    /// What the last command printed.
-    printed: String,
+    /// What the last command printed, if it ran.
+    printed: Option<String>,
     behind: Vec<Behind>,
     /// Output on the page, and what the commands printed instead.
     stale: Vec<(String, String)>,
@@ -69,7 +72,7 @@ pub(super) fn follows(file: &str, wanted: &[&str]) {
     let mut reader = Reader {
         place: &place,
         file,
-        printed: String::new(),
+        printed: None,
         behind: Vec::new(),
         stale: Vec::new(),
     };
@@ -122,13 +125,12 @@ impl Reader<'_> {
                     self.run(&command, code);
                 }
             }
-            "text" if note == "output" && self.printed != block.text => {
-                let shown = (block.text.clone(), self.printed.clone());
-                if !matches(&block.text, &self.printed) {
-                    self.stale.push(shown);
+            "text" => {
+                let printed = self.printed.as_ref().filter(|_| note == "output");
+                if let Some(printed) = printed.filter(|printed| !matches(&block.text, printed)) {
+                    self.stale.push((block.text.clone(), printed.clone()));
                 }
             }
-            "text" => {}
             _ if note.is_empty() => {}
             _ => {
                 // A busy machine may be silent for longer than a line.
@@ -152,8 +154,8 @@ impl Reader<'_> {
 
     fn run(&mut self, command: &str, code: i32) {
         if command.starts_with("python3 ") && std::env::var_os("PYTHON").is_none() {
-            skip(&format!("{}: {command}: PYTHON is not set", self.file));
-            return;
+            self.printed = None;
+            return skip(&format!("{}: {command}: PYTHON is not set", self.file));
         }
         let output = assert_cmd::Command::from_std(self.shell(command))
             .timeout(PATIENCE)
@@ -165,7 +167,7 @@ impl Reader<'_> {
             code => ended.failed(code),
         };
         assert_eq!(ended.code, Some(code), "{}: {ended}", self.file);
-        self.printed = ended.stdout;
+        self.printed = Some(ended.stdout);
     }
 
     /// Starts the commands, and waits until each has said something or made its link.
