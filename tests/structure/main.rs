@@ -215,7 +215,8 @@ fn circles_of(name: &str, source: &Source) -> Vec<Offence> {
 
 fn words_of(name: &str, source: &Source) -> Vec<Offence> {
     let mut found = Vec::new();
-    if name == COMMAND {
+    // The kit speaks for tests, with which nothing that is given away is built.
+    if [COMMAND, FOR_TESTS].contains(&name) {
         return found;
     }
     for file in &source.files {
