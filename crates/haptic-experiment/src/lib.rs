@@ -71,7 +71,7 @@ pub use report::{Report, RunReport, Summary};
 pub use run::Supervisor;
 pub use safety::{GuardChoice, Safety};
 pub use schedule::Pace;
-pub use sensed::{Sensed, Sensors};
+pub use sensed::Sensors;
 pub use settling::{Criterion, CriterionName, Settling, TrialVerdict};
 pub use teleoperation::{TeleoperationExperiment, TeleoperationReport};
 pub use touch::{TouchExperiment, TouchReport};

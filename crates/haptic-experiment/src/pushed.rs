@@ -11,7 +11,7 @@ mod trial;
 
 use super::refused::parameter;
 use super::safety::{GuardedDevice, Safety};
-use super::sensed::{Sensed, Sensors};
+use super::sensed::Sensors;
 use super::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::failure::Failure;
 use crate::parameters;
@@ -20,7 +20,7 @@ pub(super) use described::six_digits;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
 pub(super) use judged::{Judged, incomparable, judged, limited};

@@ -7,10 +7,9 @@
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
 
 use crate::kept::TickRecord;
-use crate::sensed::Sensed;
 use fracdiff::Real;
 use haptic_log::record::TickMessage;
-use haptic_loop::plant::{IndentationRig, MassDamper};
+use haptic_loop::plant::{IndentationRig, MassDamper, Sensed};
 use haptic_loop::{Controller, Device, Environment};
 use std::convert::Infallible;
 use std::ops::ControlFlow;

@@ -5,7 +5,6 @@ use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::failure::Failure;
 use crate::imperfections::Imperfections;
-use crate::sensed::Sensed;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;
 use haptic_loop::{Controller, Device, Fault, ParameterError, SafetyChain};
@@ -181,7 +180,7 @@ pub fn on_simulated(
         ..device
     });
     let plant = MassDamper::<1>::new(config).map_err(Failure::input)?;
-    let mut device = Sensed::new(plant, imperfections.sensors)?;
+    let mut device = imperfections.sensors.before(plant)?;
     let driven = drive(plan, &mut device, &mut |_, sent| sent, progress, stop);
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),

@@ -12,11 +12,11 @@ use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, host_limits, push
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::{GuardedDevice, Safety};
 use crate::schedule::{Pace, Schedule};
-use crate::sensed::{Sensed, Sensors};
+use crate::sensed::Sensors;
 use crate::settling::{Criterion, Judge, Settling};
 use fracdiff::parameter::Shown;
 use haptic_link::{LoopMode, Simulation, SimulationKind};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
 };
@@ -158,7 +158,7 @@ impl TrialSetup {
     /// # Errors
     /// A parameter outside its range.
     pub(crate) fn sensed(&self) -> Result<Sensed<MassDamper<1>>, Failure> {
-        Sensed::new(thrown(self.device, &self.plan())?, self.sensors)
+        self.sensors.before(thrown(self.device, &self.plan())?)
     }
 
     /// The safety chain of the loop that runs here.

@@ -12,11 +12,10 @@ use crate::remote::{RemoteRun, blank, host_limits};
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::GuardedDevice;
 use crate::schedule::Schedule;
-use crate::sensed::Sensed;
 use crate::simulate::{Sink, simulate};
 use fracdiff::{Operator, Real, Seconds};
 use haptic_link::LoopMode;
-use haptic_loop::plant::{HeldRig, IndentationRig, RigDrive};
+use haptic_loop::plant::{HeldRig, IndentationRig, RigDrive, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
 use std::collections::BTreeMap;
@@ -154,7 +153,7 @@ impl Rendering {
                 SimulatedRig::Held(Box::new(rig))
             }
         };
-        Sensed::new(rig, self.sensors)
+        self.sensors.before(rig)
     }
 
     /// Refuses a drive where nothing could be held by one.

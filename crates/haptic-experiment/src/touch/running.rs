@@ -11,9 +11,8 @@ use crate::folder::FolderRequest;
 use crate::refused::parameter;
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::schedule::{Schedule, horizon};
-use crate::sensed::Sensed;
 use haptic_loop::Controller;
-use haptic_loop::plant::Axes;
+use haptic_loop::plant::{Axes, Sensed};
 
 /// A loop made of good parameters.
 struct Parts<const D: usize> {
@@ -155,7 +154,7 @@ impl TouchExperiment {
         let device = HeldAxes::new(axes, (self.path.clone(), self.grip), shape, t.0);
         Ok(Parts {
             controller,
-            device: Sensed::new(device, self.sensors)?,
+            device: self.sensors.before(device)?,
             samples,
         })
     }

@@ -9,7 +9,7 @@ use crate::pushed::{
     TrialPlan, encoder_step, force_alone, force_limit, thrown, try_out, wall_at_start,
 };
 use crate::remote::{Kept, RemoteLaw, portable, push};
-use crate::sensed::{Sensed, Sensors};
+use crate::sensed::Sensors;
 use crate::settling::Judge;
 use crate::trials::Trials;
 use fracdiff::{Operator, Order};
@@ -132,7 +132,7 @@ impl<'a> Search<'a> {
         }
         let device = thrown(config, &plan)?;
         // Sensors that cannot be made are refused before the first run.
-        Sensed::new(device.clone(), experiment.sensors)?;
+        experiment.sensors.before(device.clone())?;
         let smooth = MassDamperConfig {
             friction: Newtons(0.0),
             ..config
@@ -286,7 +286,7 @@ impl<'a> Search<'a> {
         };
         let one_sided = self.experiment.one_sided;
         let wall = wall_at_start(stiffness, dissipation, self.operator.clone(), one_sided);
-        let (Ok(wall), Ok(mut device)) = (wall, Sensed::new(device.clone(), sensors)) else {
+        let (Ok(wall), Ok(mut device)) = (wall, sensors.before(device.clone())) else {
             return false;
         };
         let mut controller = Controller::<f64, 1, _>::new(wall, self.chain);

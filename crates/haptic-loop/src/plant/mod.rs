@@ -29,6 +29,7 @@ mod noise;
 mod profile;
 mod rig;
 mod rig_config;
+mod sensed;
 
 pub use axes::Axes;
 pub use delay::{MAX_DELAY_SAMPLES, MeasurementDelay};
@@ -42,3 +43,4 @@ pub use noise::SensorNoise;
 pub use profile::RampHold;
 pub use rig::{IndentationRig, SUB_STEPS};
 pub use rig_config::{RigConfig, RigContact, RigDrive, RigServo};
+pub use sensed::Sensed;

@@ -7,8 +7,8 @@
 //! the device is a mass on its own damper.
 
 use super::ranges;
-use haptic_experiment::{Failure, Imperfections, Sensed};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_experiment::{Failure, Imperfections};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use haptic_loop::{Device, Reading, SafeForce};
 use nalgebra::Vector1;
@@ -121,7 +121,7 @@ impl HeldDevice {
         let mut device = Self {
             free: MassDamper::new(free).map_err(Failure::input)?,
             held: MassDamper::new(held).map_err(Failure::input)?,
-            sensors: Sensed::new(place, imperfections.sensors)?,
+            sensors: imperfections.sensors.before(place)?,
             is_held: false,
             pointer: Pointer::at(START_M, sample_time.0),
             hand_force_n: 0.0,
