@@ -22,6 +22,15 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// A plant that this board cannot be, a parameter outside its range.
     fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal>;
 
+    /// Makes of what was prepared what this very board is, as an emulated one that is told which device to be; outside the tick too.
+    ///
+    /// # Errors
+    /// A plant that this board cannot be.
+    fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {
+        let _ = setup;
+        Ok(())
+    }
+
     /// Takes over what was prepared, between two ticks. From then on ticks come at this period.
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32);
 

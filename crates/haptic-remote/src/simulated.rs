@@ -80,7 +80,7 @@ impl Fields {
 }
 
 /// The one thing a plant finds that its fields do not show: a motion too fast for the tick.
-const fn too_fast(_: ParameterError) -> Refusal {
+pub(crate) const fn too_fast(_: ParameterError) -> Refusal {
     Refusal::Unsupported(Field::TickPeriod)
 }
 

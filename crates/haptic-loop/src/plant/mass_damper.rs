@@ -155,6 +155,17 @@ impl<const D: usize> MassDamper<D> {
         })
     }
 
+    /// Another device at rest at position 0, under the same external force.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with(&self, config: MassDamperConfig) -> Result<Self, ParameterError> {
+        Ok(Self {
+            external: self.external,
+            ..Self::new(config)?
+        })
+    }
+
     /// Back to rest at position 0 and tick 0, no force in the delay line. The external force stays.
     pub fn restart(&mut self) {
         self.axes = [Axis::default(); D];

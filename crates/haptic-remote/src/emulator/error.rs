@@ -12,6 +12,8 @@ use std::string::String;
 pub enum EmulatorError {
     /// A fault of the line outside its range.
     Faults(ParameterError),
+    /// A sensor outside its range.
+    Body(ParameterError),
     /// The symbolic link could not be made.
     Link {
         /// Its name.
@@ -37,7 +39,7 @@ pub enum EmulatorError {
 impl fmt::Display for EmulatorError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Faults(error) => error.fmt(f),
+            Self::Faults(error) | Self::Body(error) => error.fmt(f),
             Self::Link { link, error } => not_made(f, "link", link, error),
             Self::Socket { path, error } => not_made(f, "socket", path, error),
             Self::Terminal(reason) => f.write_str(reason),

@@ -7,11 +7,13 @@
 //! machine is too busy to tick in time the device's clock waits, as if everything on it had been slower:
 //! an emulated device never reports faults that it would not have.
 
+mod body;
 mod error;
 mod port;
 mod socket;
 mod terminal;
 
+pub use body::Body;
 pub use error::EmulatorError;
 pub use socket::Socket;
 pub use terminal::Terminal;
@@ -22,6 +24,7 @@ use crate::{
     DeviceSession, FaultyLine, Hardware, LineDamage, LineFaults, SimulatedAxes, SimulatedPlant,
     TickSide,
 };
+use body::{Embodied, Fits};
 use haptic_link::FRAME_MAX;
 use std::boxed::Box;
 use std::cell::RefCell;
@@ -45,6 +48,7 @@ const WAITING_MOST: usize = 4096;
 /// println!("a device is at {}", terminal.path().display());
 /// let emulation = Emulation {
 ///     axes: 1,
+///     body: None,
 ///     speed: 1.0,
 ///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
 ///     seed: 1,
@@ -60,6 +64,8 @@ const WAITING_MOST: usize = 4096;
 pub struct Emulation {
     /// Axes of the device, 1 to 3.
     pub axes: u8,
+    /// The device that it is; `None` for an ideal one, of the mass and damping that a host asks for.
+    pub body: Option<Body>,
     /// Device seconds in a second.
     pub speed: f64,
     /// Faults of the line, both ways.
@@ -96,7 +102,7 @@ pub struct Emulated {
 /// Runs the device until it is stopped or its time is over.
 ///
 /// # Errors
-/// Axes or faults outside their range; a line that cannot be shared.
+/// Axes, faults or a body outside their range; a line that cannot be shared.
 pub fn emulate(
     line: Box<dyn Line>,
     emulation: &Emulation,
@@ -111,7 +117,19 @@ pub fn emulate(
     }
 }
 
-fn emulate_board<H: Hardware<D>, const D: usize>(
+fn emulate_board<H: Hardware<D, Setup: Fits>, const D: usize>(
+    line: Box<dyn Line>,
+    emulation: &Emulation,
+    board: H,
+    stop: &AtomicBool,
+) -> Result<Emulated, EmulatorError> {
+    match emulation.body {
+        None => run(line, emulation, board, stop),
+        Some(body) => run(line, emulation, Embodied::new(board, body)?, stop),
+    }
+}
+
+fn run<H: Hardware<D>, const D: usize>(
     line: Box<dyn Line>,
     emulation: &Emulation,
     board: H,

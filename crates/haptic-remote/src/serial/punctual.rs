@@ -55,6 +55,10 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
         H::prepare(simulation, tick_period_us)
     }
 
+    fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {
+        self.hardware.fit(setup)
+    }
+
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
         self.hardware.install(setup, tick_period_us);
     }

@@ -245,6 +245,7 @@ impl Arguments {
         }
         let emulation = Emulation {
             axes: self.axes.unwrap_or(1),
+            body: None,
             speed: self.speed,
             faults,
             seed,
