@@ -172,35 +172,27 @@ impl ExperimentFile {
     /// A serial device, if the experiment has settings that only the simulated device has, or its loop, if that cannot carry the
     /// experiment.
     pub fn on(mut self, remote: Option<RemoteDevice>) -> Result<Self, Failure> {
-        let sensors = match &mut self {
+        match &mut self {
             Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                if remote.is_some() && !rendering.sensors.are_ideal() {
+                    return Err(Failure::bad_input(
+                        "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own",
+                    ));
+                }
                 rendering.remote = remote;
-                rendering.sensors
             }
             Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => {
-                setup.remote = remote;
-                setup.sensors
-            }
+            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote = remote,
             Self::Teleoperation(_) if remote.is_some() => {
                 return Err(Failure::bad_input(
                     "a teleoperation runs on two simulated devices: leave `device` away",
                 ));
             }
-            Self::Touch(touch) => {
-                touch.remote = remote;
-                touch.sensors
-            }
-            Self::Teleoperation(_) => return Ok(self),
-        };
+            Self::Touch(touch) => touch.remote = remote,
+            Self::Teleoperation(_) => {}
+        }
         if let Self::Coupler(coupler) = &self {
             coupler.check_loop()?;
-        }
-        if self.remote().is_some() && !sensors.are_ideal() {
-            return Err(Failure::bad_input(
-                "encoder_resolution_m and sensor_noise_m are of the simulated device: leave them away with \
-                 a serial one, which has its own",
-            ));
         }
         Ok(self)
     }
@@ -252,8 +244,8 @@ impl ExperimentFile {
         }
     }
 
-    /// The same, on the device of a device file: what it says wins over the keys of a wall or coupler. On a serial device, which has its
-    /// own friction, delay and sensors, mass, damping and hand are for the pre-flight and the rest for a guard.
+    /// The same, on the device of a device file: what it says wins over the keys of a wall or coupler. Of a serial device it is what the
+    /// pre-flight and a guard know.
     ///
     /// # Errors
     /// An experiment in which it would do nothing.
@@ -265,8 +257,7 @@ impl ExperimentFile {
             }
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => {
-                let (imperfections, known) = (model.imperfections(), model.guarded());
-                setup.take_device(model.dynamics(), &imperfections, &known);
+                setup.take_device(model.dynamics(), &model.imperfections(), model.guarded());
             }
             Self::Teleoperation(_) => {
                 return Err(Failure::bad_input(

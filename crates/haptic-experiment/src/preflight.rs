@@ -38,7 +38,7 @@ pub const MEASURED: Duration = Duration::from_millis(200);
 pub struct PreflightRequest {
     /// Run what is unstable, too.
     pub force_unstable: bool,
-    /// Known dynamics of a real device; a simulated one tells its own numbers.
+    /// Known dynamics of a device at a port.
     pub dynamics: Option<Dynamics>,
 }
 

@@ -26,8 +26,8 @@ use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, 
 pub(super) use judged::{Judged, incomparable, judged, limited};
 use nalgebra::SVector;
 pub use report::TrialReport;
+pub(super) use setup::Parts;
 pub use setup::TrialSetup;
-pub(super) use setup::{Parts, only_ideal};
 use std::ops::{ControlFlow, RangeInclusive};
 pub(super) use trial::Trial;
 
@@ -240,15 +240,19 @@ pub(super) fn safe_force_limit(
 ) -> Result<SafetyChain<f64>, Failure> {
     let t = device.sample_time;
     let known = safety.guarded(GuardedDevice::simulated(device, sensors));
-    // A ratio just above a whole number is that number; a lag of the actuator counts as delay.
-    let delay = ((device.delay.0 + device.lag.0) / t.0 - 1e-9)
-        .ceil()
-        .max(0.0) as u32;
+    let delay = delay_ticks(device);
     let limits = Limits {
         guard: safety.guard.of(&known, t)?,
         ..safety.braked(safety.on(limits, false), device.mass.0, delay)
     };
     SafetyChain::from_limits(&limits, t).map_err(parameter)
+}
+
+/// Ticks from a measurement to the effect of its force, for braking: the lag of the actuator counts as delay.
+pub(super) fn delay_ticks(device: &MassDamperConfig) -> u32 {
+    let ticks = (device.delay.0 + device.lag.0) / device.sample_time.0;
+    // A ratio just above a whole number is that number.
+    (ticks - 1e-9).ceil().max(0.0) as u32
 }
 
 /// The limits of [`force_limit`].

@@ -135,7 +135,7 @@ impl Trial for CouplerExperiment {
 
     /// Only a loop on the host carries a coupler: the device renders nothing.
     fn law_there(&self, _: &RemoteDevice, _: u64) -> Result<RemoteLaw, Failure> {
-        self.setup.law()
+        Ok(self.setup.law())
     }
 
     fn operator_choice(&self) -> (Order, Scheme) {

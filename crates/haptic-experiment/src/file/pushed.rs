@@ -33,12 +33,10 @@ pub(super) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, Fil
     (!name.is_empty()).then(|| read(name)).transpose()
 }
 
-/// The device and its sensors: keys, where there are none the device file, where there is none the defaults. A serial device has its own
-/// friction, delay, lag and sensors, whatever the file says of them.
+/// The device and its sensors: keys, where there are none the device file, where there is none the defaults.
 fn device(
     table: &Table<'_>,
     model: Option<&DeviceModel>,
-    serial: bool,
     sample_time_s: f64,
 ) -> Result<(MassDamperConfig, Sensors), FileError> {
     let values = model.map(|model| model.values);
@@ -51,29 +49,26 @@ fn device(
         Some(number) => Ok(number),
         None => table.required(parameter),
     };
-    let simulated =
-        |parameter: &Parameter, value: fn(&DeviceValues) -> f64| match own(parameter, value)? {
-            Some(number) if !serial => Ok(number),
-            _ => table.number(parameter),
-        };
+    let may = |parameter: &Parameter, value: fn(&DeviceValues) -> f64| match own(parameter, value)?
+    {
+        Some(number) => Ok(number),
+        None => table.number(parameter),
+    };
     let device = MassDamperConfig {
         mass: Kilograms(must(&p::MASS, |device| device.mass_kg)?),
         damping: NewtonSecondsPerMetre(must(&p::DAMPING, |device| device.damping_n_s_per_m)?),
-        stiffness: NewtonsPerMetre(
-            own(&p::HAND_STIFFNESS, |device| device.hand_stiffness_n_per_m)?
-                .unwrap_or(p::HAND_STIFFNESS.default_number()),
-        ),
+        stiffness: NewtonsPerMetre(may(&p::HAND_STIFFNESS, |device| {
+            device.hand_stiffness_n_per_m
+        })?),
         sample_time: Seconds(sample_time_s),
-        delay: Seconds(simulated(&p::DELAY, |device| device.delay_s)?),
-        friction: Newtons(simulated(&p::FRICTION, |device| device.friction_n)?),
+        delay: Seconds(may(&p::DELAY, |device| device.delay_s)?),
+        friction: Newtons(may(&p::FRICTION, |device| device.friction_n)?),
         saturation: None,
-        lag: Seconds(simulated(&p::CURRENT_LAG, |device| device.current_lag_s)?),
+        lag: Seconds(may(&p::CURRENT_LAG, |device| device.current_lag_s)?),
     };
     let sensors = Sensors {
-        encoder_resolution_m: simulated(&p::ENCODER_RESOLUTION, |device| {
-            device.encoder_resolution_m
-        })?,
-        noise_m: simulated(&p::SENSOR_NOISE, |device| device.sensor_noise_m)?,
+        encoder_resolution_m: may(&p::ENCODER_RESOLUTION, |device| device.encoder_resolution_m)?,
+        noise_m: may(&p::SENSOR_NOISE, |device| device.sensor_noise_m)?,
         ..sensors(table)?
     };
     Ok((device, sensors))
@@ -86,20 +81,14 @@ pub(super) fn setup(
     (sample_time_s, duration_s): (f64, f64),
 ) -> Result<TrialSetup, FileError> {
     let model = device_model(table)?;
-    let (device, sensors) = device(table, model.as_ref(), remote.is_some(), sample_time_s)?;
+    let (device, sensors) = device(table, model.as_ref(), sample_time_s)?;
     let plan = plan(table, duration_s)?;
-    let mut safety = safety(table)?;
-    let mut known_delay_and_lag_s = [0.0; 2];
-    if let (Some(model), Some(_)) = (&model, &remote) {
-        safety = safety.with_device(&model.guarded(), true);
-        known_delay_and_lag_s = [model.values.delay_s, model.values.current_lag_s];
-    }
     Ok(TrialSetup {
         force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
-        safety,
+        safety: safety(table)?,
         remote,
         impact_was_given: table.number_if(&p::IMPACT)?.is_some(),
-        known_delay_and_lag_s,
+        known: model.as_ref().map(DeviceModel::guarded).unwrap_or_default(),
         ..TrialSetup::new(device, sensors, plan)
     })
 }

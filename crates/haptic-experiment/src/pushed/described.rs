@@ -53,7 +53,7 @@ impl TrialSetup {
         if let Criterion::Dissertation { threshold_m } = plan.criterion {
             metadata.insert("threshold_m".to_owned(), threshold_m.to_string());
         }
-        self.safety.describe(&mut metadata);
+        self.safety().describe(&mut metadata);
         metadata
     }
 

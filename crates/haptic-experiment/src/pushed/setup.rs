@@ -1,6 +1,6 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
-use super::{TrialPlan, dynamics, force_alone, safe_force_limit, thrown, try_out};
+use super::{TrialPlan, delay_ticks, dynamics, force_alone, safe_force_limit, thrown, try_out};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::imperfections::Imperfections;
@@ -8,14 +8,14 @@ use crate::judge::Compared;
 use crate::kept::{Record, Samples};
 use crate::preflight::{Dynamics, PreflightRequest, PreflightSubject};
 use crate::refused::parameter;
-use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, host_limits, push};
+use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, held, host_limits};
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::{GuardedDevice, Safety};
 use crate::schedule::{Pace, Schedule};
 use crate::sensed::Sensors;
 use crate::settling::{Criterion, Judge, Settling};
 use fracdiff::parameter::Shown;
-use haptic_link::{LoopMode, Simulation, SimulationKind};
+use haptic_link::LoopMode;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
 pub struct TrialSetup {
-    /// The device, the hand that holds it, and what makes it less than ideal.
+    /// The device, the hand that holds it, and what makes it less than ideal: simulated here, or known of a serial one.
     pub device: MassDamperConfig,
     /// Its sensors.
     pub sensors: Sensors,
@@ -45,8 +45,8 @@ pub struct TrialSetup {
     pub remote: Option<RemoteDevice>,
     /// The speed of the impact was asked for: of a serial device, which cannot be thrown, it is warned then.
     pub impact_was_given: bool,
-    /// Delay and lag of the serial device by its device file, s, for the pre-flight; zeros if they are not known.
-    pub known_delay_and_lag_s: [f64; 2],
+    /// What its device file says for the guard of a serial device.
+    pub known: GuardedDevice,
     /// Run on a serial device what the analysis refuses.
     pub force_unstable: bool,
 }
@@ -90,46 +90,42 @@ impl TrialSetup {
             pace: Pace::Virtual,
             remote: None,
             impact_was_given: false,
-            known_delay_and_lag_s: [0.0; 2],
+            known: GuardedDevice::default(),
             force_unstable: false,
         }
     }
 
-    /// Takes a known device: with its imperfections if it is simulated; a real one has its own, and they are told to its guard.
+    /// Takes the device of a device file.
     pub(crate) fn take_device(
         &mut self,
         dynamics: Dynamics,
         imperfections: &Imperfections,
-        known: &GuardedDevice,
+        known: GuardedDevice,
     ) {
-        let device = MassDamperConfig {
+        self.device = imperfections.on(MassDamperConfig {
             mass: Kilograms(dynamics.mass_kg),
             damping: NewtonSecondsPerMetre(dynamics.damping_n_s_per_m),
             stiffness: NewtonsPerMetre(dynamics.hand_stiffness_n_per_m),
             ..self.device
-        };
-        if self.remote.is_some() {
-            self.device = device;
-            self.safety = self.safety.with_device(known, true);
-            self.known_delay_and_lag_s = [dynamics.delay_s, dynamics.current_lag_s];
-            return;
-        }
-        self.device = imperfections.on(device);
+        });
         let seed = self.sensors.seed;
         self.sensors = Sensors {
             seed,
             ..imperfections.sensors
         };
+        self.known = known;
     }
 
-    /// Device and hand, as the analysis knows them. The simulated device has its delay and lag by itself, a serial one by its file.
+    /// Device and hand, as the analysis knows them, wherever the device is.
     pub(crate) fn dynamics(&self) -> Dynamics {
-        let device = dynamics(&self.device);
-        let [delay_s, lag_s] = self.known_delay_and_lag_s;
-        Dynamics {
-            delay_s: device.delay_s + delay_s,
-            current_lag_s: device.current_lag_s + lag_s,
-            ..device
+        dynamics(&self.device)
+    }
+
+    /// Settings of the safety chain: on a serial device with what its file says.
+    pub(super) fn safety(&self) -> Safety {
+        match self.remote {
+            Some(_) => self.safety.with_device(&self.known, true),
+            None => self.safety,
         }
     }
 
@@ -169,7 +165,7 @@ impl TrialSetup {
         let t = self.device.sample_time;
         if self.remote.is_some() {
             let chain = SafetyChain::from_limits(&self.limits_here(), t).map_err(parameter)?;
-            self.safety.acts_on_device()?;
+            self.safety().acts_on_device()?;
             return Ok(chain);
         }
         let limits = self.force_and_rate();
@@ -190,9 +186,10 @@ impl TrialSetup {
 
     /// Limits of the chain of a serial device, without its guard.
     fn limits_there(&self) -> Limits {
-        let limits = self.safety.on(self.force_and_rate(), true);
-        let delay = limits.device_delay_samples;
-        self.safety.braked(limits, self.device.mass.0, delay)
+        let safety = self.safety();
+        let limits = safety.on(self.force_and_rate(), true);
+        let delay = limits.device_delay_samples.max(delay_ticks(&self.device));
+        safety.braked(limits, self.device.mass.0, delay)
     }
 
     /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
@@ -205,33 +202,13 @@ impl TrialSetup {
     }
 
     /// The push for a serial device, and no law at all: one of a loop on the host.
-    ///
-    /// # Errors
-    /// Settings that only the simulated device has.
-    pub(crate) fn law(&self) -> Result<RemoteLaw, Failure> {
-        only_ideal(&self.device)?;
-        let MassDamperConfig {
-            mass,
-            damping,
-            stiffness,
-            ..
-        } = self.device;
-        Ok(RemoteLaw::none(
+    pub(crate) fn law(&self) -> RemoteLaw {
+        RemoteLaw::none(
             self.limits_there(),
-            (self.force_rate_limit_n_per_s, &self.safety),
-            GuardedDevice {
-                mass_kg: Some(mass.0),
-                damping_n_s_per_m: Some(damping.0),
-                ..GuardedDevice::default()
-            },
-            Simulation {
-                kind: SimulationKind::MassDamper,
-                mass_kg: mass.0 as f32,
-                damping_n_s_per_m: damping.0 as f32,
-                hand_stiffness_n_per_m: stiffness.0 as f32,
-                ..push(self.plan.push_n)
-            },
-        ))
+            (self.force_rate_limit_n_per_s, &self.safety()),
+            GuardedDevice::given(&self.device),
+            held(&self.device, self.plan.push_n),
+        )
     }
 
     /// Runs the loop and writes the log.
@@ -330,18 +307,4 @@ impl TrialSetup {
             _ => Compared::without_meaning(format!("the {what} did not come to rest")),
         }
     }
-}
-
-/// Refuses the imperfections of the simulated device on one at a port.
-///
-/// # Errors
-/// Any of them.
-pub(crate) fn only_ideal(device: &MassDamperConfig) -> Result<(), Failure> {
-    if device.delay.0 > 0.0 || device.friction.0 > 0.0 || device.lag.0 > 0.0 {
-        return Err(Failure::bad_input(
-            "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
-             serial one, which has its own",
-        ));
-    }
-    Ok(())
 }

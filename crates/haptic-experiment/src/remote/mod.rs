@@ -28,6 +28,7 @@ use haptic_link::{
     Capabilities, Configuration, Limits, LoopMode, OperatorShape, Simulation, SimulationKind,
 };
 use haptic_loop::Guard;
+use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
 use haptic_remote::wire_limits;
 use std::time::Duration;
@@ -319,6 +320,19 @@ pub fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulatio
         depth_m: depth_m as f32,
         ramp_time_s: ramp_time_s as f32,
         ..Simulation::TESTBED
+    }
+}
+
+/// A mass that a hand holds by a spring and pushes.
+#[must_use]
+pub fn held(device: &MassDamperConfig, push_n: f64) -> Simulation {
+    Simulation {
+        kind: SimulationKind::MassDamper,
+        mass_kg: device.mass.0 as f32,
+        damping_n_s_per_m: device.damping.0 as f32,
+        hand_stiffness_n_per_m: device.stiffness.0 as f32,
+        push_n: push_n as f32,
+        ..Simulation::REAL
     }
 }
 

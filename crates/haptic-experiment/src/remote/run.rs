@@ -192,18 +192,17 @@ impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
         let Some(subject) = &self.preflight else {
             return Ok(None);
         };
+        // A simulated board of which nobody says anything is the mass that it is asked to be.
         let simulation = &self.law.simulation;
-        let dynamics = if link.capabilities().simulated {
-            Some(Dynamics {
-                mass_kg: f64::from(simulation.mass_kg),
-                damping_n_s_per_m: f64::from(simulation.damping_n_s_per_m),
-                hand_stiffness_n_per_m: f64::from(simulation.hand_stiffness_n_per_m),
-                delay_s: 0.0,
-                current_lag_s: 0.0,
-            })
-        } else {
-            self.wanted.dynamics
+        let asked = || Dynamics {
+            hand_stiffness_n_per_m: f64::from(simulation.hand_stiffness_n_per_m),
+            ..Dynamics::ideal(
+                f64::from(simulation.mass_kg),
+                f64::from(simulation.damping_n_s_per_m),
+            )
         };
+        let simulated = link.capabilities().simulated;
+        let dynamics = self.wanted.dynamics.or_else(|| simulated.then(asked));
         let Some(dynamics) = dynamics else {
             warn(
                 "pre-flight: skipped, the mass and damping of the device are not known: give `device_mass_kg` \

@@ -4,7 +4,7 @@ use super::specification::{Contact, Rendering};
 use crate::failure::Failure;
 use crate::remote::{Kept, RemoteDevice, RemoteLaw, indentation, no_operator, portable, push};
 use crate::safety::GuardedDevice;
-use haptic_link::LoopMode;
+use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::RigDrive;
 
 impl Rendering {
@@ -16,6 +16,14 @@ impl Rendering {
         samples: u64,
     ) -> Result<RemoteLaw, Failure> {
         let (stiffness, dissipation) = self.spring_and_damper();
+        let simulation = match drive {
+            RigDrive::Position(profile) => indentation(
+                self.contact == Contact::Compliant,
+                profile.depth().0,
+                profile.ramp_time().0,
+            ),
+            RigDrive::Force(force) => push(force.0),
+        };
         Ok(RemoteLaw {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
@@ -34,13 +42,14 @@ impl Rendering {
                 self.safety.guard,
                 self.safety.guarded(GuardedDevice::default()),
             ),
-            simulation: match drive {
-                RigDrive::Position(profile) => indentation(
-                    self.contact == Contact::Compliant,
-                    profile.depth().0,
-                    profile.ramp_time().0,
-                ),
-                RigDrive::Force(force) => push(force.0),
+            // The device of which the pre-flight speaks, if it knows one.
+            simulation: match self.preflight.dynamics {
+                Some(known) => Simulation {
+                    mass_kg: known.mass_kg as f32,
+                    damping_n_s_per_m: known.damping_n_s_per_m as f32,
+                    ..simulation
+                },
+                None => simulation,
             },
         })
     }

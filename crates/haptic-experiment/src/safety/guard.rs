@@ -66,6 +66,19 @@ impl GuardedDevice {
         }
     }
 
+    /// What an experiment says of a device that is not simulated here: a delay or lag that it does not speak of is not known.
+    #[must_use]
+    pub fn given(device: &MassDamperConfig) -> Self {
+        let (delay, lag) = (device.delay.0, device.lag.0);
+        Self {
+            mass_kg: Some(device.mass.0),
+            damping_n_s_per_m: Some(device.damping.0),
+            delay_s: (delay > 0.0).then_some((delay, delay)),
+            lag_s: (lag > 0.0).then_some(lag),
+            noise_m: None,
+        }
+    }
+
     /// Facts that a board tells of its sensor: it rounds to its resolution.
     #[must_use]
     pub fn read_by(capabilities: &Capabilities) -> Self {

@@ -8,18 +8,17 @@ use crate::curves::Published;
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::preflight::{Dynamics, PreflightRequest};
-use crate::pushed::only_ideal;
-use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun};
+use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun, held};
 use crate::run::Supervisor;
 use crate::safety::GuardedDevice;
 use crate::schedule::Schedule;
-use haptic_link::{LoopMode, Simulation, SimulationKind};
+use haptic_link::LoopMode;
 
 impl TouchExperiment {
     /// Refuses what a device at a port cannot do.
     ///
     /// # Errors
-    /// A loop on the device; settings that only the simulated device has; a box that the arms of a 2DIY do not reach.
+    /// A loop on the device; a question for the simulated device alone; a box that the arms of a 2DIY do not reach.
     pub(super) fn check_on<const D: usize>(&self, remote: &RemoteDevice) -> Result<(), Failure> {
         if remote.loop_mode == LoopMode::Device {
             return Err(Failure::bad_input(
@@ -31,7 +30,6 @@ impl TouchExperiment {
                 "`must_be_passive` is for the simulated device, whose hand is known to the last joule: leave it out with `device`",
             ));
         }
-        only_ideal(&self.device)?;
         match self.plane().filter(|_| D == 2) {
             Some(plane) => self.reached(&plane).map(drop),
             None => Ok(()),
@@ -85,31 +83,19 @@ impl TouchExperiment {
     /// What the device is told: limits, no law, and the plant of an emulated one. Its hand is the one of the file as far as a board has
     /// one: a spring to 0, or a push along the first axis.
     fn law_there(&self) -> Result<RemoteLaw, Failure> {
-        let (hand_stiffness, push_n) = match (self.grip, &self.path) {
-            (Grip::Spring(stiffness), _) => (stiffness, 0.0),
+        let push_n = match (self.grip, &self.path) {
             (Grip::Force, HandPath::WayPoints(rows)) => {
                 let last = rows.last().and_then(|(_, force)| force.first());
-                (0.0, last.copied().unwrap_or(0.0))
+                last.copied().unwrap_or(0.0)
             }
-            (Grip::Force, HandPath::Circle { .. }) => (0.0, 0.0),
+            _ => 0.0,
         };
-        let (mass_kg, damping) = (self.masses()[0], self.device.damping.0);
+        let lightest = self.axis(self.masses()[0]);
         Ok(RemoteLaw::none(
             self.limits_there()?,
             (self.force_rate_limit_n_per_s, &self.safety),
-            GuardedDevice {
-                mass_kg: Some(mass_kg),
-                damping_n_s_per_m: Some(damping),
-                ..GuardedDevice::default()
-            },
-            Simulation {
-                kind: SimulationKind::MassDamper,
-                mass_kg: mass_kg as f32,
-                damping_n_s_per_m: damping as f32,
-                hand_stiffness_n_per_m: hand_stiffness as f32,
-                push_n: push_n as f32,
-                ..Simulation::REAL
-            },
+            GuardedDevice::given(&lightest),
+            held(&lightest, push_n),
         ))
     }
 }

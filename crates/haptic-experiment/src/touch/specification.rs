@@ -5,7 +5,7 @@ use super::shape::{TouchLaw, TouchShape, per_axis};
 use crate::failure::Failure;
 use crate::kept::WHOLE_MOST;
 use crate::preflight::Dynamics;
-use crate::pushed::{dynamics, force_alone, safe_force_limit};
+use crate::pushed::{delay_ticks, dynamics, force_alone, safe_force_limit};
 use crate::refused::parameter;
 use crate::remote::{RemoteDevice, host_limits};
 use crate::safety::{Safety, workspace};
@@ -166,7 +166,7 @@ impl TouchExperiment {
     /// A box that is none.
     pub(super) fn limits_there(&self) -> Result<Limits, Failure> {
         let limits = self.safety.on(self.norm_and_box()?, true);
-        let delay = limits.device_delay_samples;
+        let delay = limits.device_delay_samples.max(delay_ticks(&self.device));
         Ok(self.safety.braked(limits, self.masses()[0], delay))
     }
 

@@ -75,7 +75,7 @@ impl Trial for WallExperiment {
     }
 
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
-        let law = self.setup.law()?;
+        let law = self.setup.law();
         let operator = match remote.loop_mode {
             LoopMode::Device => portable(&self.operator(samples)?)?,
             LoopMode::Host => law.operator,
