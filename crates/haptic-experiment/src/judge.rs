@@ -126,6 +126,8 @@ pub struct LargestError {
     /// Time of the last sample, s.
     end_s: f64,
     found: Compared,
+    /// Samples that were passed over.
+    passed: u64,
     /// Why the error has no meaning, once a sample has shown it.
     spoilt: Option<String>,
 }
@@ -148,8 +150,15 @@ impl LargestError {
                 samples: 0,
                 reason: None,
             },
+            passed: 0,
             spoilt: None,
         }
+    }
+
+    /// Passes over a sample that is not to be compared.
+    pub fn pass(&mut self, time_s: f64) {
+        self.end_s = time_s;
+        self.passed += 1;
     }
 
     /// Takes in a sample.
@@ -195,6 +204,9 @@ impl LargestError {
             None if end_s < from_s => Compared::without_meaning(format!(
                 "the run ends at {end_s} s, the comparison begins at {from_s} s"
             )),
+            None if self.passed > 0 => Compared::without_meaning(format!(
+                "the safety chain limited the force wherever there was one from {from_s} s on"
+            )),
             None => Compared::without_meaning(format!(
                 "{wanted} is 0{unit} from {from_s} s on, so a relative error has no meaning"
             )),
@@ -235,6 +247,19 @@ mod tests {
         assert!((error - 0.1).abs() < 1e-15, "{error}");
         assert_eq!((found.from_s, found.to_s), (Some(1.0), Some(3.0)));
         assert_eq!((found.samples, found.reason), (3, None));
+        let mut limited = LargestError::new(1.0, "the closed form", " N");
+        limited.add(0.0, 1.0, 1.0);
+        limited.pass(1.0);
+        let reason_of_none = reason(limited.clone().get());
+        assert!(
+            reason_of_none.contains("limited the force wherever"),
+            "{reason_of_none}"
+        );
+        limited.add(2.0, 1.1, 1.0);
+        assert_eq!(
+            (limited.clone().get().samples, limited.get().from_s),
+            (1, Some(2.0))
+        );
         let late = reason(compared(have, want, 4.0));
         assert_eq!(late, "the run ends at 3 s, the comparison begins at 4 s");
     }

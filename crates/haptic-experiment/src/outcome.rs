@@ -92,6 +92,17 @@ impl Compared {
 
     fn add(&mut self, sample: &KeptSample, judged: &Judged) {
         let time_s = sample.time_s;
+        if !sample.is_comparable() {
+            for largest in [
+                &mut self.full_history,
+                &mut self.closed_form,
+                &mut self.discretisation,
+                &mut self.rig,
+            ] {
+                largest.pass(time_s);
+            }
+            return;
+        }
         let pairs = [
             (
                 &mut self.full_history,

@@ -23,7 +23,7 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
-pub(super) use judged::{Judged, incomparable, judged, limited};
+pub(super) use judged::{Judged, Seen, incomparable, judged, limited};
 use nalgebra::SVector;
 pub use report::TrialReport;
 pub(super) use setup::Parts;

@@ -32,21 +32,17 @@ pub(crate) fn judged<const N: usize>(
     let header: Vec<&str> = ["time_s"].into_iter().chain(names).collect();
     let mut table = ran.folder.named_table_beside_log("csv", &header);
     let mut curves = Thinned::of(record);
-    let mut off: f64 = 0.0;
+    let mut seen = Seen::default();
     Samples::of(record, &ran.log.paths).for_each(|kept| {
         let (error, values) = sample(kept);
-        off = off.max(error);
+        seen.add(kept, error);
         curves.add(kept.time_s, values);
         table.row((kept.time_s, values.as_slice()));
         Ok(())
     })?;
     curves.finish();
     let operator_error = match reason {
-        None => Compared::of_window(
-            off / record.largest_force_n(),
-            [0.0, record.duration_s()],
-            record.samples,
-        ),
+        None => seen.over(record),
         Some(reason) => Compared::without_meaning(reason.to_owned()),
     };
     Ok(Judged {
@@ -56,7 +52,42 @@ pub(crate) fn judged<const N: usize>(
     })
 }
 
-/// A limited force says nothing of the operator.
+/// The largest error of the forces that can be compared, over the largest force of the run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seen {
+    off_n: f64,
+    from_s: Option<f64>,
+    to_s: f64,
+    samples: u64,
+}
+
+impl Seen {
+    /// A sample whose force is off by so much, N.
+    pub(crate) fn add(&mut self, sample: &KeptSample, off_n: f64) {
+        if sample.is_comparable() {
+            self.off_n = self.off_n.max(off_n);
+            self.from_s = self.from_s.or(Some(sample.time_s));
+            self.to_s = sample.time_s;
+            self.samples += 1;
+        }
+    }
+
+    /// Of a whole run.
+    pub(crate) fn over(self, record: &Record) -> Compared {
+        match self.from_s {
+            Some(from_s) => Compared::of_window(
+                self.off_n / record.largest_force_n(),
+                [from_s, self.to_s],
+                self.samples,
+            ),
+            None => Compared::without_meaning(
+                "the safety chain limited the force in each sample".to_owned(),
+            ),
+        }
+    }
+}
+
+/// A law that a limited force moves on is not compared any more.
 pub(crate) fn limited(record: &Record) -> Option<&'static str> {
     (record.limited > 0).then_some("the safety chain limited the force")
 }

@@ -11,7 +11,7 @@ use crate::judge::{Compared, Reference, full_history};
 use crate::kept::{KeptSample, Record};
 use crate::modelled::memory;
 use crate::outcome::origin;
-use crate::pushed::{incomparable, limited};
+use crate::pushed::{Seen, incomparable};
 use crate::remote::device_name;
 use crate::report::{Errors, Files, RunReport};
 use crate::run::Ran;
@@ -47,12 +47,11 @@ impl TouchExperiment {
         let record = &ran.record;
         let whole = record.ended.is_none();
         let verdict = self.verdict(record, energy);
-        let ramp = self.ramp_samples(record);
         let files;
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
         if whole {
-            compared = self.compare::<D>(record, ramp)?;
+            compared = self.compare::<D>(record)?;
             let drawn = self.draw::<D>(ran)?;
             files = drawn.files;
             curves = Some(self.curves(drawn.curves, origin(record), verdict));
@@ -64,7 +63,7 @@ impl TouchExperiment {
             device_name(self.remote.as_ref()),
             self.sample_time().0,
             files,
-            self.warnings(ran, ramp, verdict, energy),
+            self.warnings(ran, verdict, energy),
         );
         let report = TouchReport {
             axes: D,
@@ -116,13 +115,7 @@ impl TouchExperiment {
         record.whole.iter().flatten().filter(at_limit).count()
     }
 
-    fn warnings(
-        &self,
-        ran: &Ran,
-        ramp: usize,
-        verdict: TouchVerdict,
-        energy: Option<HandEnergy>,
-    ) -> Warnings {
+    fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: Option<HandEnergy>) -> Warnings {
         let mut warnings = Warnings::default();
         let guarded = self.safety.guard == GuardChoice::EnergyBounding;
         let analysis = ran.preflight.as_ref();
@@ -130,7 +123,7 @@ impl TouchExperiment {
         let analysis = analysis.filter(|_| self.remote.is_none());
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
         // The start ramp of a device is not the shape's.
-        match ramp as u64 {
+        match self.ramp_samples(&ran.record) {
             0 => warnings.limited(&ran.record),
             ramp => warnings.limited_in(
                 ran.record.limited - ramp,
@@ -174,14 +167,11 @@ impl TouchExperiment {
         energies.sum()
     }
 
-    /// True of a sample in which nothing but the start ramp of a device acted: nothing is compared before it is over.
-    fn is_ramped(&self, sample: &KeptSample) -> bool {
-        self.remote.is_some() && sample.limiters == Limiters::STARTUP.bits()
-    }
-
-    fn ramp_samples(&self, record: &Record) -> usize {
+    /// Samples in which nothing but the start ramp of a device acted.
+    fn ramp_samples(&self, record: &Record) -> u64 {
         let samples = record.whole.iter().flatten();
-        samples.filter(|sample| self.is_ramped(sample)).count()
+        let ramped = samples.filter(|sample| sample.limiters == Limiters::STARTUP.bits());
+        self.remote.as_ref().map_or(0, |_| ramped.count() as u64)
     }
 
     /// The force that the full history of the depth asks for, at least 0, N: next to the centre of a ball as much of it as the normal is
@@ -210,25 +200,19 @@ impl TouchExperiment {
     }
 
     /// The commanded force against the full history of what was read.
-    fn compare<const D: usize>(&self, record: &Record, ramp: usize) -> Result<Compared, Failure> {
+    fn compare<const D: usize>(&self, record: &Record) -> Result<Compared, Failure> {
         let reference = Reference::of(self.scheme);
         let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
-        let ramped = |sample: &KeptSample| self.is_ramped(sample);
-        let free = samples.iter().filter(|sample| sample.limiters == 0).count();
-        let reason = (free + ramp < samples.len())
-            .then(|| limited(record))
-            .flatten();
         let missing = samples
             .windows(2)
             .any(|pair| pair[1].tick != pair[0].tick + 1);
-        let reason = reason.or(missing.then_some("samples did not come"));
+        let reason = missing.then_some("samples did not come");
         let reason = reason.or_else(|| match &self.law {
             TouchLaw::Tissue(piece) if piece.material.composed().is_some() => None,
             law => incomparable(reference, law.order(), record),
         });
         let reason = match reason {
             _ if record.largest_force_n() == 0.0 => Some("no force was commanded"),
-            None if free == 0 => Some("the force rose from the start to the end"),
             reason => reason,
         };
         if let Some(reason) = reason {
@@ -236,17 +220,11 @@ impl TouchExperiment {
         }
         let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
         let wanted = self.full_history::<D>(&depths)?;
-        let off = samples
-            .iter()
-            .zip(&wanted)
-            .filter(|(sample, _)| !ramped(sample));
-        let off = off.map(|(sample, wanted)| (sample.reaction_n() - wanted).abs());
-        let from_s = samples.iter().find(|sample| !ramped(sample));
-        Ok(Compared::of_window(
-            off.fold(0.0, f64::max) / record.largest_force_n(),
-            [from_s.map_or(0.0, |from| from.time_s), record.duration_s()],
-            free as u64,
-        ))
+        let mut seen = Seen::default();
+        for (sample, wanted) in samples.iter().zip(&wanted) {
+            seen.add(sample, (sample.reaction_n() - wanted).abs());
+        }
+        Ok(seen.over(record))
     }
 
     /// Writes the table of the log, and keeps what is to be drawn.

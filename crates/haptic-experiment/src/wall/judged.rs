@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::judge::{Reference, full_history};
 use crate::kept::Samples;
 use crate::modelled::memory;
-use crate::pushed::{Judged, Trial as _, incomparable, judged, limited, six_digits};
+use crate::pushed::{Judged, Trial as _, incomparable, judged, six_digits};
 use crate::run::Ran;
 use crate::settling::{Judge, Settling};
 use crate::thinned::Thinned;
@@ -44,7 +44,6 @@ impl WallExperiment {
         let record = &ran.record;
         let kernel = Reference::of(self.scheme);
         let reason = (self.one_sided.then_some("a one-sided wall is not compared"))
-            .or_else(|| limited(record))
             .or_else(|| incomparable(kernel, self.order, record));
         if let Some(reason) = reason {
             return Ok(Err(reason));
