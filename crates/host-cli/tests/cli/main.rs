@@ -31,6 +31,7 @@ mod picture_file;
 mod process;
 mod realtime;
 mod refusals;
+mod rehearsal;
 mod reproduce;
 mod safety;
 mod teleoperation;

@@ -4,6 +4,7 @@ use super::emulate_haply::HaplyArguments;
 use super::emulate_moteus::{self, MoteusArguments};
 use super::port::duration;
 use crate::choice::choice;
+use crate::command::device_model::DeviceModelArguments;
 use crate::output::{Output, note};
 use crate::whole::whole;
 use crate::within::{number_within, within};
@@ -13,9 +14,14 @@ use haptic_devices::moteus::MoteusName;
 use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_experiment::plant_file::DeviceModel;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_quantity::Time;
 use haptic_remote::LineFaults;
-use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Socket, Terminal, emulate};
+use haptic_remote::emulator::{
+    Body, Emulated, Emulation, EmulatorError, Socket, Terminal, emulate,
+};
 use haptic_remote::serial::Line;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -23,6 +29,9 @@ use std::path::{Path, PathBuf};
 pub(super) const LONG_ABOUT: &str = "\
 Imitates a device: the same state machine as in the firmware, with a simulated plant, behind a \
 pseudo-terminal whose path is printed. Any command that takes --device serial:PATH can talk to it.
+
+With --device-model it is the device of that file: its mass, damping, friction, delay, lag and sensors, so that a run can be \
+rehearsed on it; the hand is that of the run. Without, it is an ideal mass, as heavy as a run takes it for.
 
 The line can be made as bad as real ones: frames lost, damaged, repeated, out of order, late, held \
 up. The same --line-seed gives the same damage for the same frames.
@@ -66,7 +75,7 @@ impl Kind {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
-                  serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%\n  host-cli device \
+                  serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%\n  host-cli device emulate --device-model device.toml --link device &\n  host-cli device \
                   emulate --kind haply-2diy --link 2diy &\n  host-cli relax --device haply:2diy --duration 20s\n  \
                   host-cli device emulate --kind moteus --link servo --turn 1mm:1s &\n  host-cli relax --device \
                   moteus:servo,radius=20mm --duration 20s"
@@ -84,6 +93,8 @@ pub struct Arguments {
     /// Axes of the device: 2 or 3 take a [touch], for which they are a mass with a hand that pushes along the first
     #[arg(long, value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
+    #[command(flatten)]
+    model: DeviceModelArguments,
     /// Seconds of the device in a second; the host's silence is measured in real time
     #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0, allow_hyphen_values = true)]
     speed: f64,
@@ -218,6 +229,7 @@ impl Arguments {
         }
         let kind = self.kind.unwrap_or_default();
         self.check_kind(kind)?;
+        let body = self.model.read()?.as_ref().map(body);
         let servo = self.moteus.servo()?;
         let duration = duration(self.duration)?;
         let (faults, seed) = self.faults.faults()?;
@@ -245,7 +257,7 @@ impl Arguments {
         }
         let emulation = Emulation {
             axes: self.axes.unwrap_or(1),
-            body: None,
+            body,
             speed: self.speed,
             faults,
             seed,
@@ -268,12 +280,31 @@ impl Arguments {
             "--servo-id and --turn are those of a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes is of the device of this program: a 2DIY has two, and a servo one; leave --axes away"
+        } else if kind != Kind::Own && self.model.is_given() {
+            "--device-model is of the device of this program: a 2DIY and a servo are what they are; leave --device-model away"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
             "an emulated device of another maker lives in real time: leave --speed away"
         } else {
             return Ok(());
         };
         Err(Failure::bad_input(refusal))
+    }
+}
+
+/// The device of a device file, to be emulated.
+fn body(model: &DeviceModel) -> Body {
+    let (values, imperfections) = (&model.values, model.imperfections());
+    // The tick is that of a run.
+    let ideal = MassDamperConfig::ideal(
+        Kilograms(values.mass_kg),
+        NewtonSecondsPerMetre(values.damping_n_s_per_m),
+        Seconds(0.0),
+    );
+    let sensors = imperfections.sensors;
+    Body {
+        plant: imperfections.on(ideal),
+        encoder_resolution: Metres(sensors.encoder_resolution_m),
+        noise: (Metres(sensors.noise_m), sensors.seed),
     }
 }
 
