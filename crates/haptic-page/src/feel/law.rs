@@ -26,6 +26,15 @@ pub(crate) type Felt = Contact<f64, SpringDamper<f64, Operator<f64>>, 1>;
 /// It, while it may change.
 pub(crate) type FadingFelt = Fading<Felt>;
 
+/// What is felt, with the verdict that let it run.
+#[derive(Clone, Debug)]
+pub(crate) struct JudgedFeel {
+    pub(crate) settings: FeelSettings,
+    pub(crate) verdict: PreflightVerdict,
+    /// The device that the verdict is of: with the hand or without.
+    pub(crate) dynamics: Dynamics,
+}
+
 impl FeelSettings {
     /// K and B with the factor.
     fn gains(&self) -> (f64, f64) {
@@ -85,11 +94,11 @@ impl FeelSettings {
         Ok([law(short)?, law(a3)?])
     }
 
-    /// The pre-flight of the loop with the hand and without, whichever is nearer to the edge.
+    /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge.
     ///
     /// # Errors
     /// A loop that is not stable, with its numbers and what to change.
-    pub(crate) fn verdict(&self) -> Result<PreflightVerdict, Failure> {
+    pub(crate) fn judged(self) -> Result<JudgedFeel, Failure> {
         let (stiffness, dissipation) = self.gains();
         let preflight = Preflight {
             stiffness_n_per_m: stiffness,
@@ -112,16 +121,22 @@ impl FeelSettings {
             hand_stiffness_n_per_m: HAND_STIFFNESS.0,
             ..free
         };
-        let verdicts = [preflight.verdict(free, 0)?, preflight.verdict(held, 0)?];
-        for verdict in &verdicts {
-            refuse_unstable(verdict)?;
-        }
-        let [free, held] = verdicts;
-        let edge = |verdict: &PreflightVerdict| verdict.margin.unwrap_or(f64::INFINITY);
-        Ok(if edge(&held) < edge(&free) {
+        let judge = |dynamics| {
+            let verdict = preflight.verdict(dynamics, 0)?;
+            refuse_unstable(&verdict)?;
+            Ok::<_, Failure>((verdict, dynamics))
+        };
+        let (free, held) = (judge(free)?, judge(held)?);
+        let edge = |(verdict, _): &(PreflightVerdict, _)| verdict.margin.unwrap_or(f64::INFINITY);
+        let (verdict, dynamics) = if edge(&held) < edge(&free) {
             held
         } else {
             free
+        };
+        Ok(JudgedFeel {
+            settings: self,
+            verdict,
+            dynamics,
         })
     }
 }

@@ -23,6 +23,7 @@ mod ticking;
 pub use hand::{HAND_DAMPING, HAND_SPEED_M_PER_S, HAND_STIFFNESS};
 pub use keeper::CHANNELS;
 pub(crate) use keeper::{FeelState, Kept, locked};
+pub(crate) use law::JudgedFeel;
 pub use law::SAMPLE_TIME;
 pub(crate) use settings::specimen_shape;
 pub use settings::{
@@ -33,7 +34,7 @@ use crate::Announce;
 use crate::pyramid::PyramidSize;
 use ghost::ReadyGhost;
 use hand::HeldDevice;
-use haptic_experiment::{Failure, PreflightVerdict, RealtimeOptions};
+use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
 use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
 use keeper::{Keeper, KeeperTask, POSITION, Work};
@@ -78,7 +79,7 @@ pub(crate) struct Feel {
     orders: Mutex<Producer<LoopOrder>>,
     tasks: Sender<KeeperTask>,
     counts: Arc<LoopCounts>,
-    settings: Mutex<FeelSettings>,
+    felt: Mutex<JudgedFeel>,
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
@@ -111,12 +112,9 @@ impl Feel {
     /// Starts the loop, the tissue untouched.
     ///
     /// # Errors
-    /// A loop that would not be stable, numbers of which none can be made.
-    pub(crate) fn start(
-        place: FeelPlace,
-        settings: FeelSettings,
-    ) -> Result<(Self, PreflightVerdict), Failure> {
-        let verdict = settings.verdict()?;
+    /// Numbers of which none can be made.
+    pub(crate) fn start(place: FeelPlace, felt: JudgedFeel) -> Result<Self, Failure> {
+        let settings = &felt.settings;
         let mass = Kilograms(settings.device.mass_kg);
         let damping = NewtonSecondsPerMetre(settings.device.damping_n_s_per_m);
         let chain =
@@ -155,20 +153,24 @@ impl Feel {
             }),
             std::thread::spawn(move || keeper.run(work)),
         ]);
-        let feel = Self {
+        Ok(Self {
             place,
             orders: Mutex::new(orders),
             tasks,
             counts,
-            settings: Mutex::new(settings),
+            felt: Mutex::new(felt),
             threads,
-        };
-        Ok((feel, verdict))
+        })
     }
 
     /// What is felt.
+    pub(crate) fn felt(&self) -> JudgedFeel {
+        locked(&self.felt).clone()
+    }
+
+    /// What is felt, without its verdict.
     pub(crate) fn settings(&self) -> FeelSettings {
-        locked(&self.settings).clone()
+        self.felt().settings
     }
 
     /// True if the simulated world stands still.
@@ -236,10 +238,10 @@ impl Feel {
     ///
     /// # Errors
     /// A loop that would not be stable, with its numbers.
-    pub(crate) fn change(&self, next: FeelSettings) -> Result<PreflightVerdict, Failure> {
-        let verdict = next.verdict()?;
-        let mut law = next.law()?;
-        let mut ghosts = next.ghost_laws()?;
+    pub(crate) fn change(&self, next: FeelSettings) -> Result<(), Failure> {
+        let next = next.judged()?;
+        let mut law = next.settings.law()?;
+        let mut ghosts = next.settings.ghost_laws()?;
         let mut past = Vec::new();
         let remembers_from = self.counts.remembers_from.load(Ordering::Relaxed);
         let first =
@@ -263,8 +265,8 @@ impl Feel {
         self.order(LoopOrder::Change(Box::new(Ready { law, next: end })))?;
         let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: end }));
         self.task(KeeperTask::Ghosts(Box::new(ready)))?;
-        *locked(&self.settings) = next;
-        Ok(verdict)
+        *locked(&self.felt) = next;
+        Ok(())
     }
 
     fn task(&self, task: KeeperTask) -> Result<(), Failure> {

@@ -140,7 +140,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "limiters": Limiters::NAMES,
         "tissues": tissues?,
         "ranges": ranges::with_device(options.device.mass_kg, options.device.damping_n_s_per_m),
-        "feel": hub.feel().map(|feel| felt(&feel.settings(), None)["feel"].take()),
+        "feel": hub.feel().map(|feel| felt(&feel)["feel"].take()),
         "view_columns_most": COLUMNS_MOST,
         "frames_per_s": FRAMES_PER_S,
         "runs_folder": options.runs.display().to_string(),

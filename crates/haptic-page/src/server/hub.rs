@@ -3,14 +3,14 @@
 use super::options::ServerOptions;
 use super::request::RunStart;
 use crate::feel::{
-    Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, Kept, force_limits, locked,
-    pyramid_size,
+    Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, JudgedFeel, Kept,
+    force_limits, locked, pyramid_size,
 };
 use crate::feel::{HAND_DAMPING, HAND_STIFFNESS};
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose};
-use haptic_experiment::{Failure, PreflightVerdict};
+use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -198,20 +198,20 @@ impl Hub {
             realtime: self.options.realtime,
         };
         let made = blocking(move || {
-            settings.verdict()?;
+            let judged = settings.judged()?;
             if let Some(old) = old {
                 old.end();
             }
-            Feel::start(place, settings)
+            Feel::start(place, judged)
         });
-        let (feel, verdict) = made.await?;
+        let feel = made.await?;
         locked(&self.wanted).settings = None;
-        let answer = felt(&feel.settings(), Some(&verdict));
+        let answer = felt(&feel);
         *locked(&self.feel) = Some(Arc::new(feel));
         if self.stops.load(Ordering::Relaxed) != stops {
             self.stop();
         }
-        self.announce.say(&json!({"feel": answer["feel"]}));
+        self.announce.say(&answer);
         Ok(answer)
     }
 
@@ -231,16 +231,17 @@ impl Hub {
         };
         let _making = self.making.lock().await;
         if locked(&self.wanted).number != number {
-            return Ok(felt(&next, None));
+            return Ok(felt(&feel));
         }
-        let made = blocking(move || feel.change(next.clone()).map(|verdict| (next, verdict))).await;
+        let changing = Arc::clone(&feel);
+        let made = blocking(move || changing.change(next)).await;
         let mut wanted = locked(&self.wanted);
         if wanted.number == number {
             wanted.settings = None;
         }
-        let (settings, verdict) = made?;
-        let answer = felt(&settings, Some(&verdict));
-        self.announce.say(&json!({"feel": answer["feel"]}));
+        made?;
+        let answer = felt(&feel);
+        self.announce.say(&answer);
         Ok(answer)
     }
 
@@ -297,8 +298,13 @@ pub(super) async fn blocking<T: Send + 'static>(
     }
 }
 
-/// What is felt and the verdict, as in answers.
-pub(super) fn felt(settings: &FeelSettings, verdict: Option<&PreflightVerdict>) -> Value {
+/// What is felt and its verdict: the same in answers and to all pages.
+pub(super) fn felt(feel: &Feel) -> Value {
+    let JudgedFeel {
+        settings,
+        verdict,
+        dynamics,
+    } = feel.felt();
     let mut feel = json!(settings);
     let (force_limit_n, rate_n_per_s) = force_limits();
     for (key, number) in [
@@ -313,10 +319,15 @@ pub(super) fn felt(settings: &FeelSettings, verdict: Option<&PreflightVerdict>) 
     ] {
         feel[key] = json!(number);
     }
-    let verdict = verdict.map(|verdict| {
-        let mut value = json!(verdict);
-        value["line"] = json!(verdict.line());
-        value
-    });
-    json!({"feel": feel, "verdict": verdict})
+    let mut judged = json!(verdict);
+    judged["line"] = json!(verdict.line());
+    for (key, number) in [
+        ("mass_kg", dynamics.mass_kg),
+        ("damping_n_s_per_m", dynamics.damping_n_s_per_m),
+        ("hand_stiffness_n_per_m", dynamics.hand_stiffness_n_per_m),
+    ] {
+        judged[key] = json!(number);
+    }
+    feel["verdict"] = judged;
+    json!({"feel": feel})
 }

@@ -1,9 +1,54 @@
 //! What is felt: a tissue, changes of it, stop, a recording.
 
 use crate::{A3, FORCE, SHORT, assert_documented, below, opened, prostate, server, two_with_force};
-use haptic_page::OnClose;
-use serde_json::json;
+use haptic_page::{OnClose, PageServer};
+use serde_json::{Value, json};
 use testkit::browser::Page;
+
+#[test]
+fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
+    let (_runs, server, mut page) = opened();
+    let muscle = page.ask(
+        "feel.start",
+        json!({"environment": {"tissue": "fish-muscle"}}),
+    );
+    assert_documented("feel.start", &muscle);
+    let verdict = &muscle["feel"]["verdict"];
+    // Of the model that is felt: of a spring-pot of the same order it would be another.
+    assert_eq!(verdict["stable"], true, "{verdict}");
+    let margin = verdict["margin"].as_f64().expect("an edge");
+    assert!((margin - 13.9).abs() < 0.1, "{verdict}");
+    let mut watcher = Page::open(server.address());
+    let hello = watcher.ask("hello", json!({"version": 1}));
+    assert_eq!(hello["feel"], muscle["feel"]);
+    let halved = page.ask("feel.set", json!({"scale": 0.5}));
+    let told = watcher.wait("feel", |feel| feel["scale"] == 0.5);
+    assert_eq!(told, halved["feel"]);
+    let twice = told["verdict"]["margin"].as_f64().expect("an edge");
+    assert!((twice - 2.0 * margin).abs() < 1e-3 * twice, "{told}");
+}
+
+#[test]
+fn the_verdict_is_of_the_device_that_runs() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let mut options = crate::options(runs.path(), OnClose::Stop, 0);
+    options.imperfections.delay_s = 1.5e-3;
+    options.imperfections.current_lag_s = 0.4e-3;
+    let late = PageServer::start(options).expect("starts");
+    let (_runs, _server, mut ideal) = opened();
+    let mut page = Page::open(late.address());
+    let [ideal, late] = [&mut ideal, &mut page]
+        .map(|page| page.ask("feel.start", prostate())["feel"]["verdict"].take());
+    assert_eq!(
+        (&late["delay_s"], &late["current_lag_s"]),
+        (&json!(1.5e-3), &json!(0.4e-3))
+    );
+    let margin = |verdict: &Value| verdict["margin"].as_f64().expect("an edge");
+    assert!(margin(&late) < 0.5 * margin(&ideal), "{late} and {ideal}");
+    // With the hand or without, whichever is nearer to the edge.
+    assert_eq!(late["mass_kg"], 0.065);
+    assert!([0.0, 300.0].contains(&late["hand_stiffness_n_per_m"].as_f64().expect("a number")));
+}
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -16,7 +61,7 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
     );
     assert_eq!(hello["channels"][FORCE], "force_n");
     let started = page.ask("feel.start", prostate());
-    assert_eq!(started["verdict"]["stable"], true);
+    assert_eq!(started["feel"]["verdict"]["stable"], true);
     assert_eq!(started["feel"]["ghosts"], json!(["short", "a3"]));
     page.ask(
         "view",
