@@ -1,27 +1,34 @@
 // The analysis in its worker: ask, and get the newest.
 
-/** A wall on a device. */
-export interface Question {
+/** A device with an operator: where its walls are stable and passive depends on nothing else. */
+export interface Bench {
   scheme: string;
   order: number;
-  stiffness: number;
-  dissipation: number;
   mass: number;
   damping: number;
   handStiffness: number;
   delay: number;
   lag: number;
   sampleTime: number;
+}
+
+/** A wall on a device. */
+export interface Question extends Bench {
+  stiffness: number;
+  dissipation: number;
   /** rms of the position's noise, m. */
   noise: number;
   /** Frequencies of the effective stiffness and damping, rad/s; none if empty. */
   omega: number[];
 }
 
-export interface Judged {
-  /** Stability region and edge of the passive walls: B, K in pairs, NaN between polygons. */
+/** Stability region and edge of the passive walls: B, K in pairs, NaN between polygons. */
+export interface Walls {
   region: Float64Array;
   passive: Float64Array;
+}
+
+export interface Judged extends Walls {
   sentence: string;
   stable: boolean;
   gainMargin: number | undefined;
@@ -29,7 +36,6 @@ export interface Judged {
   delayMargin: number | undefined;
   sensitivity: number | undefined;
   sensitivityHz: number | undefined;
-  isPassive: boolean;
   requiredDamping: number;
   forceNoise: number;
   /** ES and ED of the wall, ES and ED felt, for each ω. */
@@ -40,9 +46,9 @@ export interface Judged {
 export type Remember = { law: { order: number; stiffness: number; dissipation: number; step: number } } | { depths: number[] };
 
 /** A message to the worker. */
-export type Task = { id: number; judge: Question } | { id: number; remember: Remember } | { id: number; parse: { kind: string; text: string } };
+export type Task = { id: number; judge: Question } | { id: number; walls: Bench } | { id: number; remember: Remember } | { id: number; parse: { kind: string; text: string } };
 /** Its answer. */
-export type Done = { id: number; judged: Judged } | { id: number; value: number } | { id: number; error: string };
+export type Done = { id: number; value: Judged | Walls | number } | { id: number; error: string };
 
 export class Analysis {
   private readonly worker = new Worker(new URL("worker.js", document.baseURI), { type: "module" });
@@ -55,13 +61,18 @@ export class Analysis {
       const waiting = this.waiting.get(answer.id);
       this.waiting.delete(answer.id);
       if ("error" in answer) waiting?.failed(new Error(answer.error));
-      else waiting?.done(("judged" in answer ? answer.judged : answer.value) as never);
+      else waiting?.done(answer.value as never);
     };
   }
 
   /** Judges a wall; fails with the library's sentence. */
   judge(question: Question): Promise<Judged> {
     return this.send((id) => ({ id, judge: question }));
+  }
+
+  /** The walls that are stable and passive; fails with the library's sentence. */
+  walls(bench: Bench): Promise<Walls> {
+    return this.send((id) => ({ id, walls: bench }));
   }
 
   /** A value with a unit, SI, read by the code of the command line. */

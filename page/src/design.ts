@@ -134,7 +134,7 @@ export class DesignView implements ViewPart {
     const omega = hertz.map((f) => Math.min(2 * Math.PI * f, Math.PI / values.T));
     const judged = await this.app.analysis.judge(this.question(values, omega));
     if (!this.visible) return;
-    this.map.show(judged, values.B, values.K);
+    this.map.show(judged, values.B, values.K, judged.sentence);
     this.verdict.classList.toggle("bad", !judged.stable);
     say(this.verdict, judged.sentence);
     this.say(judged);

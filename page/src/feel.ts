@@ -11,7 +11,7 @@ import { newestValue, type Frame } from "./frame";
 import { numberOf } from "./fragment";
 import { Knob } from "./knob";
 import { RegionMap } from "./map";
-import type { Environment, Feel, Hello, Mark, Unasked } from "./protocol";
+import type { Environment, Feel, Hello, Mark, Unasked, Verdict } from "./protocol";
 import { Scene } from "./scene";
 import { Surface } from "./surface";
 
@@ -30,12 +30,15 @@ const FORCES: Line[] = [
 /** Lines of the force plot and their channels, in the order of drawing: the true one on top. */
 const CHANNELS = ["ghost_a3_n", "ghost_short_n", "force_n"];
 const DRAWN = [2, 1, 0].map((index) => FORCES[index]).filter((line) => line !== undefined);
-/** Encoder of the analysis' force noise: none is simulated here. */
-const NO_NOISE = 0;
 
 interface Device {
   mass_kg: number;
   damping_n_s_per_m: number;
+}
+
+/** The server's verdict in a few words. */
+export function sentence({ stable, margin, passive }: Verdict): string {
+  return `${stable ? "stable" : "unstable"}, ${margin === null ? "at any gain" : `margin ${number(margin)}`} · ${passive ? "passive" : "not passive"}`;
 }
 
 /** What was felt, to begin it anew. */
@@ -50,6 +53,7 @@ export class FeelView implements ViewPart {
   private readonly motion: Chart;
   private readonly map = new RegionMap({ name: "Stable and passive walls on this device", axes: false });
   private readonly said = { force: el("span"), motion: el("span"), safe: el("span") };
+  private readonly noMap = el("p", { class: "hint", hidden: true }, "This law has more elements than a map has axes: no map is drawn.");
   private readonly back = el("button", { type: "button", class: "small", hidden: true }, "show now");
   private readonly tissue = el("select", { "aria-label": "Tissue" });
   private readonly compare = el("select", { "aria-label": "Compare with" });
@@ -61,7 +65,7 @@ export class FeelView implements ViewPart {
   private readonly surface: Surface;
   private readonly sendHand: (hand: { position_m: number; held: boolean }) => void;
   private readonly sendLaw: (change: object) => void;
-  private readonly judge: (feel: Feel) => void;
+  private readonly drawMap: (feel: Feel) => void;
   private feel: Feel | null = null;
   private frameNow: Frame | null = null;
   private dirty = false;
@@ -86,7 +90,7 @@ export class FeelView implements ViewPart {
         if (this.feel) this.take(this.feel);
       },
     );
-    this.judge = latest((feel) => this.judged(feel), quiet);
+    this.drawMap = latest((feel) => this.mapped(feel), quiet);
     this.demonstration = new Demonstration((position, held) => this.sendHand({ position_m: position, held }));
     this.scene = new Scene({
       hand: (position, held) => this.hand(position, held),
@@ -143,7 +147,7 @@ export class FeelView implements ViewPart {
         { class: "right" },
         card(["Force ", this.said.force, this.back], this.legend, this.force.root),
         card(["Indentation ", this.said.motion], this.motion.root),
-        card(["Is it safe? ", this.said.safe], this.map.root as unknown as HTMLElement),
+        card(["Is it safe? ", this.said.safe], this.map.root as unknown as HTMLElement, this.noMap),
       ),
     );
   }
@@ -285,23 +289,26 @@ export class FeelView implements ViewPart {
     this.stiffness.show(feel.stiffness_n_per_m);
     this.legend.children[1]?.toggleAttribute("hidden", !feel.ghosts.includes("short"));
     this.legend.children[2]?.toggleAttribute("hidden", !feel.ghosts.includes("a3"));
-    this.judge(feel);
+    say(this.said.safe, sentence(feel.verdict));
+    this.said.safe.title = feel.verdict.line;
+    this.drawMap(feel);
     this.app.remember("feel", this.address(feel));
   }
 
-  private async judged(feel: Feel): Promise<void> {
-    const [stiffness, dissipation] = [feel.stiffness_n_per_m * feel.scale, feel.dissipation_n_s_mu_per_m * feel.scale];
-    try {
-      const judged = await this.app.analysis.judge({
-        scheme: "exact", order: feel.order, stiffness, dissipation,
-        mass: feel.mass_kg, damping: feel.damping_n_s_per_m, handStiffness: 0, delay: 0, lag: 0,
-        sampleTime: this.app.hello?.sample_time_s ?? 1e-3, noise: NO_NOISE, omega: [],
-      });
-      this.map.show(judged, dissipation, stiffness);
-      say(this.said.safe, judged.sentence);
-    } catch (error) {
-      say(this.said.safe, error instanceof Error ? error.message : String(error));
+  /** The map of the law and the device that run; a law of more elements has no place on one. */
+  private async mapped(feel: Feel): Promise<void> {
+    this.noMap.hidden = feel.order_free;
+    if (!feel.order_free) {
+      this.map.hide();
+      return;
     }
+    const { verdict } = feel;
+    const walls = await this.app.analysis.walls({
+      scheme: "exact", order: feel.order, sampleTime: this.app.hello?.sample_time_s ?? 1e-3,
+      mass: verdict.mass_kg, damping: verdict.damping_n_s_per_m, handStiffness: verdict.hand_stiffness_n_per_m,
+      delay: verdict.delay_s, lag: verdict.current_lag_s,
+    });
+    this.map.show(walls, feel.dissipation_n_s_mu_per_m * feel.scale, feel.stiffness_n_per_m * feel.scale, sentence(verdict));
   }
 
   // The address.

@@ -1,6 +1,6 @@
 // The map of walls: which are stable, which passive, and where this one is.
 
-import type { Judged } from "./analysis";
+import type { Walls } from "./analysis";
 import { onSize, say, set, svg } from "./dom";
 import { niceStep, number, plain } from "./format";
 
@@ -31,7 +31,8 @@ export class RegionMap {
   private height = 0;
   private most: [number, number] = [1, 1];
   private at: [number, number] = [0, 0];
-  private judged: Judged | null = null;
+  private walls: Walls | null = null;
+  private said = "";
 
   constructor(private readonly options: MapOptions) {
     this.root.append(this.grid, this.stable, this.passive, ...Object.values(this.names), this.here, this.point);
@@ -45,28 +46,35 @@ export class RegionMap {
     if (options.moved) this.listen(options.moved);
   }
 
-  /** Shows a judged wall at B, K. */
-  show(judged: Judged, dissipation: number, stiffness: number): void {
-    const anew = this.judged?.region !== judged.region;
-    this.judged = judged;
+  /** Shows a wall at B, K among all of its device, and what is said of it. */
+  show(walls: Walls, dissipation: number, stiffness: number, said: string): void {
+    const anew = this.walls?.region !== walls.region;
+    this.walls = walls;
+    this.said = said;
     this.at = [dissipation, stiffness];
-    if (anew) this.most = reach(judged, this.options.axes ? this.at : [0, 0]);
+    this.root.style.display = "";
+    if (anew) this.most = reach(walls, this.options.axes ? this.at : [0, 0]);
     this.draw();
+  }
+
+  /** Shows nothing: what runs has no place on a map. */
+  hide(): void {
+    this.root.style.display = "none";
   }
 
   /** Moves the point alone. */
   private draw(): void {
-    if (!this.judged || this.width === 0) return;
+    if (!this.walls || this.width === 0) return;
     set(this.root, { viewBox: `0 0 ${this.width} ${this.height}` });
     this.drawAxes();
     const { stable, passive } = this.names;
-    set(this.stable, { d: this.path(this.judged.region) });
-    const { passive: edge } = this.judged;
+    set(this.stable, { d: this.path(this.walls.region) });
+    const { passive: edge } = this.walls;
     set(this.passive, { d: edge.length > 0 ? `${this.path(edge).replace(/Z$/, "")}L${this.pixel(0, 0)}Z` : "" });
     const [bMost, kMost] = this.most;
-    const middle = centre(this.judged.region);
+    const middle = centre(this.walls.region);
     set(stable, this.place(...middle));
-    stable.style.display = this.judged.region.length > 0 ? "" : "none";
+    stable.style.display = this.walls.region.length > 0 ? "" : "none";
     const passiveWide = edge.length > 0 ? (edge.at(-2) ?? 0) : 0;
     const passiveHigh = edge[1] ?? 0;
     const [passiveX, passiveY] = [passiveWide * 0.22, passiveHigh * 0.3];
@@ -79,7 +87,7 @@ export class RegionMap {
     set(this.here, { x: x + 12, y: this.options.axes ? y - 8 : this.height - 4 });
     if (this.options.moved) {
       set(this.point, {
-        "aria-valuetext": `B ${number(this.at[0])} N·s^μ/m, K ${number(this.at[1])} N/m: ${this.judged.sentence}`,
+        "aria-valuetext": `B ${number(this.at[0])} N·s^μ/m, K ${number(this.at[1])} N/m: ${this.said}`,
         "aria-valuenow": this.at[1],
         "aria-valuemin": 0,
         "aria-valuemax": Math.max(kMost, this.at[1]),
@@ -191,9 +199,9 @@ export class RegionMap {
 }
 
 /** Largest B and K that are shown: all of the region, the point if it is not far outside. */
-function reach(judged: Judged, at: [number, number]): [number, number] {
+function reach(walls: Walls, at: [number, number]): [number, number] {
   const most: [number, number] = [0, 0];
-  for (const flat of [judged.region, judged.passive]) {
+  for (const flat of [walls.region, walls.passive]) {
     flat.forEach((value, index) => {
       if (value > most[index % 2 as 0 | 1]) most[index % 2 as 0 | 1] = value;
     });

@@ -40,15 +40,21 @@ export interface Feel {
   hand_damping_n_s_per_m: number;
   ghosts: string[];
   force_limit_n: number;
-  paused: boolean;
+  verdict: Verdict;
 }
 
+/** Of the loop that runs, and the device that it is of: with the hand or without. */
 export interface Verdict {
   stable: boolean;
+  /** Factor on K and B that takes it to the edge; null if none does. */
   margin: number | null;
   passive: boolean;
   delay_s: number;
   current_lag_s: number;
+  mass_kg: number;
+  damping_n_s_per_m: number;
+  hand_stiffness_n_per_m: number;
+  /** All of it in a line. */
   line: string;
 }
 

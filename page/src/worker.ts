@@ -1,35 +1,37 @@
 // haptic-analysis as WebAssembly, off the page's own thread.
 
-import init, { Bench, Device, parse_quantity, Remembered } from "../generated/page_analysis";
-import type { Done, Judged, Question, Remember, Task } from "./analysis";
+import init, { Bench as Made, Device, parse_quantity, Remembered } from "../generated/page_analysis";
+import type { Bench, Done, Judged, Question, Remember, Task, Walls } from "./analysis";
 
 const ready = init({ module_or_path: new URL("analysis.wasm", self.location.href) });
 
-/** The bench of the last question: a wall that moves on it costs a verdict only. */
-let bench: { key: string; bench: Bench } | null = null;
+/** The last bench: a wall that moves on it costs a verdict only. */
+let bench: { key: string; bench: Made } | null = null;
 
-function benchOf(question: Question): Bench {
-  const { scheme, order, mass, damping, handStiffness, delay, lag, sampleTime } = question;
+function made({ scheme, order, mass, damping, handStiffness, delay, lag, sampleTime }: Bench): Made {
   const key = JSON.stringify([scheme, order, mass, damping, handStiffness, delay, lag, sampleTime]);
   if (bench?.key === key) return bench.bench;
   const device = new Device(mass, damping, handStiffness, delay, lag, sampleTime);
   try {
-    const made = new Bench(scheme, order, device);
+    const next = new Made(scheme, order, device);
     bench?.bench.free();
-    bench = { key, bench: made };
-    return made;
+    bench = { key, bench: next };
+    return next;
   } finally {
     device.free();
   }
 }
 
+function walls(on: Made): Walls {
+  return { region: on.region(), passive: on.passive() };
+}
+
 function judge(question: Question): Judged {
-  const on = benchOf(question);
+  const on = made(question);
   const judgement = on.judge(question.stiffness, question.dissipation, question.noise);
   const omega = new Float64Array(question.omega);
   const judged: Judged = {
-    region: on.region(),
-    passive: on.passive(),
+    ...walls(on),
     sentence: judgement.sentence,
     stable: judgement.stable,
     gainMargin: judgement.gain_margin,
@@ -37,7 +39,6 @@ function judge(question: Question): Judged {
     delayMargin: judgement.delay_margin_s,
     sensitivity: judgement.sensitivity,
     sensitivityHz: judgement.sensitivity_hz,
-    isPassive: judgement.passive,
     requiredDamping: judgement.required_damping_n_s_per_m,
     forceNoise: judgement.force_noise_n,
     effective: on.effective(question.stiffness, question.dissipation, omega),
@@ -63,7 +64,8 @@ self.onmessage = async (event: MessageEvent<Task>) => {
   const answer = (done: Done): void => self.postMessage(done);
   try {
     await ready;
-    if ("judge" in task) answer({ id: task.id, judged: judge(task.judge) });
+    if ("judge" in task) answer({ id: task.id, value: judge(task.judge) });
+    else if ("walls" in task) answer({ id: task.id, value: walls(made(task.walls)) });
     else if ("remember" in task) answer({ id: task.id, value: remember(task.remember) });
     else answer({ id: task.id, value: parse_quantity(task.parse.kind, task.parse.text) });
   } catch (error) {

@@ -20,12 +20,8 @@ pub struct Judgement {
     pub sensitivity: Option<f64>,
     /// Frequency of it, Hz.
     pub sensitivity_hz: Option<f64>,
-    /// Is it passive by Theorem 1?
-    pub passive: bool,
     /// Damping of the device that passivity asks for, N·s/m.
     pub required_damping_n_s_per_m: f64,
-    /// The wall pulls at rest, so no damping makes it passive.
-    pub negative_at_rest: bool,
     /// Force noise, rms N.
     pub force_noise_n: f64,
     sentence: String,
@@ -64,25 +60,27 @@ impl Judgement {
             delay_margin_s: margins.and_then(|m| m.delay).map(|delay| delay.value * t),
             sensitivity: margins.map(|m| m.sensitivity.value),
             sensitivity_hz: margins.map(|m| m.sensitivity.theta / (2.0 * std::f64::consts::PI * t)),
-            passive: required.passive(dynamics.damping_n_s_per_m),
             required_damping_n_s_per_m: required.damping_n_s_per_m,
-            negative_at_rest: required.negative_at_rest,
             force_noise_n,
             sentence: String::new(),
         };
-        judgement.sentence = judgement.say();
+        judgement.sentence = judgement.say(
+            required.passive(dynamics.damping_n_s_per_m),
+            required.negative_at_rest,
+        );
         Ok(judgement)
     }
 
-    fn say(&self) -> String {
+    /// Passive by Theorem 1, or not; a wall that pulls at rest no damping makes passive.
+    fn say(&self, passive: bool, negative_at_rest: bool) -> String {
         let stable = match (self.stable, self.gain_margin) {
             (false, _) => "unstable".to_owned(),
             (true, Some(gain)) => format!("stable, gain margin {}", rounded(gain)),
             (true, None) => "stable at any gain".to_owned(),
         };
-        let passive = if self.passive {
+        let passive = if passive {
             "passive".to_owned()
-        } else if self.negative_at_rest {
+        } else if negative_at_rest {
             "not passive: it pulls at rest".to_owned()
         } else {
             let least = rounded(self.required_damping_n_s_per_m);
