@@ -35,7 +35,7 @@ export class AnswerPanel {
     this.verdict.classList.remove("bad");
     this.bar.hidden = false;
     this.bar.value = share;
-    this.holder.hidden = true;
+    this.close();
     this.body.replaceChildren();
   }
 
@@ -56,9 +56,15 @@ export class AnswerPanel {
     this.verdict.classList.remove("bad");
     const ended = answer.report["ended_early"];
     say(this.verdict, [answer.verdict ?? "", typeof ended === "string" ? `${ended}: what was found until then` : ""].filter((text) => text !== "").join(" · "));
-    this.holder.hidden = true;
+    this.close();
     const shown = answer.kind === "zwidth" ? this.zwidth(answer.report) : this.design(answer);
     this.body.replaceChildren(...shown, this.files(answer));
+  }
+
+  private close(): void {
+    this.chart?.destroy();
+    this.chart = null;
+    this.holder.hidden = true;
   }
 
   themed(): void {
@@ -111,9 +117,9 @@ export class AnswerPanel {
       return line as Points;
     });
     const lines = drawn.map(({ line }) => line);
-    this.chart = new Chart({ name: "Largest stiffness over dissipation", lines, xLabel: (beta) => plain(beta), yLeast: 0 });
+    this.chart = new Chart({ name: "Largest stiffness over dissipation", lines, yLeast: 0 });
     const caption = el("p", { class: "hint" }, "Largest stiffness α = K·T²/m over dissipation β = B·T^(2−μ)/m: dots were tried, lines are of the analysis.");
-    this.holder.replaceChildren(legend(lines), this.chart.root, caption);
+    this.holder.replaceChildren(legend(lines).root, this.chart.root, caption);
     this.holder.hidden = false;
     const width = (x.at(-1) ?? 1) - (x[0] ?? 0);
     this.chart.draw(x, points, [(x[0] ?? 0) - 0.02 * width, (x.at(-1) ?? 1) + 0.02 * width]);

@@ -3,7 +3,7 @@
 import uPlot from "uplot";
 import type { Points } from "./columns";
 import { onSize, style } from "./dom";
-import { niceStep, number } from "./format";
+import { niceStep, tickTexts } from "./format";
 
 export interface Line {
   label: string;
@@ -18,8 +18,8 @@ export interface Line {
 export interface ChartOptions {
   name: string;
   lines: Line[];
-  /** Labels of the time axis. */
-  xLabel?: (value: number, span: number) => string;
+  /** Texts of the ticks across. */
+  xTexts?: (ticks: number[]) => string[];
   logX?: boolean;
   /** The value axis includes these. */
   yLeast?: number;
@@ -38,6 +38,7 @@ export interface ChartOptions {
 export class Chart {
   readonly root: HTMLElement;
   private readonly plot: uPlot;
+  private readonly unsize: () => void;
   private y: [number, number] | null = null;
 
   constructor(private readonly options: ChartOptions) {
@@ -46,7 +47,7 @@ export class Chart {
     this.root.setAttribute("role", "img");
     this.root.setAttribute("aria-label", options.name);
     this.plot = new uPlot(this.settings(), [[], ...options.lines.map(() => [])] as unknown as uPlot.AlignedData, this.root);
-    onSize(this.root, (width, height) => {
+    this.unsize = onSize(this.root, (width, height) => {
       if (width > 0 && height > 0) this.plot.setSize({ width, height });
     });
     this.root.addEventListener("dblclick", () => options.zoomed?.(null));
@@ -73,9 +74,11 @@ export class Chart {
     this.plot.redraw(false, true);
   }
 
-  /** The picture as it is, for export. */
-  canvas(): HTMLCanvasElement {
-    return this.plot.ctx.canvas;
+  /** It is closed: nothing of the page holds it any more. */
+  destroy(): void {
+    this.unsize();
+    this.plot.destroy();
+    this.root.remove();
   }
 
   private span(lines: Points[]): [number, number] {
@@ -104,7 +107,7 @@ export class Chart {
     const axis = (colour: string) => () => style(colour);
     const font = `${style("--tiny") || "12px"} Inter, system-ui, sans-serif`;
     const large = style("--tiny") === "15px" ? 1.25 : 1;
-    const label = options.xLabel ?? ((value: number) => number(value));
+    const texts = options.xTexts ?? tickTexts;
     return {
       width: 600,
       height: 200,
@@ -126,15 +129,17 @@ export class Chart {
           grid: { show: false },
           ticks: { show: false },
           space: 60,
-          values: (plot, splits) => {
-            const { min = 0, max = 1 } = plot.scales["x"] ?? {};
-            return splits.map((value) => (value === null ? "" : label(value, (max ?? 1) - (min ?? 0))));
+          values: (_plot, splits) => {
+            // Of a logarithmic axis some have no text.
+            const said = texts(splits.filter((split) => split !== null));
+            return splits.map((split) => (split === null ? "" : (said.shift() ?? "")));
           },
         },
         {
           stroke: axis("--mute"),
           font,
-          size: 52 * large,
+          // 6.6 px a letter, the exponent's are smaller.
+          size: (_plot, texts) => Math.max(52, 12 + 6.6 * Math.max(0, ...(texts ?? []).map((text) => text.length))) * large,
           gap: 6,
           grid: { stroke: axis("--grid"), width: 1 },
           ticks: { show: false },
@@ -144,12 +149,7 @@ export class Chart {
             for (let n = Math.ceil(min / step - 1e-6); n * step <= max + 1e-6 * step; n += 1) splits.push(n * step);
             return splits;
           },
-          values: (_plot, splits) => {
-            const step = Math.abs((splits[1] ?? 1) - (splits[0] ?? 0)) || 1;
-            const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-            const large = Math.max(...splits.map(Math.abs)) >= 1e5 || places > 5;
-            return splits.map((value) => (large ? number(value, 2) : value.toFixed(places).replace("-", "−").replace(/^−(0[.0]*)$/, "$1")));
-          },
+          values: (_plot, splits) => tickTexts(splits),
         },
       ],
       series: [
@@ -177,7 +177,7 @@ export class Chart {
             const index = plot.cursor.idx;
             const there = typeof index === "number" && (plot.cursor.left ?? -1) >= 0;
             const x = there ? (plot.data[0][index] ?? null) : null;
-            options.cursor?.(x, there ? plot.data.slice(1).map((line) => line[index] ?? null) : []);
+            options.cursor?.(x, there ? plot.data.slice(1).map((line) => at(line as (number | null | undefined)[], index)) : []);
           },
         ],
         draw: [
@@ -213,19 +213,33 @@ export class Chart {
   }
 }
 
-/** Names of lines with their strokes, above a chart. */
-export function legend(lines: Line[]): HTMLElement {
+/** The value of a line at a place; of one that has its points elsewhere, the nearest. */
+export function at(line: ArrayLike<number | null | undefined>, index: number): number | null {
+  for (let away = 0; away < line.length; away += 1) {
+    for (const place of [index - away, index + away]) if (line[place] !== undefined) return line[place] ?? null;
+  }
+  return null;
+}
+
+/** Names of lines with their strokes, above a chart; behind each its value at the cursor. */
+export function legend(lines: Line[]): { root: HTMLElement; say: (values: string[]) => void } {
   const root = document.createElement("div");
   root.className = "legend";
-  const names = lines.filter((line, index) => lines.findIndex((other) => other.label === line.label && other.colour === line.colour) === index);
-  for (const line of names) {
+  const said: HTMLElement[] = [];
+  const items = new Map<string, HTMLElement>();
+  for (const line of lines) {
+    const key = `${line.label} ${line.colour}`;
+    const value = items.get(key) ?? document.createElement("b");
+    said.push(value);
+    if (items.has(key)) continue;
+    items.set(key, value);
     const item = document.createElement("span");
     const stroke = document.createElement("i");
     stroke.style.borderColor = `var(${line.colour})`;
     stroke.classList.toggle("dot", line.marked === true);
     stroke.style.borderTopStyle = line.marked ? "solid" : line.dash === undefined ? "solid" : (line.dash[0] ?? 0) < 4 ? "dotted" : "dashed";
-    item.append(stroke, line.label);
+    item.append(stroke, line.label, value);
     root.append(item);
   }
-  return root;
+  return { root, say: (values) => said.forEach((element, index) => (element.textContent = values[index] ?? "")) };
 }

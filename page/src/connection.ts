@@ -1,4 +1,4 @@
-// The socket: requests with numbers, frames, and coming back after it was lost.
+// The socket: requests with numbers, frames that carry them, and coming back after it was lost.
 
 import { readFrame, type Frame } from "./frame";
 import { VERSION, type Hello, type Unasked } from "./protocol";
@@ -9,17 +9,20 @@ export interface Listener {
   /** The socket is gone; the page tries again by itself. */
   lost(reason: string): void;
   unasked(message: Unasked): void;
-  frame(frame: Frame): void;
 }
 
 type Answer = { id: number | null; ok: boolean; error?: string } & Record<string, unknown>;
 type Waiting = { done: (answer: Answer) => void; failed: (error: Error) => void };
+type Framed = { done: (frame: Frame) => void; failed: (error: Error) => void };
 
 const RETRY_MS = 700;
 
 export class Connection {
   private socket: WebSocket | null = null;
   private waiting = new Map<number, Waiting>();
+  /** Who takes the frames of a request, by its number. */
+  private frames = new Map<number, Framed>();
+  private following = 0;
   private next = 1;
   /** True between an answered `hello` and the loss of the socket. */
   ready = false;
@@ -48,8 +51,10 @@ export class Connection {
     };
     socket.onclose = (event) => {
       this.ready = false;
-      for (const waiting of this.waiting.values()) waiting.failed(new Error("the connection was lost"));
+      const lost = new Error("the connection was lost");
+      for (const waiting of [...this.waiting.values(), ...this.frames.values()]) waiting.failed(lost);
       this.waiting.clear();
+      this.frames.clear();
       this.listener.lost(event.reason);
       setTimeout(() => this.start(), RETRY_MS);
     };
@@ -57,9 +62,33 @@ export class Connection {
 
   /** Asks; fails with the server's sentence. */
   ask<T = unknown>(what: string, keys: object = {}): Promise<T> {
+    return this.numbered<T>(this.next++, what, keys);
+  }
+
+  /** The one frame of a span of the loop, or of a run. */
+  async frame(keys: object): Promise<Frame> {
+    const id = this.next++;
+    const frame = new Promise<Frame>((done, failed) => this.frames.set(id, { done, failed }));
+    try {
+      const [taken] = await Promise.all([frame, this.numbered(id, "view", keys).catch((error: Error) => this.frames.get(id)?.failed(error))]);
+      return taken;
+    } finally {
+      this.frames.delete(id);
+    }
+  }
+
+  /** Takes the frames of the loop as it goes on, until another follows. */
+  async follow(keys: object, done: (frame: Frame) => void): Promise<void> {
+    const id = this.next++;
+    this.frames.delete(this.following);
+    this.following = id;
+    this.frames.set(id, { done, failed: () => undefined });
+    await this.numbered(id, "view", { source: "live", ...keys });
+  }
+
+  private numbered<T>(id: number, what: string, keys: object): Promise<T> {
     const socket = this.socket;
     if (socket === null || socket.readyState !== WebSocket.OPEN) return Promise.reject(new Error("there is no connection to the server"));
-    const id = this.next++;
     return new Promise<T>((resolve, reject) => {
       this.waiting.set(id, { done: (answer) => resolve(answer as T), failed: reject });
       socket.send(JSON.stringify({ id, do: what, ...keys }));
@@ -81,14 +110,16 @@ export class Connection {
 
   private binary(bytes: ArrayBuffer): void {
     try {
-      this.listener.frame(readFrame(bytes));
+      const frame = readFrame(bytes);
+      // A frame that nobody waits for any more is dropped.
+      this.frames.get(frame.request)?.done(frame);
     } catch (error) {
       this.listener.unasked({ notice: error instanceof Error ? error.message : String(error) });
     }
   }
 }
 
-/** Sends the newest of many values: one request under way at a time, the one in between is dropped. */
+/** Sends the newest of many values that are each complete: one request under way at a time, the one in between is dropped. */
 export function latest<T>(send: (value: T) => Promise<unknown>, failed: (error: Error) => void): (value: T) => void {
   let busy = false;
   let next: { value: T } | null = null;

@@ -1,21 +1,21 @@
 // A wall as an experiment file for `host-cli run`.
 
-import type { Values } from "./design";
+import type { Design } from "./state";
 
 /** TOML with the keys of `[wall]`; every number is written so that it is read back the same. */
-export function wallFile(values: Values, operator: string): string {
-  const scheme = operator === "exact" ? "full" : operator;
+export function wallFile(design: Design): string {
+  const scheme = design.operator === "exact" ? "full" : design.operator;
   const lines: [string, number | string][] = [
-    ["mass_kg", values.m],
-    ["damping_n_s_per_m", values.b],
-    ["sample_time_s", values.T],
-    ["order", values.mu],
-    ["stiffness_n_per_m", values.K],
-    ["dissipation_n_s_mu_per_m", values.B],
+    ["mass_kg", design.m],
+    ["damping_n_s_per_m", design.b],
+    ["sample_time_s", design.T],
+    ["order", design.mu],
+    ["stiffness_n_per_m", design.K],
+    ["dissipation_n_s_mu_per_m", design.B],
     ["scheme", scheme],
   ];
-  if (values.delay > 0) lines.push(["delay_s", values.delay]);
-  if (values.lag > 0) lines.push(["current_lag_s", values.lag]);
+  if (design.delay > 0) lines.push(["delay_s", design.delay]);
+  if (design.lag > 0) lines.push(["current_lag_s", design.lag]);
   const written = lines.map(([key, value]) => `${key} = ${typeof value === "string" ? JSON.stringify(value) : toml(value)}`);
   return `# From the page's Design view: host-cli run wall.toml\n[wall]\n${written.join("\n")}\n`;
 }

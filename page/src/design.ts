@@ -7,46 +7,26 @@ import { latest } from "./connection";
 import { wallFile } from "./design-file";
 import { el, say } from "./dom";
 import { number, plain, quantity } from "./format";
-import { numberOf } from "./fragment";
 import { Knob, type KnobOptions } from "./knob";
 import { RegionMap } from "./map";
 import { save } from "./save";
+import { DESIGN_ENDS, OPERATORS, type Design, type State } from "./state";
 
-interface Setting extends Pick<KnobOptions, "label" | "unit" | "kind" | "least" | "most" | "log"> {
-  key: keyof Values;
+interface Setting extends Pick<KnobOptions, "label" | "unit" | "kind" | "log"> {
+  key: keyof typeof DESIGN_ENDS;
   help: string;
 }
 
-export interface Values {
-  K: number;
-  B: number;
-  mu: number;
-  T: number;
-  m: number;
-  b: number;
-  delay: number;
-  lag: number;
-  noise: number;
-}
-
-/** The device of the dissertation's section 4.4, with a wall of order 0.5. */
-const START: Values = { K: 3000, B: 100, mu: 0.5, T: 1e-3, m: 0.065, b: 3.5, delay: 0, lag: 0, noise: 1e-5 };
-
 const SETTINGS: Setting[] = [
-  { key: "K", label: "stiffness K", unit: "N/m", kind: "stiffness", least: 0, most: 1e6, log: true, help: "spring of the wall" },
-  { key: "B", label: "dissipation B", unit: "N·s^μ/m", kind: "number", least: 0, most: 1e5, log: true, help: "fractional part of the wall" },
-  { key: "mu", label: "order μ", unit: "", kind: "number", least: 0, most: 2, help: "of the fractional part: 0 a spring, 1 a damper" },
-  { key: "T", label: "sample time T", unit: "s", kind: "time", least: 1e-4, most: 1e-2, log: true, help: "of the loop" },
-  { key: "m", label: "mass m", unit: "kg", kind: "mass", least: 1e-3, most: 10, log: true, help: "of device and hand" },
-  { key: "b", label: "damping b", unit: "N·s/m", kind: "damping", least: 0, most: 100, log: true, help: "of device and hand" },
-  { key: "delay", label: "delay", unit: "s", kind: "time", least: 0, most: 1e-2, help: "from a measurement to the force that answers it, beside the hold" },
-  { key: "lag", label: "current lag", unit: "s", kind: "time", least: 0, most: 1e-2, help: "time constant of the motor current" },
-  { key: "noise", label: "position noise", unit: "m", kind: "length", least: 0, most: 1e-3, log: true, help: "rms; encoder steps q make q/√12" },
-];
-
-const OPERATORS: [string, string][] = [
-  ["exact", "full memory"],
-  ["muir:3", "A₃, dissertation"],
+  { key: "K", label: "stiffness K", unit: "N/m", kind: "stiffness", log: true, help: "spring of the wall" },
+  { key: "B", label: "dissipation B", unit: "N·s^μ/m", kind: "number", log: true, help: "fractional part of the wall" },
+  { key: "mu", label: "order μ", unit: "", kind: "number", help: "of the fractional part: 0 a spring, 1 a damper" },
+  { key: "T", label: "sample time T", unit: "s", kind: "time", log: true, help: "of the loop" },
+  { key: "m", label: "mass m", unit: "kg", kind: "mass", log: true, help: "of device and hand" },
+  { key: "b", label: "damping b", unit: "N·s/m", kind: "damping", log: true, help: "of device and hand" },
+  { key: "delay", label: "delay", unit: "s", kind: "time", help: "from a measurement to the force that answers it, beside the hold" },
+  { key: "lag", label: "current lag", unit: "s", kind: "time", help: "time constant of the motor current" },
+  { key: "noise", label: "position noise", unit: "m", kind: "length", log: true, help: "rms; encoder steps q make q/√12" },
 ];
 
 const FREQUENCIES = 120;
@@ -57,36 +37,36 @@ const CURVES: Line[] = [
 
 export class DesignView implements ViewPart {
   readonly root: HTMLElement;
-  private readonly knobs = new Map<keyof Values, Knob>();
+  private readonly knobs = new Map<Setting["key"], Knob>();
   private readonly operator = el("select", { "aria-label": "Operator" }, ...OPERATORS.map(([value, text]) => el("option", { value }, text)));
   private readonly map: RegionMap;
   private readonly verdict = el("p", { class: "verdict", role: "status" });
   private readonly figures = el("dl", { class: "figures" });
   private readonly stiffness: Chart;
   private readonly damping: Chart;
-  private readonly ask: (values: Values) => void;
-  private values: Values = { ...START };
-  private visible = false;
+  private readonly ask: (design: Design) => void;
 
   constructor(private readonly app: App) {
     const parse = (kind: string, text: string): Promise<number> => app.analysis.parse(kind, text);
     for (const setting of SETTINGS) {
       const changed = (value: number): void => this.change({ [setting.key]: value });
-      this.knobs.set(setting.key, new Knob({ ...setting, value: this.values[setting.key], parse, changed }));
+      const [least, most] = DESIGN_ENDS[setting.key];
+      this.knobs.set(setting.key, new Knob({ ...setting, least, most, value: app.state.design[setting.key], parse, changed }));
     }
     this.map = new RegionMap({
       name: "Stable and passive walls",
       axes: true,
       moved: (B, K) => this.change({ B, K }),
     });
-    const common = { lines: CURVES, logX: true, group: "design", xLabel: (hertz: number) => (hertz >= 1000 ? `${plain(hertz / 1000)} kHz` : `${plain(hertz)} Hz`) };
+    const hertz = (ticks: number[]): string[] => ticks.map((tick) => (tick >= 1000 ? `${plain(tick / 1000)} kHz` : `${plain(tick)} Hz`));
+    const common = { lines: CURVES, logX: true, group: "design", xTexts: hertz };
     this.stiffness = new Chart({ ...common, name: "Effective stiffness over frequency" });
     this.damping = new Chart({ ...common, name: "Effective damping over frequency" });
     this.ask = latest(
-      (values) => this.judge(values),
+      (design) => this.judge(design),
       (error) => this.refused(error),
     );
-    this.operator.addEventListener("change", () => this.change({}));
+    this.operator.addEventListener("change", () => this.change({ operator: this.operator.value }));
     this.root = this.layout();
   }
 
@@ -95,7 +75,7 @@ export class DesignView implements ViewPart {
     const use = el("button", { type: "button", class: "primary" }, "Use in the loop");
     const file = el("button", { type: "button" }, "Save as experiment file");
     use.addEventListener("click", () => this.use());
-    file.addEventListener("click", () => save(new Blob([wallFile(this.values, this.operator.value)], { type: "application/toml" }), "wall.toml"));
+    file.addEventListener("click", () => save(new Blob([wallFile(this.app.state.design)], { type: "application/toml" }), "wall.toml"));
     return el(
       "div",
       { class: "view design" },
@@ -108,33 +88,38 @@ export class DesignView implements ViewPart {
       ),
       el("section", { class: "card region" }, el("h2", {}, "Drag the point, or use the arrow keys"), this.map.root as unknown as HTMLElement, this.verdict),
       el("section", { class: "card margins" }, el("h2", {}, "Margins"), this.figures),
-      el("section", { class: "card curves" }, el("h2", {}, "Effective stiffness, N/m"), legend(CURVES), this.stiffness.root, el("h2", {}, "Effective damping, N·s/m"), this.damping.root),
+      el("section", { class: "card curves" }, el("h2", {}, "Effective stiffness, N/m"), legend(CURVES).root, this.stiffness.root, el("h2", {}, "Effective damping, N·s/m"), this.damping.root),
     );
   }
 
-  private change(part: Partial<Values>): void {
-    this.values = { ...this.values, ...part };
-    for (const [key, knob] of this.knobs) if (knob.value !== this.values[key]) knob.show(this.values[key]);
-    this.ask(this.values);
-    this.app.remember("design", this.address());
+  private change(part: Partial<Design>): void {
+    this.app.dispatch({ do: "design", part });
   }
 
-  private question(values: Values, omega: number[]): Question {
+  render(state: State, before: State): void {
+    const { design } = state;
+    if (state.view !== "design" || (design === before.design && before.view === "design")) return;
+    for (const [key, knob] of this.knobs) knob.show(design[key]);
+    this.operator.value = design.operator;
+    this.ask(design);
+  }
+
+  private question(design: Design, omega: number[]): Question {
     return {
-      scheme: this.operator.value, order: values.mu, stiffness: values.K, dissipation: values.B,
-      mass: values.m, damping: values.b, handStiffness: 0, delay: values.delay, lag: values.lag,
-      sampleTime: values.T, noise: values.noise, omega,
+      scheme: design.operator, order: design.mu, stiffness: design.K, dissipation: design.B,
+      mass: design.m, damping: design.b, handStiffness: 0, delay: design.delay, lag: design.lag,
+      sampleTime: design.T, noise: design.noise, omega,
     };
   }
 
-  private async judge(values: Values): Promise<void> {
+  private async judge(design: Design): Promise<void> {
     // From 0.1 Hz up to the frequency that two samples make.
-    const [low, high] = [0.1, 0.5 / values.T];
+    const [low, high] = [0.1, 0.5 / design.T];
     const hertz = Array.from({ length: FREQUENCIES }, (_, n) => low * (high / low) ** (n / (FREQUENCIES - 1)));
-    const omega = hertz.map((f) => Math.min(2 * Math.PI * f, Math.PI / values.T));
-    const judged = await this.app.analysis.judge(this.question(values, omega));
-    if (!this.visible) return;
-    this.map.show(judged, values.B, values.K, judged.sentence);
+    const omega = hertz.map((f) => Math.min(2 * Math.PI * f, Math.PI / design.T));
+    const judged = await this.app.analysis.judge(this.question(design, omega));
+    if (this.app.state.view !== "design") return;
+    this.map.show(judged, design.B, design.K, judged.sentence);
     this.verdict.classList.toggle("bad", !judged.stable);
     say(this.verdict, judged.sentence);
     this.say(judged);
@@ -164,45 +149,15 @@ export class DesignView implements ViewPart {
   }
 
   private use(): void {
-    const { K, B, mu, T, m, b, delay, lag } = this.values;
-    const sample = this.app.hello?.sample_time_s;
+    const { K, B, mu, T, m, b, delay, lag } = this.app.state.design;
+    const sample = this.app.state.hello?.sample_time_s;
     if (sample !== undefined && sample !== T) this.app.notify(`The loop runs at T = ${quantity(sample, "s")}, not at ${quantity(T, "s")}.`);
-    if (delay > 0 || lag > 0) this.app.notify("The simulated device has no delay and no lag.");
-    this.app.feelWall({ wall: { order: mu, stiffness_n_per_m: K, dissipation_n_s_mu_per_m: B } }, { mass_kg: m, damping_n_s_per_m: b });
-  }
-
-  // The address.
-
-  private address(): Map<string, string> {
-    const entries = SETTINGS.map(({ key }): [string, string] => [key, String(this.values[key])]);
-    return new Map([...entries, ["operator", this.operator.value]]);
-  }
-
-  shown(wanted: Map<string, string>): void {
-    this.visible = true;
-    const part: Partial<Values> = {};
-    for (const { key, least, most } of SETTINGS) {
-      const value = numberOf(wanted, key);
-      if (value !== undefined) part[key] = Math.min(most, Math.max(least, value));
-    }
-    const operator = wanted.get("operator");
-    if (OPERATORS.some(([value]) => value === operator)) this.operator.value = operator ?? "exact";
-    this.change(part);
-  }
-
-  hidden(): void {
-    this.visible = false;
-  }
-
-  connected(): void {
-    // The server is not asked here.
+    if (delay > 0 || lag > 0) this.app.notify("The loop has the delay and the lag of the server's device, not these.");
+    const values = Object.entries({ order: mu, K, B, m, b }).map(([key, value]): [string, string] => [key, String(value)]);
+    this.app.dispatch({ do: "start", values: new Map(values) });
   }
 
   unasked(): void {
-    // Nothing of it is shown here.
-  }
-
-  frame(): void {
     // Nothing of it is shown here.
   }
 

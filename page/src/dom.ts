@@ -45,12 +45,14 @@ export function style(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-/** True while the keys go to a field: then they are no commands. */
-export function typing(target: EventTarget | null): boolean {
-  return target instanceof HTMLElement && target.matches("input:not([type=range]):not([type=checkbox]), textarea, select");
+/** True for what takes text: there the keys are no commands. */
+export function isTextField(target: EventTarget | null): target is HTMLInputElement | HTMLTextAreaElement {
+  return target instanceof HTMLElement && target.matches("input:not([type=range], [type=checkbox], [type=file]), textarea");
 }
 
-/** Calls back with the size of an element, now and whenever it changes. */
-export function onSize(element: Element, changed: (width: number, height: number) => void): void {
-  new ResizeObserver(() => changed(element.clientWidth, element.clientHeight)).observe(element);
+/** Calls back with the size of an element, now and whenever it changes, until what is given back is called. */
+export function onSize(element: Element, changed: (width: number, height: number) => void): () => void {
+  const observer = new ResizeObserver(() => changed(element.clientWidth, element.clientHeight));
+  observer.observe(element);
+  return () => observer.disconnect();
 }

@@ -2,7 +2,8 @@
 
 import type { Points } from "./columns";
 import { style } from "./dom";
-import { niceStep, plain } from "./format";
+import { niceStep, tickTexts } from "./format";
+import type { RunCurves } from "./protocol";
 
 export interface Picture {
   title: string;
@@ -13,22 +14,16 @@ export interface Picture {
 const WIDTH = 880;
 const HEIGHT = 300;
 const EDGE = { left: 84, right: 16, top: 34, bottom: 44 };
+/** Of a line of the legend, and of a letter in it. */
+const LEGEND = { height: 18, stroke: 30, letter: 7 };
 
-/** All points with all their digits: time, then a column for each line; what is between points is left empty. */
-export function csvOf(pictures: Picture[]): string {
-  const rows: string[] = [];
-  for (const picture of pictures) {
-    rows.push(["time_s", ...picture.lines.map((line) => quoted(line.name))].join(","));
-    picture.x.forEach((time, index) => {
-      rows.push([time, ...picture.lines.map((line) => line.points[index] ?? "")].join(","));
-    });
-    rows.push("");
-  }
-  return rows.join("\n");
-}
-
-function quoted(text: string): string {
-  return /[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+/** All samples of a run over its closed form in a span, with all their digits. */
+export function csvOf(curves: RunCurves, span: [number, number] | null): string {
+  const rows = [`time_s,${curves.quantity ?? "value"},closed_form`];
+  curves.time_s.forEach((time, index) => {
+    if (span === null || (time >= span[0] && time <= span[1])) rows.push([time, curves.values?.[index] ?? "", curves.closed_form?.[index] ?? ""].join(","));
+  });
+  return `${rows.join("\n")}\n`;
 }
 
 function escaped(text: string): string {
@@ -37,9 +32,33 @@ function escaped(text: string): string {
 
 /** The charts below each other, as text. */
 export function svgOf(pictures: Picture[]): string {
-  const parts = pictures.map((picture, index) => `<g transform="translate(0 ${index * HEIGHT})">${chart(picture)}</g>`);
-  const height = HEIGHT * Math.max(1, pictures.length);
+  let height = 0;
+  const parts = pictures.map((picture) => {
+    const names = legend(picture);
+    const part = `<g transform="translate(0 ${height})">${chart(picture, names)}</g>`;
+    height += HEIGHT + names.height;
+    return part;
+  });
+  height = Math.max(height, HEIGHT);
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${height}" width="${WIDTH}" height="${height}" font-family="Inter, DejaVu Sans, sans-serif" font-size="13"><rect width="100%" height="100%" fill="${style("--panel")}"/>${parts.join("")}</svg>`;
+}
+
+/** Names of the lines with their strokes, in as many rows as they need. */
+function legend({ lines }: Picture): { text: string; height: number } {
+  let [x, row, text] = [EDGE.left, 0, ""];
+  for (const line of lines) {
+    const width = LEGEND.stroke + LEGEND.letter * line.name.length + 18;
+    if (x > EDGE.left && x + width > WIDTH - EDGE.right) [x, row] = [EDGE.left, row + 1];
+    const y = EDGE.top + LEGEND.height * row;
+    text += `<line x1="${x}" x2="${x + LEGEND.stroke - 6}" y1="${y}" y2="${y}" ${stroke(line)}/><text x="${x + LEGEND.stroke}" y="${y + 4}" fill="${style("--ink")}">${escaped(line.name)}</text>`;
+    x += width;
+  }
+  return { text, height: LEGEND.height * (row + 1) };
+}
+
+function stroke(line: Picture["lines"][number]): string {
+  const dash = line.dash ? ` stroke-dasharray="${line.dash.join(" ")}"` : "";
+  return `stroke="${style(line.colour)}" stroke-width="${line.width ?? 2}"${dash}`;
 }
 
 /** The same as pixels, twice as many. */
@@ -53,22 +72,23 @@ export async function pngOf(pictures: Picture[]): Promise<Blob> {
   return new Promise((resolve, reject) => canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("this browser made no PNG"))), "image/png"));
 }
 
-function chart(picture: Picture): string {
+function chart(picture: Picture, names: { text: string; height: number }): string {
   const values = picture.lines.flatMap((line) => line.points).filter((value) => value !== null && value !== undefined);
   const [x0, x1] = span(picture.x);
   const [y0, y1] = span(values);
-  const [left, right, top, bottom] = [EDGE.left, WIDTH - EDGE.right, EDGE.top, HEIGHT - EDGE.bottom];
+  const [left, right, top, bottom] = [EDGE.left, WIDTH - EDGE.right, EDGE.top + names.height, HEIGHT + names.height - EDGE.bottom];
   const px = (x: number): number => left + ((x - x0) / (x1 - x0)) * (right - left);
   const py = (y: number): number => bottom - ((y - y0) / (y1 - y0)) * (bottom - top);
   const [ink, grid] = [style("--mute"), style("--grid")];
-  let text = `<text x="${left}" y="20" fill="${style("--ink")}" font-weight="600">${escaped(picture.title)}</text>`;
-  for (const y of ticks(y0, y1)) {
-    text += `<line x1="${left}" x2="${right}" y1="${py(y)}" y2="${py(y)}" stroke="${grid}"/><text x="${left - 8}" y="${py(y) + 4}" text-anchor="end" fill="${ink}">${plain(y)}</text>`;
-  }
-  for (const x of ticks(x0, x1)) text += `<text x="${px(x)}" y="${bottom + 20}" text-anchor="middle" fill="${ink}">${plain(x)} s</text>`;
+  let text = `<text x="${left}" y="20" fill="${style("--ink")}" font-weight="600">${escaped(picture.title)}</text>${names.text}`;
+  const [across, up] = [ticks(x0, x1), ticks(y0, y1)];
+  const [xTexts, yTexts] = [tickTexts(across), tickTexts(up)];
+  up.forEach((y, index) => {
+    text += `<line x1="${left}" x2="${right}" y1="${py(y)}" y2="${py(y)}" stroke="${grid}"/><text x="${left - 8}" y="${py(y) + 4}" text-anchor="end" fill="${ink}">${yTexts[index]}</text>`;
+  });
+  across.forEach((x, index) => (text += `<text x="${px(x)}" y="${bottom + 20}" text-anchor="middle" fill="${ink}">${xTexts[index]} s</text>`));
   for (const line of picture.lines) {
-    const dash = line.dash ? ` stroke-dasharray="${line.dash.join(" ")}"` : "";
-    text += `<path d="${path(picture.x, line.points, px, py)}" fill="none" stroke="${style(line.colour)}" stroke-width="${line.width ?? 2}"${dash} stroke-linejoin="round"><title>${escaped(line.name)}</title></path>`;
+    text += `<path d="${path(picture.x, line.points, px, py)}" fill="none" ${stroke(line)} stroke-linejoin="round"><title>${escaped(line.name)}</title></path>`;
   }
   return text;
 }

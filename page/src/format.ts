@@ -53,6 +53,18 @@ export function plain(value: number): string {
   return String(Number(value.toPrecision(6))).replace("-", MINUS);
 }
 
+/** Texts of the ticks of an axis, evenly apart: as many digits as tell them apart. */
+export function tickTexts(ticks: number[]): string[] {
+  const step = Math.abs((ticks[1] ?? 1) - (ticks[0] ?? 0)) || 1;
+  const largest = Math.max(...ticks.map(Math.abs), step);
+  const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  if (largest < 1e5 && places <= 5) return ticks.map((tick) => tick.toFixed(places).replace(/^-(0[.0]*)$/, "$1").replace("-", MINUS));
+  // The largest has a digit for the step, and the others as many places as it.
+  const power = Math.floor(Math.log10(largest) + 1e-9);
+  const digits = Math.max(0, power - Math.floor(Math.log10(step) + 1e-9));
+  return ticks.map((tick) => (Math.abs(tick) < 1e-6 * step ? "0" : `${(tick / 10 ** power).toFixed(Math.min(digits, 15)).replace("-", MINUS)}·10${superscript(power)}`));
+}
+
 /** A value that changes all the time: so many places, so that its digits stand still. */
 export function steady(value: number | null | undefined, places: number, unit: string): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return `–${NARROW}${unit}`;

@@ -5,7 +5,7 @@ export type View = (typeof VIEWS)[number];
 
 export interface State {
   view: View;
-  values: Map<string, string>;
+  values: ReadonlyMap<string, string>;
 }
 
 /** Reads a fragment; what is not understood is left out, never an error. */
@@ -25,7 +25,7 @@ export function writeFragment(state: State): string {
 }
 
 /** A finite number of the state. */
-export function numberOf(values: Map<string, string>, key: string): number | undefined {
+export function numberOf(values: ReadonlyMap<string, string>, key: string): number | undefined {
   const text = values.get(key);
   if (text === undefined || text.trim() === "") return undefined;
   const value = Number(text);

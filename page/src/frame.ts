@@ -5,8 +5,8 @@ const HEADER = 40;
 
 /** Columns of minima and maxima, as the server sends them. */
 export interface Frame {
-  /** 0 live, else the number of the view. */
-  source: number;
+  /** The number of the request that it answers. */
+  request: number;
   columns: number;
   firstTick: number;
   ticksPerColumn: number;
@@ -31,7 +31,7 @@ export function readFrame(bytes: ArrayBuffer): Frame {
   if (!(ticksPerColumn > 0) || !(sampleTimeS > 0)) throw new Error("a frame without a time scale");
   const part = (index: number): Float32Array => new Float32Array(bytes, HEADER + 4 * columns * index, columns);
   return {
-    source: view.getUint32(4, true),
+    request: view.getUint32(4, true),
     columns,
     firstTick: view.getFloat64(16, true),
     ticksPerColumn,

@@ -93,6 +93,8 @@ export class IdentifyPanel {
     this.state.classList.add("trouble");
     say(this.state, text);
     this.result.replaceChildren();
+    this.chart?.destroy();
+    this.chart = null;
     this.holder.replaceChildren();
   }
 
@@ -130,8 +132,9 @@ export class IdentifyPanel {
     const curves = [{ name: "measured", y: found.measured }, ...found.models.slice(0, COLOURS.length - 1).map(({ model, predicted }) => ({ name: model, y: predicted }))];
     const lines = curves.map(({ name }, index): Line => ({ label: name, ...(COLOURS[index % COLOURS.length] ?? { colour: "--ink" }) }));
     const positive = found.x.every((x) => x > 0);
-    this.chart = new Chart({ name: "The record and its models", lines, logX: positive, xLabel: (x) => number(x, 2) });
-    this.holder.replaceChildren(legend(lines), this.chart.root);
+    this.chart?.destroy();
+    this.chart = new Chart({ name: "The record and its models", lines, logX: positive, ...(positive ? { xTexts: (ticks: number[]) => ticks.map((tick) => number(tick, 2)) } : {}) });
+    this.holder.replaceChildren(legend(lines).root, this.chart.root);
     const thin = curves.map((curve) => decimate(found.x, curve.y, 800));
     const x = [...new Set(thin.flatMap(({ time }) => time))].sort((a, b) => a - b);
     const place = new Map(x.map((at, index) => [at, index]));

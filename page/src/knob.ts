@@ -40,7 +40,7 @@ export class Knob {
     this.range.addEventListener("input", () => this.take(this.fromStep(Number(this.range.value))));
     this.field.addEventListener("change", () => void this.typed());
     this.field.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") this.show(this.current);
+      if (event.key === "Escape") this.trouble.textContent = "";
     });
     this.field.addEventListener("focus", () => this.field.select());
     this.show(options.value);
@@ -50,12 +50,11 @@ export class Knob {
     return this.current;
   }
 
-  /** Shows a value that came from elsewhere; a slider that is being moved is left alone. */
+  /** Shows a value. A slider that stands for it already is left alone: digits are rounded, its steps are not. */
   show(value: number): void {
     this.current = value;
-    const step = String(this.toStep(value));
-    if (this.range.value !== step) this.range.value = step;
-    this.range.style.setProperty("--share", `${(100 * Number(step)) / STEPS}%`);
+    if (this.fromStep(Number(this.range.value)) !== value) this.range.value = String(this.toStep(value));
+    this.range.style.setProperty("--share", `${(100 * Number(this.range.value)) / STEPS}%`);
     const text = quantity(value, this.options.unit);
     this.range.setAttribute("aria-valuetext", text);
     if (document.activeElement !== this.field) this.field.value = text;

@@ -1,66 +1,102 @@
-// Start: the shell, the three views, the socket, the keys.
+// Start: the shell, the three views, the socket, the keys; and the one place that changes the state.
 
 import { Analysis } from "./analysis";
 import type { App, ViewPart } from "./app";
 import { Connection } from "./connection";
 import { DesignView } from "./design";
-import { typing } from "./dom";
+import { isTextField } from "./dom";
 import { FeelView } from "./feel";
-import { readFragment, VIEWS, writeFragment, type View } from "./fragment";
-import type { Environment, Hello, Status } from "./protocol";
+import { VIEWS, type View } from "./fragment";
+import type { Feel } from "./protocol";
 import { RunsView } from "./runs";
 import { Shell } from "./shell";
+import { address, outgoing, reduce, START, type PageEvent, type State } from "./state";
 
 /** The force is zero a tenth of a second after a stop. */
 const ARM_AGAIN_MS = 400;
 const ARM_ATTEMPTS = 4;
+/** Time between two changes of the address: browsers refuse many. */
+const ADDRESS_MS = 200;
 
 class Page implements App {
   readonly analysis = new Analysis();
   readonly connection: Connection;
-  hello: Hello | null = null;
-  status: Status | null = null;
+  state: State = START;
   private readonly shell: Shell;
   private readonly views: Record<View, ViewPart>;
-  private readonly feel: FeelView;
-  /** What each view had in the address. */
-  private readonly remembered = new Map<View, Map<string, string>>();
-  private view: View = "feel";
+  private addressed = 0;
+  /** Stops and starts that were asked for. */
+  private arming = 0;
+  /** What a text field held when it was entered. */
+  private entered = "";
 
   constructor() {
     this.shell = new Shell({
       go: (view) => this.go(view),
       stop: () => this.stop(),
+      start: () => void this.arm(),
       takeControls: () => void this.tell("controls.take", { force: true }),
-      record: () => void this.tell("feel.record", { on: !this.status?.recording }),
+      record: () => this.record(),
       themed: () => Object.values(this.views ?? {}).forEach((view: ViewPart) => view.themed()),
     });
     this.connection = new Connection({
-      open: (hello) => this.connected(hello),
-      lost: (reason) => this.shell.lost(reason),
+      open: (hello) => {
+        this.shell.connected(hello);
+        this.dispatch({ do: "hello", hello });
+      },
+      lost: (reason) => {
+        this.shell.lost(reason);
+        this.dispatch({ do: "lost" });
+      },
       unasked: (message) => {
-        if (message.status) {
-          this.status = message.status;
-          this.shell.status(message.status);
-        }
-        if (message.notice) this.shell.notify(message.notice);
+        if (message.notice) this.notify(message.notice);
+        if (message.status) this.dispatch({ do: "status", status: message.status });
+        if (message.feel) this.dispatch({ do: "felt", feel: message.feel });
         for (const view of VIEWS) this.views[view].unasked(message);
       },
-      frame: (frame) => this.views[this.view].frame(frame),
     });
     // It answers after all of this was made; the sooner it is asked, the sooner there is a tissue.
     this.connection.start();
-    this.feel = new FeelView(this);
-    this.views = { feel: this.feel, design: new DesignView(this), runs: new RunsView(this) };
+    this.views = { feel: new FeelView(this), design: new DesignView(this), runs: new RunsView(this) };
     for (const view of VIEWS) this.shell.main.append(this.views[view].root);
     this.listen();
-    this.fromAddress();
+    this.dispatch({ do: "address", fragment: location.hash });
   }
 
-  private connected(hello: Hello): void {
-    this.hello = hello;
-    this.shell.connected(hello);
-    for (const view of VIEWS) this.views[view].connected(hello);
+  dispatch(event: PageEvent): void {
+    const before = this.state;
+    this.state = reduce(before, event);
+    if (this.state === before) return;
+    const { view, status } = this.state;
+    for (const name of VIEWS) this.views[name].root.hidden = name !== view;
+    this.shell.show(view);
+    if (status !== null && status !== before.status) this.shell.status(status);
+    for (const name of VIEWS) this.views[name].render(this.state, before);
+    this.write();
+    this.send();
+  }
+
+  /** Asks for what the state wants of the loop. */
+  private send(): void {
+    const next = outgoing(this.state);
+    if (next === null) return;
+    this.dispatch({ do: "sent" });
+    this.connection.ask<{ feel: Feel }>(next.do, next.keys).then(
+      ({ feel }) => this.dispatch({ do: "felt", feel, answers: true }),
+      (error: Error) => {
+        if (this.state.hello !== null) this.notify(error.message);
+        this.dispatch({ do: "refused" });
+      },
+    );
+  }
+
+  private write(): void {
+    if (this.addressed !== 0) return;
+    this.addressed = window.setTimeout(() => {
+      this.addressed = 0;
+      const now = address(this.state);
+      if (now !== location.hash) history.replaceState(null, "", now);
+    }, ADDRESS_MS);
   }
 
   notify(text: string): void {
@@ -75,59 +111,67 @@ class Page implements App {
     }
   }
 
-  stop(): void {
+  private stop(): void {
+    this.arming += 1;
     void this.tell("stop");
   }
 
-  /** Starts again. While the force still falls to zero the loop does not listen, so it is asked again. */
+  private record(): void {
+    void this.tell("feel.record", { on: !this.state.status?.recording });
+  }
+
+  /** Starts again. While the force still falls to zero the loop does not listen, so it is asked again, unless it is to stop. */
   private async arm(): Promise<void> {
+    const arming = ++this.arming;
     for (let attempt = 0; attempt < ARM_ATTEMPTS; attempt += 1) {
       await this.tell("arm");
       await new Promise((resolve) => setTimeout(resolve, ARM_AGAIN_MS));
-      if (!this.status?.stopped) return;
+      if (arming !== this.arming || !this.state.status?.stopped) return;
     }
   }
 
-  go(view: View): void {
-    history.pushState(null, "", writeFragment({ view, values: this.remembered.get(view) ?? new Map() }));
-    this.fromAddress();
-  }
-
-  remember(view: View, values: Map<string, string>): void {
-    this.remembered.set(view, values);
-    if (view === this.view) history.replaceState(null, "", writeFragment({ view, values }));
-  }
-
-  feelWall(environment: Environment, device: { mass_kg: number; damping_n_s_per_m: number }): void {
-    this.feel.startWall(environment, device);
-    this.go("feel");
-  }
-
-  private fromAddress(): void {
-    const { view, values } = readFragment(location.hash);
-    for (const name of VIEWS) {
-      this.views[name].root.hidden = name !== view;
-      if (name !== view && name === this.view) this.views[name].hidden();
-    }
-    this.view = view;
-    this.shell.show(view);
-    this.views[view].shown(values);
+  private go(view: View): void {
+    // What was shown is one step back.
+    history.replaceState(null, "", address(this.state));
+    history.pushState(null, "", address({ ...this.state, view }));
+    this.dispatch({ do: "go", view });
   }
 
   private listen(): void {
-    addEventListener("popstate", () => this.fromAddress());
+    addEventListener("popstate", () => this.dispatch({ do: "address", fragment: location.hash }));
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("keyup", (event) => {
-      if (!typing(event.target)) this.views[this.view].key(event, false);
+      if (isTextField(event.target)) return;
+      // A button is pressed when the key goes up.
+      if (event.key === " ") event.preventDefault();
+      this.views[this.state.view].key(event, false);
+    });
+    addEventListener("focusin", ({ target }) => {
+      if (isTextField(target)) this.entered = target.value;
     });
     // A key that goes up elsewhere does not push on.
     addEventListener("blur", () => {
-      for (const key of ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]) this.views[this.view].key(new KeyboardEvent("keyup", { key }), false);
+      for (const key of ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]) this.views[this.state.view].key(new KeyboardEvent("keyup", { key }), false);
     });
   }
 
   private key(event: KeyboardEvent): void {
-    if (event.ctrlKey || event.metaKey || event.altKey || typing(event.target)) return;
+    const { target } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (isTextField(target)) {
+      if (event.key === "Escape") {
+        target.value = this.entered;
+        target.blur();
+      }
+      return;
+    }
+    // A list finds its lines by their letters.
+    if (target instanceof HTMLSelectElement && event.key !== " ") return;
+    if (target instanceof HTMLInputElement && target.type === "checkbox" && event.key === "Enter") {
+      event.preventDefault();
+      target.click();
+      return;
+    }
     const command: Record<string, () => void> = {
       " ": () => this.stop(),
       "?": () => this.shell.toggleHelp(),
@@ -136,13 +180,13 @@ class Page implements App {
       "3": () => this.go("runs"),
       t: () => this.shell.nextTheme(),
       r: () => void this.arm(),
-      l: () => void this.tell("feel.record", { on: !this.status?.recording }),
+      l: () => this.record(),
     };
     const act = command[event.key] ?? command[event.key.toLowerCase()];
     if (act) {
       event.preventDefault();
       if (!event.repeat) act();
-    } else if (this.views[this.view].key(event, true)) event.preventDefault();
+    } else if (this.views[this.state.view].key(event, true)) event.preventDefault();
   }
 }
 

@@ -3,14 +3,14 @@
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, times, values, type Points } from "./columns";
-import { el } from "./dom";
+import { el, say } from "./dom";
 import { csvOf, pngOf, svgOf, type Picture } from "./export";
-import { plain } from "./format";
+import { number, plain, tickTexts } from "./format";
 import type { Frame } from "./frame";
 import { readable } from "./names";
 import { PlaneView } from "./plane";
 import type { OpenRun } from "./protocol";
-import { save } from "./save";
+import { download, save } from "./save";
 import { choices, componentName, members, strokeOf } from "./vectors";
 
 /** Strokes of runs, best told apart first: as in the figures. */
@@ -49,8 +49,8 @@ class Part {
   chosen = false;
   /** What the chart is made for. */
   key = "";
-  x: number[] = [];
-  drawn: Points[] = [];
+  /** What is drawn, with the curves that it is of. */
+  drawn: { curves: Curve[]; x: number[]; points: Points[] } | null = null;
 
   constructor(name: string, readonly prefers: string[]) {
     this.select.setAttribute("aria-label", name);
@@ -65,8 +65,7 @@ export class Overlay {
   private readonly all_ = el("button", { type: "button", class: "small", hidden: true }, "show all");
   private runs: OpenRun[] = [];
   private zoom: [number, number] | null = null;
-  private frames = new Map<number, Frame>();
-  private waiting = new Map<number, (frame: Frame) => void>();
+  private readonly moment = el("span");
   private round = 0;
 
   constructor(private readonly app: App) {
@@ -81,7 +80,7 @@ export class Overlay {
       { class: "files" },
       file("PNG", (name) => void pngOf(this.pictures()).then((blob) => save(blob, `${name}.png`))),
       file("SVG", (name) => save(new Blob([svgOf(this.pictures())], { type: "image/svg+xml" }), `${name}.svg`)),
-      file("CSV", (name) => save(new Blob([csvOf(this.pictures())], { type: "text/csv" }), `${name}.csv`)),
+      file("CSV", () => this.tables()),
     );
     const parts = [above, below].map((part) => {
       part?.select.addEventListener("change", () => {
@@ -90,8 +89,8 @@ export class Overlay {
       });
       return el("div", { class: "overlay-part" }, part?.select ?? "", part?.holder ?? "");
     });
-    this.root = el("section", { class: "card overlay" }, el("h2", {}, "Curves", this.all_, files), ...parts);
-    this.plane = new PlaneView(app, (view) => this.frameOfView(view));
+    this.root = el("section", { class: "card overlay" }, el("h2", {}, "Curves", this.moment, this.all_, files), ...parts);
+    this.plane = new PlaneView(app);
     this.all_.addEventListener("click", () => this.all());
   }
 
@@ -131,13 +130,6 @@ export class Overlay {
     this.plane.zoomTo(zoom);
   }
 
-  frame(frame: Frame): void {
-    const waiting = this.waiting.get(frame.source);
-    this.waiting.delete(frame.source);
-    if (waiting) waiting(frame);
-    else this.frames.set(frame.source, frame);
-  }
-
   themed(): void {
     for (const part of this.parts) part.chart?.redraw();
   }
@@ -157,12 +149,12 @@ export class Overlay {
     const key = JSON.stringify([choice, part.curves.map(({ run, channel }) => [run.name, channel])]);
     if (key !== part.key) this.makeChart(part);
     part.key = key;
-    const chart = part.chart;
+    const { chart, curves } = part;
     if (!chart) return;
     try {
-      const columns = await this.fetch(part.curves, chart.columns);
+      const columns = await this.fetch(curves, chart.columns);
       if (round !== this.round) return;
-      this.draw(part, chart, columns);
+      this.draw(part, chart, curves, columns);
     } catch (error) {
       this.app.notify(error instanceof Error ? error.message : String(error));
     }
@@ -185,30 +177,33 @@ export class Overlay {
     });
   }
 
-  private async frameOf(run: OpenRun, channels: string[], columns: number): Promise<Frame> {
-    const span = this.zoom === null ? {} : { from_s: Math.max(run.first_s, this.zoom[0]), to_s: Math.min(run.last_s, this.zoom[1]) };
-    const { view } = await this.app.connection.ask<{ view: number }>("view", { source: run.name, ...span, columns, channels });
-    return this.frameOfView(view);
+  private frameOf(run: OpenRun, channels: string[], columns: number): Promise<Frame> {
+    return this.app.connection.frame({ source: run.name, ...this.span(run), columns, channels });
   }
 
-  /** The frame of a view, which comes before or after the answer. */
-  async frameOfView(view: number): Promise<Frame> {
-    const there = this.frames.get(view);
-    this.frames.delete(view);
-    return there ?? new Promise<Frame>((resolve) => this.waiting.set(view, resolve));
+  /** The part of a run that is visible. */
+  private span(run: OpenRun): { from_s?: number; to_s?: number } {
+    return this.zoom === null ? {} : { from_s: Math.max(run.first_s, this.zoom[0]), to_s: Math.min(run.last_s, this.zoom[1]) };
   }
 
   private makeChart(part: Part): void {
     const lines = part.curves.map((curve): Line => ({ label: this.label(curve, part.select.value), ...this.stroke(curve) }));
+    part.chart?.destroy();
+    part.drawn = null;
+    const names = legend(lines);
     part.chart = new Chart({
       name: `${readable(part.select.value)} over time`,
       lines,
-      xLabel: (value) => `${plain(value)} s`,
+      xTexts: (ticks) => tickTexts(ticks).map((text) => `${text} s`),
       zoomed: (zoom) => this.zoomTo(zoom),
-      cursor: (time) => this.plane.at(time),
+      cursor: (time, values) => {
+        names.say(time === null ? [] : values.map((value) => number(value, 4)));
+        say(this.moment, time === null ? "" : `at ${plain(time)} s`);
+        this.plane.at(time);
+      },
       group: "runs",
     });
-    part.holder.replaceChildren(legend(lines), part.chart.root);
+    part.holder.replaceChildren(names.root, part.chart.root);
   }
 
   private label({ run, channel, theory, judged }: Curve, choice: string): string {
@@ -227,7 +222,7 @@ export class Overlay {
   }
 
   /** All curves on the times of all of them: where another has none, it has a gap that is not drawn. */
-  private draw(part: Part, chart: Chart, columns: Sampled[]): void {
+  private draw(part: Part, chart: Chart, curves: Curve[], columns: Sampled[]): void {
     const x = [...new Set(columns.flatMap(({ time }) => time))].sort((a, b) => a - b);
     const place = new Map(x.map((time, index) => [time, index]));
     const drawn = columns.map(({ time, value }) => {
@@ -236,23 +231,33 @@ export class Overlay {
       time.forEach((at, index) => (points[place.get(at) ?? 0] = value[index] ?? null));
       return points as Points;
     });
-    [part.x, part.drawn] = [x, drawn];
+    part.drawn = { curves, x, points: drawn };
     const range = this.zoom ?? [Math.min(...this.runs.map((run) => run.first_s)), Math.max(...this.runs.map((run) => run.last_s))];
     chart.draw(x, drawn, range[0] < range[1] ? range : [0, 1]);
   }
 
   private pictures(): Picture[] {
-    return this.parts
-      .filter((part) => part.curves.length > 0)
-      .map((part) => ({
-        title: readable(part.select.value),
-        x: part.x,
-        lines: part.curves.map((curve, index) => ({
-          name: `${curve.run.name} ${curve.channel}`,
-          points: part.drawn[index] ?? [],
-          ...this.stroke(curve),
-        })),
-      }));
+    return this.parts.flatMap(({ drawn, select }) => {
+      if (drawn === null || drawn.curves.length === 0) return [];
+      const lines = drawn.curves.map((curve, index) => ({ name: `${curve.run.name} ${curve.channel}`, points: drawn.points[index] ?? [], ...this.stroke(curve) }));
+      return { title: readable(select.value), x: drawn.x, lines };
+    });
+  }
+
+  /** The samples of the visible span: of each log from the server, of a curve that no log holds from the run. */
+  private tables(): void {
+    const curves = this.parts.flatMap((part) => part.curves);
+    for (const run of this.runs) {
+      const channels = [...new Set(curves.filter((curve) => curve.run === run && !curve.judged).map(({ channel }) => channel))];
+      const name = run.name.replace(/\W+/g, "-");
+      if (channels.length > 0) {
+        this.app.connection.ask<{ address: string }>("runs.table", { name: run.name, channels, ...this.span(run) }).then(
+          ({ address }) => download(address, `${name}.csv`),
+          (error: Error) => this.app.notify(error.message),
+        );
+      }
+      if (run.curves && curves.some((curve) => curve.run === run && curve.judged)) save(new Blob([csvOf(run.curves, this.zoom)], { type: "text/csv" }), `${name}-closed-form.csv`);
+    }
   }
 }
 

@@ -4,7 +4,6 @@ import type { App } from "./app";
 import { times, values, type Points } from "./columns";
 import { el, onSize, say, set, svg } from "./dom";
 import { niceStep, plain, quantity } from "./format";
-import type { Frame } from "./frame";
 import type { OpenRun } from "./protocol";
 import { cutOf, shapeOf, type Axes, type Cut, type Shape } from "./shape";
 
@@ -63,7 +62,7 @@ export class PlaneView {
   private width = 0;
   private height = 0;
 
-  constructor(private readonly app: App, private readonly frameOfView: (view: number) => Promise<Frame>) {
+  constructor(private readonly app: App) {
     this.picture.append(this.matter, this.grid, this.hand, this.whole, this.track, this.arrow, this.aim, this.place);
     this.root = el("section", { class: "card plane-card", hidden: true }, el("h2", {}, this.select, this.said), el("div", { class: "plane-holder" }));
     const holder = this.root.lastElementChild;
@@ -135,8 +134,7 @@ export class PlaneView {
     const pair = (field: string): string[] => [across, up].map((axis) => field.replace("*", NAMES[axis] ?? "x"));
     const channels = [...pair("position_*_m"), ...pair("reference_*_m"), ...pair("force_*_n"), `position_${NAMES[Math.max(0, through)]}_m`, "force_norm_n"];
     const span = zoom === null ? {} : { from_s: Math.max(run.first_s, zoom[0]), to_s: Math.min(run.last_s, zoom[1]) };
-    const { view } = await this.app.connection.ask<{ view: number }>("view", { source: run.name, ...span, columns: Math.min(COLUMNS, this.app.hello?.view_columns_most ?? COLUMNS), channels });
-    const frame = await this.frameOfView(view);
+    const frame = await this.app.connection.frame({ source: run.name, ...span, columns: Math.min(COLUMNS, this.app.state.hello?.view_columns_most ?? COLUMNS), channels });
     const at = (channel: number): Points => values(frame.least[channel] ?? new Float32Array(), frame.most[channel] ?? new Float32Array());
     return { time: times(frame), place: [at(0), at(1)], hand: [at(2), at(3)], force: [at(4), at(5)], through: at(6), norm: at(7) };
   }

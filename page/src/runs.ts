@@ -4,11 +4,11 @@ import { AnswerPanel } from "./answer";
 import type { App, ViewPart } from "./app";
 import { el, say } from "./dom";
 import { bytes, duration, number } from "./format";
-import type { Frame } from "./frame";
 import { FormPanel } from "./forms";
 import { IdentifyPanel } from "./identify";
 import { Overlay } from "./overlay";
-import type { Answer, Hello, OpenRun, RunEntry, RunProgress, Unasked } from "./protocol";
+import type { Answer, OpenRun, RunEntry, RunProgress, Unasked } from "./protocol";
+import type { Shown, State } from "./state";
 
 /** Runs that can be told apart over each other. */
 const OPEN_MOST = 6;
@@ -31,12 +31,11 @@ export class RunsView implements ViewPart {
   private readonly identify: IdentifyPanel;
   private readonly panels: Record<Panel, HTMLElement>;
   private entries: RunEntry[] = [];
-  private open = new Map<string, OpenRun>();
+  /** What the server said of the runs that are open, and those that it is asked for. */
+  private readonly loaded = new Map<string, OpenRun>();
+  private readonly loading = new Set<string>();
   /** The answer that is shown. */
   private answered = "";
-  private wanted: string[] = [];
-  private wantedAnswer = "";
-  private visible = false;
   /** The run that goes on, and when it was drawn last, ms. */
   private going: { name: string; drawn: number } | null = null;
   /** A run of this page that is to be drawn as soon as there is something. */
@@ -63,7 +62,29 @@ export class RunsView implements ViewPart {
     this.root = el("div", { class: "view runs" }, list, ...Object.values(this.panels));
     this.stop.addEventListener("click", () => void app.tell("runs.stop"));
     this.show("curves");
+    this.drawFacts([]);
     this.listenForFiles();
+  }
+
+  render(state: State, before: State): void {
+    const { hello, runs } = state;
+    if (hello !== null && hello !== before.hello) {
+      say(this.folder, hello.runs_folder);
+      // Another server may have other runs of these names.
+      this.loaded.clear();
+      this.answered = "";
+    }
+    if (!this.visible || hello === null) return;
+    const came = before.view !== "runs" || hello !== before.hello;
+    if (came) {
+      this.form.shown();
+      void this.refresh();
+    }
+    if (came || runs !== before.runs) void this.load(runs !== before.runs);
+  }
+
+  private get visible(): boolean {
+    return this.app.state.view === "runs";
   }
 
   private show(panel: Panel): void {
@@ -87,33 +108,81 @@ export class RunsView implements ViewPart {
     const rows = this.entries.map((entry) => {
       const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), bytes(entry.size_bytes), entry.verdict ?? ""];
       const text = el("span", { class: "run" }, el("b", {}, entry.name), el("small", {}, facts.filter((fact) => fact).join(" · ")));
-      if (isQuestion(entry.kind)) return el("li", {}, this.answerButton(entry.name, text));
-      const box = el("input", { type: "checkbox" });
-      box.checked = this.open.has(entry.name);
-      box.addEventListener("change", () => void this.toggle(entry.name, box.checked));
+      if (isQuestion(entry.kind)) {
+        const button = el("button", { type: "button", class: "row", "data-run": entry.name, "aria-current": this.app.state.runs.answer === entry.name }, text);
+        button.addEventListener("click", () => this.change({ answer: entry.name }));
+        return el("li", {}, button);
+      }
+      const box = el("input", { type: "checkbox", "data-run": entry.name });
+      box.checked = this.app.state.runs.open.includes(entry.name);
+      box.addEventListener("change", () => this.toggle(entry.name, box.checked));
       return el("li", {}, el("label", {}, box, text));
     });
     if (rows.length === 0) rows.push(el("li", { class: "hint" }, "No runs yet. Start one, or record in Feel."));
+    // The focus stays on its run.
+    const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["run"] : undefined;
     this.list.replaceChildren(...rows);
+    if (focused !== undefined) this.list.querySelector<HTMLElement>(`[data-run="${CSS.escape(focused)}"]`)?.focus();
   }
 
-  private answerButton(name: string, text: HTMLElement): HTMLElement {
-    const button = el("button", { type: "button", class: "row", "aria-current": this.answered === name }, text);
-    button.addEventListener("click", () => void this.openAnswer(name));
-    return button;
+  private change(part: Partial<Shown>): void {
+    this.app.dispatch({ do: "runs", part });
   }
 
-  private async openAnswer(name: string): Promise<void> {
-    try {
-      this.answer.show(await this.app.connection.ask<Answer>("runs.open", { name }));
-    } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+  private toggle(name: string, wanted: boolean): void {
+    const others = this.app.state.runs.open.filter((open) => open !== name);
+    if (wanted && others.length >= OPEN_MOST) {
+      this.app.notify(`${OPEN_MOST} runs are shown at most: take one away first.`);
+      this.drawList();
       return;
     }
-    this.answered = name;
-    this.show("answer");
+    this.change({ open: wanted ? [...others, name] : others, answer: "" });
+  }
+
+  /** Asks for what is to be shown and is not there yet, and draws it; comes to the fore if it was `chosen`. */
+  private async load(chosen = false): Promise<void> {
+    const { open, answer } = this.app.state.runs;
     this.drawList();
-    this.app.remember("runs", new Map([["answer", name]]));
+    for (const name of this.loaded.keys()) if (!open.includes(name)) this.loaded.delete(name);
+    const missing = open.filter((name) => !this.loaded.has(name) && !this.loading.has(name));
+    for (const name of missing) this.loading.add(name);
+    await Promise.all(missing.map((name) => this.loadRun(name)));
+    if (answer !== "") await this.loadAnswer(answer, chosen);
+    else if (chosen) this.show("curves");
+    this.drawOpen();
+  }
+
+  private async loadRun(name: string): Promise<void> {
+    try {
+      this.loaded.set(name, await this.app.connection.ask<OpenRun>("runs.open", { name }));
+    } catch (error) {
+      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.change({ open: this.app.state.runs.open.filter((open) => open !== name) });
+    } finally {
+      this.loading.delete(name);
+    }
+  }
+
+  private async loadAnswer(name: string, chosen: boolean): Promise<void> {
+    const anew = name !== this.answered;
+    if (anew) {
+      this.answered = name;
+      try {
+        this.answer.show(await this.app.connection.ask<Answer>("runs.open", { name }));
+      } catch (error) {
+        this.answered = "";
+        this.app.notify(error instanceof Error ? error.message : String(error));
+        this.change({ answer: "" });
+        return;
+      }
+    }
+    if (anew || chosen) this.show("answer");
+  }
+
+  private drawOpen(): void {
+    const runs = this.app.state.runs.open.flatMap((name) => this.loaded.get(name) ?? []);
+    this.drawFacts(runs);
+    this.panels.curves.classList.toggle("with-plane", this.overlay.show(runs));
   }
 
   /** Runs the experiment of a proposal. */
@@ -126,32 +195,9 @@ export class RunsView implements ViewPart {
     }
   }
 
-  private async toggle(name: string, wanted: boolean): Promise<void> {
-    if (wanted && this.open.size >= OPEN_MOST) {
-      this.app.notify(`${OPEN_MOST} runs are shown at most: take one away first.`);
-      this.drawList();
-      return;
-    }
-    if (wanted) {
-      try {
-        this.open.set(name, await this.app.connection.ask<OpenRun>("runs.open", { name }));
-      } catch (error) {
-        this.app.notify(error instanceof Error ? error.message : String(error));
-        await this.refresh();
-        return;
-      }
-    } else this.open.delete(name);
-    this.answered = "";
-    this.show("curves");
-    this.drawList();
-    this.drawFacts();
-    this.panels.curves.classList.toggle("with-plane", this.overlay.show([...this.open.values()]));
-    this.app.remember("runs", new Map([["open", [...this.open.keys()].join(",")]]));
-  }
-
-  private drawFacts(): void {
+  private drawFacts(runs: OpenRun[]): void {
     const parts: Node[] = [];
-    for (const run of this.open.values()) {
+    for (const run of runs) {
       const rows: [string, string][] = [
         ["samples", `${run.samples} of ${number(run.sample_time_s * 1000)} ms`],
         ["log", run.running ? "goes on" : run.damage?.length ? [run.damage].flat().join("; ") : run.complete ? "whole" : "not closed: the run was cut off"],
@@ -171,17 +217,15 @@ export class RunsView implements ViewPart {
   private started(name: string, kind: string): void {
     say(this.progress, `${name} goes on`);
     this.stop.hidden = false;
-    if (isQuestion(kind)) {
-      this.answer.wait(name);
-      this.answered = name;
-      this.show("answer");
-    } else {
-      for (const other of [...this.open.keys()]) this.open.delete(other);
-      this.show("curves");
-    }
     void this.refresh();
+    if (isQuestion(kind)) {
+      this.change({ answer: name });
+      return;
+    }
     // With its first word it is drawn.
     this.awaited = name;
+    this.change({ open: [], answer: "" });
+    this.show("curves");
   }
 
   private progressed(run: RunProgress): void {
@@ -195,40 +239,44 @@ export class RunsView implements ViewPart {
       return;
     }
     if (going) {
-      void this.watch(run);
+      this.watch(run);
       return;
     }
-    const shown = this.open.delete(run.name) || this.awaited === run.name;
+    const awaited = this.awaited === run.name;
     [this.going, this.awaited] = [null, null];
+    this.loaded.delete(run.name);
     void this.refresh().then(() => {
-      if (shown && this.visible && this.entries.some(({ name }) => name === run.name)) void this.toggle(run.name, true);
+      const listed = this.entries.some(({ name }) => name === run.name);
+      if (awaited && listed) this.toggle(run.name, true);
+      else if (this.app.state.runs.open.includes(run.name)) void this.load();
     });
   }
 
   /** A question has no curves: how far it is, then its answer. */
   private questionProgressed(run: RunProgress, share: number): void {
-    const mine = this.answered === run.name;
+    const mine = this.app.state.runs.answer === run.name;
     if (run.state === "running") {
       if (mine) this.answer.wait(run.name, share);
       return;
     }
-    this.awaited = null;
     if (mine && run.report === undefined) this.answer.refuse(run.error ?? "it was stopped");
     void this.refresh().then(() => {
-      if (mine && this.visible && run.report !== undefined) void this.openAnswer(run.name);
+      if (!mine || run.report === undefined) return;
+      this.answered = "";
+      void this.load();
     });
   }
 
   /** Draws the run that goes on, a few times a second. */
-  private async watch(run: RunProgress): Promise<void> {
+  private watch(run: RunProgress): void {
     if (this.going?.name !== run.name) this.going = { name: run.name, drawn: 0 };
     const now = performance.now();
     if (!this.visible || now - this.going.drawn < WATCH_MS) return;
     this.going.drawn = now;
     if (this.awaited === run.name) {
       this.awaited = null;
-      await this.toggle(run.name, true);
-    } else if (this.open.has(run.name)) this.overlay.refresh();
+      this.toggle(run.name, true);
+    } else if (this.loaded.has(run.name)) this.overlay.refresh();
   }
 
   // Files.
@@ -251,42 +299,8 @@ export class RunsView implements ViewPart {
 
   // The page.
 
-  connected(hello: Hello): void {
-    say(this.folder, hello.runs_folder);
-    if (this.visible) this.form.shown();
-    void this.refresh().then(() => this.openWanted());
-  }
-
-  private async openWanted(): Promise<void> {
-    if (!this.app.connection.ready || !this.visible) return;
-    const answer = this.wantedAnswer;
-    this.wantedAnswer = "";
-    if (answer !== "" && this.entries.some((entry) => entry.name === answer)) await this.openAnswer(answer);
-    const names = this.wanted.splice(0);
-    for (const name of names) {
-      if (!this.open.has(name) && this.entries.some((entry) => entry.name === name)) await this.toggle(name, true);
-    }
-  }
-
   unasked(message: Unasked): void {
     if (message.run) this.progressed(message.run);
-  }
-
-  frame(frame: Frame): void {
-    this.overlay.frame(frame);
-  }
-
-  shown(values: Map<string, string>): void {
-    this.visible = true;
-    this.wanted = (values.get("open") ?? "").split(",").filter((name) => name !== "");
-    this.wantedAnswer = values.get("answer") ?? "";
-    this.drawFacts();
-    this.form.shown();
-    void this.refresh().then(() => this.openWanted());
-  }
-
-  hidden(): void {
-    this.visible = false;
   }
 
   themed(): void {

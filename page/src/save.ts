@@ -3,9 +3,14 @@
 /** Offers a file for download. */
 export function save(blob: Blob, name: string): void {
   const address = URL.createObjectURL(blob);
+  download(address, name);
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
+/** Downloads what is at an address. */
+export function download(address: string, name: string): void {
   const link = document.createElement("a");
   link.href = address;
   link.download = name;
   link.click();
-  setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }

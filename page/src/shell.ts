@@ -6,14 +6,15 @@ import { VIEWS, type View } from "./fragment";
 import type { Hello, Status } from "./protocol";
 
 export const KEYS: [string, string][] = [
-  ["space", "stops: the force goes to zero"],
+  ["space", "stops: the force goes to zero, wherever the focus is but in a text field"],
+  ["Enter", "presses a button, ticks a box"],
   ["R", "starts again after a stop or fault"],
   ["← →", "moves the probe; with shift slowly"],
   ["Home", "takes the probe out and lets go"],
   ["P", "pauses and goes on"],
   ["M", "sets a marker"],
   ["L", "records, or ends the recording"],
-  ["Esc", "shows what is now, after a zoom"],
+  ["Esc", "shows what is now, after a zoom; in a text field gives up the edit"],
   ["1 2 3", "Feel, Design, Runs"],
   ["T", "light, dark, as the system"],
   ["?", "this list"],
@@ -29,6 +30,7 @@ function rate(hertz: number): string {
 export interface ShellOptions {
   go: (view: View) => void;
   stop: () => void;
+  start: () => void;
   takeControls: () => void;
   record: () => void;
   themed: () => void;
@@ -38,6 +40,7 @@ export class Shell {
   readonly main = el("main", { id: "main" });
   private readonly tabs = new Map<View, HTMLAnchorElement>();
   private readonly device = el("span", { class: "device" });
+  private readonly start = el("button", { type: "button", class: "start", "aria-keyshortcuts": "R", hidden: true }, "Start", el("kbd", { "aria-hidden": "true" }, "R"));
   private readonly banner = el("div", { class: "banner", role: "status", hidden: true });
   private readonly notices = el("div", { class: "notices", role: "status", "aria-live": "polite" });
   private readonly foot = {
@@ -100,9 +103,10 @@ export class Shell {
     this.record.classList.toggle("on", Boolean(status.recording));
     this.record.disabled = !status.controls || !status.running;
     say(this.watching, status.watching > 0 ? `${status.watching} ${status.watching === 1 ? "page watches" : "pages watch"}` : "");
-    if (status.fault) this.say(`Fault: ${status.fault}. Press R to start again.`);
+    this.start.hidden = !status.controls || !(status.stopped || status.fault);
+    if (status.fault) this.say(`Fault: ${status.fault}. Start, or the key R, begins again.`);
     else if (!status.controls) this.say("Another page holds the controls; this one watches.", this.options.takeControls, "Take the controls");
-    else if (status.stopped) this.say("Stopped: the force is zero. Press R to start again.");
+    else if (status.stopped) this.say("Stopped: the force is zero. Start, or the key R, begins again.");
     else this.say("");
   }
 
@@ -158,6 +162,7 @@ export class Shell {
   private head(): void {
     const stop = el("button", { type: "button", class: "stop", "aria-keyshortcuts": "Space" }, "Stop", el("kbd", { "aria-hidden": "true" }, "␣"));
     stop.addEventListener("click", this.options.stop);
+    this.start.addEventListener("click", this.options.start);
     const nav = el("nav", { "aria-label": "Views" });
     for (const view of VIEWS) {
       const tab = el("a", { href: `#${view}` }, NAMES[view]);
@@ -168,7 +173,7 @@ export class Shell {
       this.tabs.set(view, tab);
       nav.append(tab);
     }
-    document.body.append(el("header", {}, el("h1", {}, "fractional‑haptics"), nav, this.device, stop));
+    document.body.append(el("header", {}, el("h1", {}, "fractional‑haptics"), nav, this.device, this.start, stop));
   }
 
   private footer(): void {

@@ -12,6 +12,8 @@ const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", "
 const CSP = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 const CHANNELS = ["position_m", "hand_m", "force_n", "ghost_short_n", "ghost_a3_n", "energy_j", "limiter"];
 const T = 1e-3;
+/** Time of a change of the law, ms: as of the real server on a busy machine. */
+const SLOW_MS = 60;
 
 const TISSUES = [
   ["prostate-cancerous", "prostate, cancerous", 0.2247, 173],
@@ -137,6 +139,12 @@ const FORMS = [
   },
 ];
 
+/** The samples of a span as a table. */
+function table(response, { run, channels, from_s: from = 0, to_s: to = Infinity }) {
+  const rows = run.samples[0].flatMap((_, n) => (n * T < from || n * T > to ? [] : [[n * T, ...channels.map((name) => run.samples[run.channels.indexOf(name)][n])].join(",")]));
+  response.writeHead(200, { "Content-Type": "text/csv", "Content-Disposition": "attachment" }).end(`${["time_s", ...channels].join(",")}\n${rows.join("\n")}\n`);
+}
+
 /** What a Z-width answers. */
 function stiffestWalls(orders) {
   const boundary = [0, 1, 2, 3].map((n) => ({ dissipation: 10 * n, stiffness_max: 5000 - 400 * n * n, alpha: 0.3 - 0.024 * n * n, beta: 0.1 * n, analysis_stiffness_n_per_m: 5100 - 400 * n * n, analysis_agrees: n !== 2, held_by_friction_up_to_n_per_m: null }));
@@ -149,11 +157,14 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
   let holder = null;
   const pages = new Set();
   const marks = [];
+  const tables = [];
   let recording = null;
   const runs = [makeRun("relax-0001", "relax", 0.2), makeRun("wall-0002", "wall", 0.5), makeTouch("touch-0001")];
 
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url, "http://127.0.0.1");
+    const asked = tables[/\/table\/(\d+)\.csv$/.exec(pathname)?.[1]];
+    if (asked) return void table(response, asked);
     const name = pathname === `/${token}/` ? "index.html" : pathname.startsWith(`/${token}/`) ? pathname.slice(token.length + 2) : null;
     const file = name && join(ASSETS, name);
     const headers = { "Content-Security-Policy": CSP, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-store" };
@@ -189,8 +200,11 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       page.bad = 0;
       try {
         const answer = answers(page, message) ?? {};
-        socket.send(JSON.stringify({ id: message.id, ok: true, ...answer.now ?? answer }));
-        answer.then?.();
+        const { later = 0, then, ...now } = answer;
+        const send = () => socket.send(JSON.stringify({ id: message.id, ok: true, ...now }));
+        if (later > 0) setTimeout(send, later);
+        else send();
+        then?.();
       } catch (error) {
         socket.send(JSON.stringify({ id: message.id, ok: false, error: error.message }));
       }
@@ -199,6 +213,9 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
 
   const controls = (page) => {
     if (holder !== page) throw new Error("another page holds the controls: take them first");
+  };
+  const apply = (message) => {
+    for (const key of ["order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m", "scale", "ghosts"]) if (message[key] !== undefined) loop.feel[key] = message[key];
   };
   const range = (least, most, value, step) => ({ least, most, default: value, step });
 
@@ -209,7 +226,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
           version: 1, program: "mock 0.1.0", controls: holder === page, watching: pages.size - 1, on_close: "stop", sample_time_s: T, channels: CHANNELS,
           limiters: ["magnitude", "rate", "fault", "stopping", "start-up", "workspace", "velocity", "guard"], tissues: TISSUES,
           ranges: { order: range(0, 1, 0.2247, 0.01), stiffness_n_per_m: range(0, 2000, 0), dissipation_n_s_mu_per_m: range(0, 2000, 173), scale: range(0.1, 10, 1), mass_kg: range(0.01, 1, 0.065), damping_n_s_per_m: range(0, 20, 3.5), hand_m: range(-0.02, 0.02, 0) },
-          feel: loop?.feel ?? null, view_columns_most: 8192, frames_per_s: 60, runs_folder: "results",
+          feel: loop ? judged(loop.feel) : null, view_columns_most: 8192, frames_per_s: 60, runs_folder: "results",
         };
       case "controls.take":
         if (holder !== null && holder !== page && !message.force) throw new Error("another page holds the controls");
@@ -219,7 +236,8 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       case "feel.start": {
         controls(page);
         loop = new Loop(feelOf(message));
-        return { feel: loop.feel, verdict: {} };
+        apply(message);
+        return { feel: judged(loop.feel) };
       }
       case "feel.set": {
         controls(page);
@@ -227,9 +245,10 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
           const { feel } = loop;
           loop.feel = { ...feelOf({ ...message, device: feel, ghosts: message.ghosts ?? feel.ghosts }) };
         }
-        for (const key of ["order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m", "scale", "ghosts"]) if (message[key] !== undefined) loop.feel[key] = message[key];
+        if (message.order > 0.95) throw new Error("this would be unstable: take at most 0.5 of K and B");
+        apply(message);
         if (message.order !== undefined || message.environment) loop.law();
-        return { feel: loop.feel, verdict: {} };
+        return { later: SLOW_MS, feel: judged({ ...loop.feel }) };
       }
       case "feel.hand":
         controls(page);
@@ -262,24 +281,27 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         return {};
       case "view": {
         if (message.source === "live") {
-          page.live = message.last_s === undefined ? null : message;
-          if (message.last_s !== undefined || !loop) return { view: 0, channels: CHANNELS };
-          const bytes = loop.frame(0, message.from_s / T, message.to_s / T, message.columns);
-          return { now: { view: 0, channels: CHANNELS }, then: () => page.socket.send(bytes) };
+          if (message.last_s !== undefined) page.live = message;
+          if (message.last_s !== undefined || !loop) return { channels: CHANNELS };
+          const bytes = loop.frame(message.id, message.from_s / T, message.to_s / T, message.columns);
+          return { channels: CHANNELS, then: () => page.socket.send(bytes) };
         }
         const run = runs.find(({ entry }) => entry.name === message.source);
         if (!run) throw new Error(`there is no run ${message.source}`);
-        page.views = (page.views ?? 0) + 1;
-        const number = page.views;
         const names = message.channels ?? run.channels;
         const chosen = names.map((name) => run.samples[run.channels.indexOf(name)]);
         const [from, to] = [(message.from_s ?? 0) / T, (message.to_s ?? run.samples[0].length * T) / T];
         const width = Math.max(1, Math.ceil((to - from) / message.columns));
-        const bytes = frame(number, chosen, Math.floor(from), width, Math.ceil((to - from) / width));
-        return { now: { view: number, channels: names }, then: () => page.socket.send(bytes) };
+        const bytes = frame(message.id, chosen, Math.floor(from), width, Math.ceil((to - from) / width));
+        return { channels: names, then: () => page.socket.send(bytes) };
+      }
+      case "runs.table": {
+        const run = runs.find(({ entry }) => entry.name === message.name);
+        tables.push({ ...message, run });
+        return { address: `table/${tables.length - 1}.csv` };
       }
       case "view.end":
-        if (message.view === 0) page.live = null;
+        page.live = null;
         return {};
       case "runs.list":
         return { runs: runs.map(({ entry }) => entry) };
@@ -340,7 +362,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
     for (const page of pages) {
       if (!page.live || !loop || page.socket.bufferedAmount > 1e6 || loop.tick === page.seen) continue;
       page.seen = loop.tick;
-      const bytes = loop.frame(0, Math.max(0, loop.tick - page.live.last_s / T), loop.tick, page.live.columns);
+      const bytes = loop.frame(page.live.id, Math.max(0, loop.tick - page.live.last_s / T), loop.tick, page.live.columns);
       page.socket.send(bytes);
     }
     if (running) {
@@ -382,6 +404,12 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       });
     });
   });
+}
+
+/** A verdict that no analysis of the page would find. */
+function judged(feel) {
+  const margin = 7.25 / feel.scale;
+  return { ...feel, verdict: { stable: true, margin, passive: true, delay_s: 2e-4, current_lag_s: 0, mass_kg: feel.mass_kg, damping_n_s_per_m: feel.damping_n_s_per_m, hand_stiffness_n_per_m: 0, line: "stable and passive, as the mock says" } };
 }
 
 function feelOf({ environment, device, ghosts }) {

@@ -235,6 +235,178 @@ test("sliders and fields change the law while it runs, and the address keeps it"
   await copied.context.close();
 });
 
+test("Is it safe? shows the verdict of the server, and a map of what runs or none", async () => {
+  const { page, context, errors } = await begin({}, "#feel?tissue=prostate-cancerous&order=0.2247&K=0&B=173&scale=1&m=0.065&b=3.5&ghosts=none");
+  const card = page.locator(".feel .right .card", { hasText: "Is it safe?" });
+  const verdict = () => card.locator("h2 span").textContent();
+  const told = () => page.evaluate(() => new Promise((resolve) => {
+    const socket = new WebSocket(new URL("ws", location.href.split("#")[0]).href.replace("http", "ws"));
+    socket.onopen = () => socket.send(JSON.stringify({ id: 1, do: "hello", version: 1 }));
+    socket.onmessage = ({ data }) => typeof data === "string" && JSON.parse(data).id === 1 && (resolve(JSON.parse(data).feel.verdict), socket.close());
+  }));
+  const agrees = async () => {
+    const { stable, passive, margin } = await told();
+    const said = await verdict();
+    return said.startsWith(stable ? "stable, margin " : "unstable, margin ") && said.endsWith(passive ? "· passive" : "· not passive") && Math.abs(Number(/margin ([\d.]+)/.exec(said)?.[1]) - margin) < 0.006 * margin;
+  };
+  await until(agrees, "another verdict than the server's");
+  const map = card.locator("svg.map");
+  await until(async () => ((await map.locator("path.stable").getAttribute("d")) ?? "").length > 200, "no map of a spring-pot");
+  // The size of the specimen changes the margin by as much.
+  const before = (await told()).margin;
+  const dissipation = page.locator(".feel .knob", { hasText: "dissipation B" }).locator(".value");
+  await dissipation.fill("346");
+  await page.keyboard.press("Enter");
+  if (REAL) {
+    await until(async () => Math.abs((await told()).margin - before / 2) < 0.01 * before && (await agrees()), "the verdict does not follow");
+    // A model of more elements: its verdict is the server's, and it has no map.
+    await page.selectOption("select[aria-label='Tissue']", "fish-muscle");
+    await until(async () => !(await map.isVisible()) && (await card.locator(".hint").isVisible()) && (await agrees()), "a map of something else");
+    assert.match(await verdict(), /^stable, margin 13\.9 /);
+  }
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("no key on a slider is lost, whatever the server answers meanwhile", async () => {
+  const { page, context, errors } = await begin({}, "#feel?tissue=prostate-cancerous&order=0.2&K=0&B=173&scale=1&m=0.065&b=3.5&ghosts=none");
+  const press = async (slider, expected, name) => {
+    await slider.focus();
+    const before = Number(await slider.inputValue());
+    for (let n = 0; n < 60; n += 1) {
+      await page.keyboard.press("ArrowRight");
+      await page.waitForTimeout(8);
+    }
+    assert.equal(Number(await slider.inputValue()) - before, 60, name);
+    await until(expected, `${name}: ${page.url()}`);
+    assert.equal(Number(await slider.inputValue()) - before, 60, `${name}, later`);
+  };
+  const knob = (label) => page.locator(".feel .knob", { hasText: label });
+  await until(async () => (await knob("order").locator("input[type=range]").inputValue()) === "200", "the address is not opened");
+  await press(knob("order").locator("input[type=range]"), () => Promise.resolve(/order=0\.26(&|$)/.test(page.url())), "order");
+  const dissipation = knob("dissipation B").locator("input[type=range]");
+  await press(dissipation, async () => /B=(\d+)/.exec(page.url())?.[1] !== "173", "dissipation");
+  // Both edits are there.
+  assert.match(page.url(), /order=0\.26(&|$)/);
+  // Where neighbouring steps show the same digits, too.
+  await page.keyboard.press("2");
+  await page.locator(".design .knob", { hasText: "order" }).locator(".value").fill("1");
+  await page.keyboard.press("Enter");
+  await until(() => Promise.resolve(/mu=1(&|$)/.test(page.url())), page.url());
+  await press(page.locator(".design .knob", { hasText: "order" }).locator("input[type=range]"), () => Promise.resolve(/mu=1\.12(&|$)/.test(page.url())), "order of Design");
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("an edit that is refused is taken back with a sentence, the others stay", async () => {
+  const { page, context } = await begin({}, "#feel?tissue=prostate-cancerous&order=0.3&K=0&B=173&scale=1&m=0.065&b=3.5&ghosts=none");
+  const order = page.locator(".feel .knob", { hasText: "order" }).locator(".value");
+  await until(async () => (await order.inputValue()) === "0.300", "the address is not opened");
+  if (REAL) {
+    // K = 0 leaves nothing to hold such a wall: B is at its most.
+    await page.locator(".feel .knob", { hasText: "dissipation B" }).locator(".value").fill("2000");
+    await page.keyboard.press("Enter");
+    await until(() => Promise.resolve(/B=2000(&|$)/.test(page.url())), page.url());
+  }
+  await order.fill("1");
+  await page.keyboard.press("Enter");
+  await until(async () => /unstable/.test((await page.locator(".notice").allTextContents()).join(" ")), "it is not refused");
+  await until(async () => (await order.inputValue()) === "0.300", "the refused number stays");
+  await until(() => Promise.resolve(/order=0\.3(&|$)/.test(page.url())), page.url());
+  await context.close();
+});
+
+test("space stops wherever the focus is but in a text field, where Escape gives up the edit", async () => {
+  const { page, context, errors } = await begin();
+  const stops = async (what) => {
+    await page.keyboard.press(" ");
+    await until(() => page.locator(".device.stopped").count(), `space does not stop with the focus on ${what}`);
+    await page.locator("button.start").click();
+    await until(() => page.locator(".device.running").count(), "Start does not start");
+  };
+  for (const focus of [".scene", "select[aria-label='Tissue']", ".feel input[type=range]", "nav a", ".record", "button.stop"]) {
+    await page.locator(focus).first().focus();
+    await stops(focus);
+  }
+  const tissue = await page.locator("select[aria-label='Tissue']").inputValue();
+  // A list goes on by its keys, which are no commands there.
+  await page.locator("select[aria-label='Compare with']").focus();
+  await page.keyboard.press("ArrowDown");
+  await until(() => Promise.resolve(/ghosts=short(&|$)/.test(page.url())), `the list: ${page.url()}`);
+  await page.keyboard.press("2");
+  assert.match(page.url(), /#feel/);
+  const field = page.locator(".feel .knob", { hasText: "dissipation B" }).locator(".value");
+  const kept = await field.inputValue();
+  await field.focus();
+  await page.keyboard.type("12 34");
+  assert.equal(await field.inputValue(), "12 34", "a space in a text field is a space");
+  assert.equal(await page.locator(".device.stopped").count(), 0);
+  await page.keyboard.press("Escape");
+  assert.equal(await field.inputValue(), kept);
+  assert.equal(await page.evaluate(() => document.activeElement.tagName), "BODY");
+  await page.waitForTimeout(400);
+  assert.equal(await page.locator("select[aria-label='Tissue']").inputValue(), tissue);
+  assert.match(page.url(), /B=173(&|$)/);
+  // Boxes in Runs: Enter ticks, space stops, the focus stays.
+  await page.keyboard.press("3");
+  if (!REAL) {
+    const box = page.locator(".list label", { hasText: "wall-0002" }).locator("input");
+    await box.focus();
+    await page.keyboard.press("Enter");
+    await until(() => Promise.resolve(/open=wall-0002(&|$)/.test(page.url())), `the box: ${page.url()}`);
+    assert.equal(await page.evaluate(() => document.activeElement.dataset.run), "wall-0002");
+    assert.equal(await box.isChecked(), true);
+    await stops("a box");
+    assert.equal(await box.isChecked(), true);
+    await box.focus();
+    await page.keyboard.press("Enter");
+    await until(async () => !(await box.isChecked()), "Enter does not untick");
+  }
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("a finger stops and starts again", async () => {
+  const { page, context, errors } = await begin({ hasTouch: true, viewport: { width: 820, height: 1180 } });
+  assert.equal(await page.locator("button.start").isVisible(), false);
+  await page.locator("button.stop").tap();
+  await until(() => page.locator("button.start").isVisible(), "no Start");
+  const [stop, start] = [await page.locator("button.stop").boundingBox(), await page.locator("button.start").boundingBox()];
+  assert.ok(Math.abs(stop.y - start.y) < 8 && Math.abs(stop.x - start.x - start.width) < 40, "Start is not beside Stop");
+  assert.ok(stop.x + stop.width <= 820, "Stop is not on the screen");
+  await page.locator("button.start").tap();
+  await until(() => page.locator(".device.running").count(), "it does not start again");
+  await until(async () => !(await page.locator("button.start").isVisible()), "Start stays");
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("the address opens the same page, its scale too, also on the way back", async () => {
+  const scaled = "tissue=prostate-healthy&order=0.31&K=0&B=72.2&scale=2.5&m=0.08&b=4&ghosts=a3";
+  const { page, context, errors } = await begin({}, `#feel?${scaled}`);
+  const same = () => {
+    const [now, wanted] = [page.url().split("?").at(-1), scaled].map((text) => new URLSearchParams(text));
+    return [...wanted].every(([key, value]) => key === "ghosts" || key === "tissue" ? now.get(key) === value : Math.abs(Number(now.get(key)) - Number(value)) < 1e-3 * Number(value) + 1e-12);
+  };
+  await until(async () => same() && (await page.locator("select[aria-label='Tissue']").inputValue()) === "prostate-healthy", `another page: ${page.url()}`);
+  assert.equal(await page.locator(".feel .knob", { hasText: "order" }).locator(".value").inputValue(), "0.310");
+  assert.match(await page.locator(".feel .knob", { hasText: "dissipation B" }).locator(".value").inputValue(), /^18[01]/);
+  assert.equal(await page.locator("select[aria-label='Compare with']").inputValue(), "a3");
+  await page.keyboard.press("2");
+  const stiffness = page.locator(".design .knob", { hasText: "stiffness K" }).locator(".value");
+  await stiffness.fill("250");
+  await page.keyboard.press("Enter");
+  await page.selectOption("select[aria-label='Operator']", "muir:3");
+  await until(() => Promise.resolve(/#design.*K=250.*operator=muir/.test(page.url())), page.url());
+  const design = page.url();
+  await page.goBack();
+  await until(() => Promise.resolve(/#feel/.test(page.url()) && same()), page.url());
+  await page.goForward();
+  await until(async () => page.url() === design && (await stiffness.inputValue()).startsWith("250"), page.url());
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test("markers, cursor values and zoom", async () => {
   const { page, context, errors } = await begin();
   await page.waitForTimeout(4500);
@@ -253,6 +425,11 @@ test("markers, cursor values and zoom", async () => {
     return x[1] - x[0] < 5 ? x : null;
   }), "the span is not the chosen one");
   assert.ok(scale[0] >= -0.5);
+  // The picture of the past stands, the probe goes on.
+  await takeOver(page);
+  await page.keyboard.down("ArrowRight");
+  await until(async () => (await depth(page)) > 0, "a zoomed picture holds the probe");
+  await page.keyboard.up("ArrowRight");
   await page.mouse.move(box.x, box.y - 60);
   await page.keyboard.press("Escape");
   await until(async () => !(await page.locator("text=show now").isVisible()), "Escape does not go back");
@@ -343,12 +520,73 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
   await until(() => page.evaluate(() => document.querySelectorAll(".overlay .chart canvas").length === 2), "no charts");
   assert.match(page.url(), /open=/);
   await until(() => page.evaluate(() => document.querySelector(".overlay-part select").value !== ""), "no channel");
-  for (const [name, start] of [["PNG", "\x89PNG"], ["SVG", "<svg"], ["CSV", "time_s,"]]) {
+  const kept = async (name) => {
     const [download] = await Promise.all([page.waitForEvent("download"), page.locator(".files button", { hasText: name }).click()]);
-    const content = readFileSync(await download.path(), "latin1");
-    assert.ok(content.startsWith(start) && content.length > 500, `${name}: ${content.slice(0, 40)}`);
-  }
+    return readFileSync(await download.path(), "latin1");
+  };
+  assert.ok((await kept("PNG")).startsWith("\x89PNG"));
+  const svg = await kept("SVG");
+  const opened = new URLSearchParams(page.url().split("?").at(-1)).get("open").split(",");
+  for (const run of opened) assert.match(svg, new RegExp(`<text [^>]*>${run} \\w+</text>`), "no legend");
+  // One run alone: a table is its samples, all of them, of the channels that are chosen.
+  await boxes.nth(1).uncheck();
+  await until(() => page.evaluate(() => document.querySelectorAll(".facts h3").length === 1), "it is still open");
+  const samples = Number(/^(\d+) of/.exec(await page.locator(".facts dd").first().textContent())[1]);
+  await page.locator("select[aria-label='Channel below']").selectOption("position_m");
+  await page.locator("select[aria-label='Channel above']").selectOption("contact_force_n");
+  // At once: what is not drawn yet has its own name all the same.
+  const rows = (await kept("CSV")).trim().split("\n").map((line) => line.split(","));
+  assert.deepEqual(rows[0], ["time_s", "contact_force_n", "position_m"]);
+  assert.equal(rows.length - 1, samples);
+  const [first, last] = [rows[1], rows.at(-1)].map(([time]) => Number(time));
+  await until(async () => (await page.locator(".overlay .legend").first().textContent()).startsWith("contact force, N"), "no such curve");
+  // The cursor says the values, and a zoom chooses the samples.
+  const box = await page.locator(".overlay .u-over").first().boundingBox();
+  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.5 * box.height);
+  await until(async () => /^−?[\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/.test(await page.locator(".overlay .legend b").first().textContent()), "no value at the cursor");
+  const at = Number(/at ([\d.]+) s/.exec(await page.locator(".overlay h2 span").first().textContent())[1]);
+  assert.ok(Math.abs(at - (first + last) / 2) < 0.02 * (last - first), `${at}`);
+  const said = Number((await page.locator(".overlay .legend b").last().textContent()).replace("−", "-").replace(/·10.*/, ""));
+  assert.ok(Number.isFinite(said));
+  await page.mouse.down();
+  await page.mouse.move(box.x + 0.75 * box.width, box.y + 0.5 * box.height, { steps: 5 });
+  await page.mouse.up();
+  await until(() => page.locator("text=show all").isVisible(), "no zoom");
+  const part = (await kept("CSV")).trim().split("\n").slice(1).map((line) => Number(line.split(",")[0]));
+  assert.ok(Math.abs(part.length / samples - 0.25) < 0.03, `${part.length} of ${samples}`);
+  assert.ok(Math.abs(part[0] - at) < 0.02 * (last - first) && part.at(-1) < last);
   assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("Runs: a chart that is closed is gone", async () => {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+  const page = await context.newPage();
+  await page.addInitScript(() => {
+    globalThis.watched = 0;
+    const { observe, disconnect } = ResizeObserver.prototype;
+    ResizeObserver.prototype.observe = function (...given) {
+      globalThis.watched += 1;
+      observe.apply(this, given);
+    };
+    ResizeObserver.prototype.disconnect = function () {
+      globalThis.watched -= 1;
+      disconnect.apply(this);
+    };
+  });
+  await page.goto(`${server.address}#runs`);
+  await page.keyboard.press("3");
+  const box = page.locator(".list input[type=checkbox]").first();
+  await box.waitFor();
+  const counts = [];
+  for (let round = 0; round < 6; round += 1) {
+    await box.check();
+    await until(() => page.evaluate(() => document.querySelectorAll(".overlay .chart canvas").length === 2), "no charts");
+    counts.push(await page.evaluate(() => globalThis.watched));
+    await box.uncheck();
+    await page.waitForTimeout(150);
+  }
+  assert.ok(Math.max(...counts) <= counts[0] && counts[0] > 0, `${counts}`);
   await context.close();
 });
 

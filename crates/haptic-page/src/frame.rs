@@ -7,27 +7,24 @@ pub const MAGIC: u32 = 0x3150_4846;
 /// Bytes before the numbers.
 pub const HEADER_BYTES: usize = 40;
 
-/// The source of live frames; others have the number of their view.
-pub const LIVE: u32 = 0;
-
-/// Writes a frame.
+/// Writes a frame that answers the request of this number.
 ///
 /// ```
-/// use haptic_page::frame::{HEADER_BYTES, LIVE, frame};
+/// use haptic_page::frame::{HEADER_BYTES, frame};
 /// use haptic_page::pyramid::{Pyramid, PyramidSize, Span};
 ///
 /// let mut pyramid = Pyramid::new(PyramidSize::usual(2));
 /// pyramid.push(&[1.0, -1.0]);
-/// let bytes = frame(LIVE, &pyramid.columns(Span::new(0, 1, 1)), 1e-3);
+/// let bytes = frame(7, &pyramid.columns(Span::new(0, 1, 1)), 1e-3);
 /// assert_eq!((&bytes[..4], bytes.len()), (&b"FHP1"[..], HEADER_BYTES + 2 * 2 * 4));
 /// ```
 #[must_use]
-pub fn frame(source: u32, columns: &Columns, sample_time_s: f64) -> Vec<u8> {
+pub fn frame(request: u32, columns: &Columns, sample_time_s: f64) -> Vec<u8> {
     let numbers = columns.numbers();
     let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 * numbers.len());
     // A view has thousands of columns at most, and few channels.
     let (channels, count) = (columns.channels() as u32, columns.count() as u32);
-    for word in [MAGIC, source, channels, count] {
+    for word in [MAGIC, request, channels, count] {
         bytes.extend_from_slice(&word.to_le_bytes());
     }
     let (first, width) = (columns.first_tick() as f64, columns.width() as f64);

@@ -35,8 +35,8 @@ pub fn get(host: &str, path: &str, headers: &str) -> String {
 /// A frame of a view.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// 0 live, else the number of the view.
-    pub source: u32,
+    /// The number of the request that it answers.
+    pub request: u32,
     /// Channels.
     pub channels: usize,
     /// Columns.
@@ -61,7 +61,7 @@ impl Frame {
             .collect();
         assert_eq!(numbers.len(), 2 * channels * columns);
         Self {
-            source: word(4),
+            request: word(4),
             channels,
             columns,
             first_tick: number(16),
@@ -181,6 +181,10 @@ impl Page {
 
     /// The answer to a number; what comes before it is kept.
     pub fn answer(&mut self, id: &Value) -> Value {
+        let known = |told: &Value| told.get("id").is_some_and(|given| given == id);
+        if let Some(found) = self.told.iter().position(known) {
+            return self.told.remove(found);
+        }
         loop {
             let message = self.read().expect("open");
             if message.get("id").is_some_and(|given| given == id) {

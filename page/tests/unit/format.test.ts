@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bytes, duration, niceStep, number, plain, quantity, steady } from "../../src/format";
+import { bytes, duration, niceStep, number, plain, quantity, steady, tickTexts } from "../../src/format";
 
 test("three significant digits, whatever the size", () => {
   const cases: [number, string][] = [
@@ -34,4 +34,19 @@ test("digits of a value that changes stand still", () => {
   assert.equal(steady(0.0764, 3, "N"), "0.076\u202fN");
   assert.equal(steady(-0.0001, 2, "mJ"), "0.00\u202fmJ");
   assert.equal(steady(NaN, 2, "mm"), "–\u202fmm");
+});
+
+test("the texts of an axis tell its ticks apart, wherever it is", () => {
+  assert.deepEqual(tickTexts([-0.5, 0, 0.5]), ["−0.5", "0.0", "0.5"]);
+  assert.deepEqual(tickTexts([0, 200000, 400000]), ["0", "2·10⁵", "4·10⁵"]);
+  assert.deepEqual(tickTexts([3.0e-3, 3.0e-3 + 2e-7, 3.0e-3 + 4e-7]), ["3.0000·10⁻³", "3.0002·10⁻³", "3.0004·10⁻³"]);
+  for (let power = -9; power <= 9; power += 1) {
+    for (const start of [0, 1, 3.1234567, -7.5]) {
+      for (const step of [1e-5, 2e-4, 5e-3, 0.1, 2]) {
+        const ticks = [0, 1, 2, 3].map((n) => (Math.round(start / step) + n) * step * 10 ** power);
+        const texts = tickTexts(ticks);
+        assert.equal(new Set(texts).size, ticks.length, `${ticks}: ${texts}`);
+      }
+    }
+  }
 });

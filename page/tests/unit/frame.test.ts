@@ -18,7 +18,7 @@ function bytes(channels: number, columns: number, value: (channel: number, colum
 
 test("a frame is read as it was written", () => {
   const frame = readFrame(bytes(2, 5, (channel, column, most) => 100 * channel + 10 * column + (most ? 1 : 0)));
-  assert.deepEqual([frame.source, frame.columns, frame.ticksPerColumn, frame.sampleTimeS], [3, 5, 4, 1e-3]);
+  assert.deepEqual([frame.request, frame.columns, frame.ticksPerColumn, frame.sampleTimeS], [3, 5, 4, 1e-3]);
   assert.deepEqual([frame.least[1]?.[2], frame.most[1]?.[2]], [120, 121]);
   assert.ok(Math.abs(columnTime(frame, 2) - 1.008) < 1e-12);
 });

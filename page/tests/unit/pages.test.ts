@@ -6,7 +6,7 @@ import { csvOf } from "../../src/export";
 import { readable } from "../../src/names";
 
 test("an experiment file has the keys and floats of the command", () => {
-  const text = wallFile({ K: 3000, B: 100, mu: 0.5, T: 1e-3, m: 0.065, b: 3.5, delay: 3e-4, lag: 0, noise: 0 }, "exact");
+  const text = wallFile({ K: 3000, B: 100, mu: 0.5, T: 1e-3, m: 0.065, b: 3.5, delay: 3e-4, lag: 0, noise: 0, operator: "exact" });
   assert.match(text, /^\[wall\]$/m);
   assert.match(text, /^stiffness_n_per_m = 3000\.0$/m);
   assert.match(text, /^sample_time_s = 0\.001$/m);
@@ -25,9 +25,10 @@ test("the demonstration stays in its range and does not jump", () => {
   }
 });
 
-test("a table has all digits, and names that need it in quotes", () => {
-  const csv = csvOf([{ title: "f", x: [0, 0.001], lines: [{ name: 'a,"b"', colour: "", points: [1 / 3, undefined] }] }]);
-  assert.equal(csv, 'time_s,"a,""b"""\n0,0.3333333333333333\n0.001,\n');
+test("a table of a closed form has all digits of the visible span", () => {
+  const curves = { quantity: "force", time_s: [0, 0.001, 0.002], values: [1 / 3, 2 / 3, 1], closed_form: [0.3, 0.6, 1] };
+  assert.equal(csvOf(curves, null).split("\n")[1], "0,0.3333333333333333,0.3");
+  assert.equal(csvOf(curves, [0.0005, 0.0015]), "time_s,force,closed_form\n0.001,0.6666666666666666,0.6\n");
 });
 
 test("names of channels are read with their units", () => {

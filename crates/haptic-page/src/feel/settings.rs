@@ -83,6 +83,34 @@ pub struct FeelStart {
     /// The ghosts.
     #[serde(default = "all_ghosts")]
     pub ghosts: Vec<Ghost>,
+    /// μ, if it is not that of the environment.
+    #[serde(default)]
+    pub order: Option<f64>,
+    /// K, N/m, likewise.
+    #[serde(default)]
+    pub stiffness_n_per_m: Option<f64>,
+    /// B, N·s^μ/m, likewise.
+    #[serde(default)]
+    pub dissipation_n_s_mu_per_m: Option<f64>,
+    /// Factor on K and B.
+    #[serde(default)]
+    pub scale: Option<f64>,
+}
+
+impl FeelStart {
+    /// A tissue or wall as it is.
+    #[must_use]
+    pub fn new(environment: FeltThing) -> Self {
+        Self {
+            environment,
+            device: None,
+            ghosts: all_ghosts(),
+            order: None,
+            stiffness_n_per_m: None,
+            dissipation_n_s_mu_per_m: None,
+            scale: None,
+        }
+    }
 }
 
 fn all_ghosts() -> Vec<Ghost> {
@@ -150,7 +178,14 @@ impl FeelSettings {
         } = device;
         ranges::MASS.checked("mass_kg", mass_kg)?;
         ranges::DAMPING.checked("damping_n_s_per_m", damping_n_s_per_m)?;
-        Self::of(library, start.environment, device, start.ghosts)
+        let change = FeelChange {
+            order: start.order,
+            stiffness_n_per_m: start.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: start.dissipation_n_s_mu_per_m,
+            scale: start.scale,
+            ..FeelChange::default()
+        };
+        Self::of(library, start.environment, device, start.ghosts)?.changed(library, &change)
     }
 
     fn of(
@@ -296,11 +331,7 @@ mod tests {
     }
 
     fn tissue(name: &str) -> FeelStart {
-        FeelStart {
-            environment: FeltThing::Tissue(name.to_owned()),
-            device: None,
-            ghosts: all_ghosts(),
-        }
+        FeelStart::new(FeltThing::Tissue(name.to_owned()))
     }
 
     #[test]
@@ -325,6 +356,32 @@ mod tests {
         };
         let healthy = next.changed(&library, &other).expect("known");
         assert_eq!((healthy.order, healthy.scale), (0.2154, 1.0));
+    }
+
+    #[test]
+    fn a_start_with_its_numbers_is_a_start_and_a_change() {
+        let library = library();
+        let change = FeelChange {
+            order: Some(0.4),
+            scale: Some(2.0),
+            ..FeelChange::default()
+        };
+        let felt = FeelSettings::new(&library, tissue("prostate-cancerous")).expect("known");
+        let start = FeelStart {
+            order: Some(0.4),
+            scale: Some(2.0),
+            ..tissue("prostate-cancerous")
+        };
+        let at_once = FeelSettings::new(&library, start).expect("in range");
+        assert_eq!(at_once, felt.changed(&library, &change).expect("in range"));
+        let muscle = FeelStart {
+            order: Some(0.4),
+            ..tissue("fish-muscle")
+        };
+        assert!(
+            FeelSettings::new(&library, muscle).is_err(),
+            "no single order"
+        );
     }
 
     #[test]

@@ -17,9 +17,8 @@ type Felt = (f64, f64);
 fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec<Felt> {
     let library = Library::load(None).expect("built in");
     let start = FeelStart {
-        environment: FeltThing::Wall(wall),
-        device: None,
         ghosts: Vec::new(),
+        ..FeelStart::new(FeltThing::Wall(wall))
     };
     let settings = FeelSettings::new(&library, start).expect("in range");
     let mass = Kilograms(settings.device.mass_kg);

@@ -1,5 +1,6 @@
 //! Channels of a log: one axis, or several with a channel for each component of a vector.
 
+use haptic_experiment::Failure;
 use haptic_log::record::{AXES, AnyTick, TickMessage, VectorTick, column};
 
 /// Channels of a log of one axis.
@@ -62,30 +63,34 @@ impl Channels {
         vectors.chain(OF_ALL.map(str::to_owned)).collect()
     }
 
-    /// A row of a pyramid; NaN where a tick of another number of axes has nothing.
-    pub(super) fn row(self, tick: &AnyTick) -> Vec<f32> {
+    /// The numbers of a tick, one for each name; none of a tick of another number of axes.
+    pub(super) fn numbers(self, tick: &AnyTick, numbers: &mut Vec<f64>) {
+        numbers.clear();
         match tick {
-            AnyTick::One(tick) if self.axes == 1 => one_axis(tick).to_vec(),
+            AnyTick::One(tick) if self.axes == 1 => numbers.extend(one_axis(tick)),
             AnyTick::Vector(tick) if self.axes == tick.axes() => {
-                let vectors = VectorTick::VECTORS.iter().map(|(_, field)| field(tick));
-                let mut row = Vec::with_capacity(self.count());
-                for vector in vectors {
-                    row.extend(vector.as_slice().iter().map(|number| *number as f32));
+                for (_, field) in VectorTick::VECTORS.iter() {
+                    numbers.extend(field(tick).as_slice());
                 }
-                let of_all = [
+                numbers.extend([
                     tick.force_n.norm(),
                     tick.observed_energy_j,
                     f64::from(tick.limiters),
-                ];
-                row.extend(of_all.map(|number| number as f32));
-                row
+                ]);
             }
-            _ => Vec::new(),
+            _ => {}
         }
+    }
+
+    /// A row of a pyramid; none, which is no number, of a tick of another number of axes.
+    pub(super) fn row(self, tick: &AnyTick) -> Vec<f32> {
+        let mut numbers = Vec::with_capacity(self.count());
+        self.numbers(tick, &mut numbers);
+        numbers.into_iter().map(|number| number as f32).collect()
     }
 }
 
-fn one_axis(tick: &TickMessage) -> [f32; ONE_AXIS.len()] {
+fn one_axis(tick: &TickMessage) -> [f64; ONE_AXIS.len()] {
     [
         tick.position_m,
         tick.force_n,
@@ -96,7 +101,23 @@ fn one_axis(tick: &TickMessage) -> [f32; ONE_AXIS.len()] {
         tick.observed_energy_j,
         f64::from(tick.limiters),
     ]
-    .map(|number| number as f32)
+}
+
+/// The places of channels among those of a log.
+///
+/// # Errors
+/// A channel that it has not.
+pub(crate) fn places(wanted: &[String], names: &[String]) -> Result<Vec<usize>, Failure> {
+    let place = |name: &String| {
+        let place = names.iter().position(|known| known == name);
+        place.ok_or_else(|| {
+            Failure::bad_input(format_args!(
+                "there is no channel {name:?}: take some of {}",
+                names.join(", ")
+            ))
+        })
+    };
+    wanted.iter().map(place).collect()
 }
 
 #[cfg(test)]

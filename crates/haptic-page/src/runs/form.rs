@@ -1,12 +1,21 @@
 //! A form as the file that it stands for, and the place of what comes of it.
 
 use super::forms;
-use haptic_experiment::Failure;
 use haptic_experiment::folder::{FolderRequest, next_free};
+use haptic_experiment::{Failure, parameters};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Parameters that name a file, or a folder of files.
+const FILES: [&str; 4] = [
+    parameters::TISSUE.key,
+    parameters::LIBRARY.key,
+    parameters::CONTROLLER.key,
+    parameters::DEVICE_MODEL.key,
+];
 
 /// Name of the file in the messages of its reader.
 const FILE: &str = "form";
@@ -31,6 +40,9 @@ impl FormFile {
             .iter()
             .filter(|(_, value)| !value.is_null() && **value != "");
         for (key, value) in given {
+            if let (true, Some(path)) = (FILES.contains(&key.as_str()), value.as_str()) {
+                check_regular(key, Path::new(path))?;
+            }
             let value = toml::Value::try_from(value).map_err(|_| {
                 Failure::bad_input(format_args!(
                     "`{key}` is not a number, a text, a list of numbers, or true or false"
@@ -53,6 +65,31 @@ impl FormFile {
         let read = read(Path::new(FILE), &self.0);
         read.map_err(|error| Failure::bad_input(without_place(&error.to_string())))
     }
+}
+
+/// The one place that looks at a file before what a form names is opened: a pipe would be waited for without an end. What is not there
+/// its reader says, or it is the name of a tissue.
+///
+/// # Errors
+/// What is neither a file nor a folder of files.
+fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
+    let Ok(about) = fs::metadata(path) else {
+        return Ok(());
+    };
+    let inside = about.is_dir().then(|| fs::read_dir(path));
+    let inside = inside.and_then(Result::ok).into_iter().flatten();
+    let other = inside
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .find(|inside| {
+            fs::metadata(inside).is_ok_and(|about| !(about.is_file() || about.is_dir()))
+        });
+    let itself = (!(about.is_file() || about.is_dir())).then(|| path.to_owned());
+    itself.or(other).map_or(Ok(()), |path| {
+        Err(Failure::bad_input(format_args!(
+            "`{key}`: {} is no regular file: only those are opened for a page",
+            path.display()
+        )))
+    })
 }
 
 /// The message without the file and line that nobody sees.

@@ -11,16 +11,34 @@ pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.into_iter().chain(QUESTIONS)
 }
 
-fn parameter(parameter: &Parameter, required: &[Parameter]) -> Value {
+/// What has to be given begins in a form with numbers that run: those of `experiments/` in the repository.
+const SUGGESTED: &[(&str, &str, f64)] = &[
+    ("wall", "order", 0.5),
+    ("wall", "stiffness_n_per_m", 3000.0),
+    ("wall", "dissipation_n_s_mu_per_m", 100.0),
+    ("coupler", "order", 1.0),
+    ("coupler", "coupler_stiffness_n_s_per_m", 2.0),
+    (
+        "coupler",
+        "coupler_dissipation_n_s_1_minus_mu_per_m",
+        1000.0,
+    ),
+];
+
+fn parameter(form: &str, parameter: &Parameter, required: &[Parameter]) -> Value {
     let Parameter {
         key,
         value,
         shown,
         help,
     } = parameter;
+    let suggested = SUGGESTED
+        .iter()
+        .find(|known| (known.0, known.1) == (form, *key))
+        .map(|known| known.2);
     let required = required.iter().any(|known| known.key == *key);
     let (kind, default) = match value {
-        Default::Number(default, _) => ("number", json!(default)),
+        Default::Number(default, _) => ("number", json!(suggested.or(*default))),
         Default::Count(default) => ("count", json!(default)),
         Default::Flag(default) => ("flag", json!(default)),
         Default::Text(default) => ("text", json!(default)),
@@ -60,7 +78,8 @@ pub(super) fn forms() -> Value {
             _ => &[],
         };
         let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
-            let parameters: Vec<Value> = table.iter().map(|p| parameter(p, required)).collect();
+            let parameters: Vec<Value> =
+                table.iter().map(|p| parameter(kind, p, required)).collect();
             json!({"title": title, "parameters": parameters})
         });
         json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})

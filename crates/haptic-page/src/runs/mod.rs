@@ -16,7 +16,11 @@ mod going;
 mod list;
 mod opened;
 mod question;
+mod table;
 mod work;
+
+pub(crate) use channels::places;
+pub(crate) use table::{Table, TableRequest};
 
 use crate::Announce;
 use crate::feel::locked;
@@ -176,6 +180,22 @@ impl Runs {
             columns: opened.pyramid.columns(span),
             sample_time_s: opened.sample_time_s,
         })
+    }
+
+    /// The samples of a log as a table.
+    ///
+    /// # Errors
+    /// A log that there is not, that cannot be read, or that is still written; a channel that it has not.
+    pub(crate) fn table(&self, request: &TableRequest) -> Result<Table, Failure> {
+        let name = &request.name;
+        if self.going().is_some_and(|going| going.name() == name) {
+            return Err(Failure::bad_input(format_args!(
+                "{name} goes on: ask for its samples when it is done"
+            )));
+        }
+        let opened = self.opened(name)?;
+        let (path, _) = locked(&self.listing).find(&self.folder, name)?;
+        Table::new(path, opened.channels, request)
     }
 
     /// The forms of the experiments.

@@ -5,9 +5,10 @@ use super::live::{FRAMES_PER_S, LiveView};
 use super::page::{Outgoing, Page};
 use super::request::{Request, ViewRequest};
 use crate::feel::{CHANNELS, SAMPLE_TIME, locked, ranges, specimen_shape};
-use crate::frame::{LIVE, frame};
+use crate::frame::frame;
 use crate::identify::identified;
 use crate::pyramid::{Columns, Span};
+use crate::runs::places;
 use haptic_experiment::{Failure, ModelledTissue, Named as _};
 use haptic_loop::Limiters;
 use haptic_tissue::{Material, Model};
@@ -15,14 +16,11 @@ use serde_json::{Value, json};
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The version that is spoken.
 const VERSION: u32 = 1;
 /// Most columns of a view.
 const COLUMNS_MOST: u32 = 8192;
-/// Numbers of views that are not live.
-static VIEWS: AtomicU32 = AtomicU32::new(LIVE + 1);
 
 type Later = Pin<Box<dyn Future<Output = Result<Value, Failure>> + Send>>;
 
@@ -44,8 +42,8 @@ fn nothing((): ()) -> Value {
     Value::Null
 }
 
-/// Answers a request of a page that may ask it.
-pub(super) fn answer(request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
+/// Answers a request of a page that may ask it; `id` is its number.
+pub(super) fn answer(id: &Value, request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
     let hub = Arc::clone(hub);
     let now = match request {
         Request::Hello { version } => hello(version, &hub, page),
@@ -61,15 +59,19 @@ pub(super) fn answer(request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
             hub.stop();
             Ok(Value::Null)
         }
-        Request::View(view) => return self::view(view, hub, page),
-        Request::ViewEnd { view } => {
-            if view == LIVE {
-                page.send(Outgoing::Live(None));
-            }
+        Request::View(view) => return self::view(id, view, hub, page),
+        Request::ViewEnd {} => {
+            page.send(Outgoing::Live(None));
             Ok(Value::Null)
         }
         Request::RunsList {} => return slow(move || hub.runs.list()),
         Request::RunsOpen { name } => return slow(move || hub.runs.open(&name)),
+        Request::RunsTable(table) => {
+            return slow(move || {
+                let table = hub.runs.table(&table)?;
+                Ok(json!({"address": hub.tables.offer(table)}))
+            });
+        }
         Request::RunsForms {} => Ok(hub.runs.forms()),
         Request::RunsStart(run) => return slow(move || hub.start_run(&run)),
         Request::RunsStop {} => {
@@ -191,7 +193,13 @@ fn span(view: &ViewRequest, columns: u32, made: u64, sample_time_s: f64) -> Resu
     Ok(Span::new(from, to, columns))
 }
 
-fn view(view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
+fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
+    // Its frames carry the number in four bytes.
+    let Some(number) = id.as_u64().and_then(|id| u32::try_from(id).ok()) else {
+        return Asked::Done(Err(Failure::bad_input(format_args!(
+            "the `id` {id} of a view is not a whole number below 2^32: its frames carry it"
+        ))));
+    };
     if !(1..=COLUMNS_MOST).contains(&view.columns) {
         return Asked::Done(Err(Failure::bad_input(format_args!(
             "`columns` = {} is not in [1, {COLUMNS_MOST}]: ask for as many as there are pixels",
@@ -205,16 +213,15 @@ fn view(view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
                 span(&view, view.columns, made, sample_time_s)
             })?;
             let (channels, columns) = chosen(&view, &shown.channels, shown.columns)?;
-            let number = VIEWS.fetch_add(1, Ordering::Relaxed);
             page.send(Outgoing::Frame(frame(
                 number,
                 &columns,
                 shown.sample_time_s,
             )));
-            Ok(json!({"view": number, "channels": channels}))
+            Ok(json!({"channels": channels}))
         });
     }
-    Asked::Done(live(&view, &hub, page))
+    Asked::Done(live(number, &view, &hub, page))
 }
 
 /// The channels that a view names, of those that there are.
@@ -226,38 +233,26 @@ fn chosen(
     let Some(wanted) = &view.channels else {
         return Ok((names.to_vec(), columns));
     };
-    let places: Result<Vec<usize>, Failure> = wanted
-        .iter()
-        .map(|name| {
-            let place = names.iter().position(|known| known == name);
-            place.ok_or_else(|| {
-                Failure::bad_input(format_args!(
-                    "there is no channel {name:?}: take some of {}",
-                    names.join(", ")
-                ))
-            })
-        })
-        .collect();
-    let places = places?;
+    let places = places(wanted, names)?;
     let columns = columns.chosen(&places);
     let names = places.iter().map(|&place| names[place].clone());
     Ok((names.collect(), columns))
 }
 
-fn live(view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {
+fn live(request: u32, view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {
     if view.channels.is_some() {
         return Err(Failure::bad_input(
             "a live view has all channels: leave `channels` out",
         ));
     }
-    let answer = json!({"view": LIVE, "channels": CHANNELS});
+    let answer = json!({"channels": CHANNELS});
     let t = SAMPLE_TIME.0;
     let Some(last_s) = view.last_s else {
         let pyramid = locked(&hub.kept.pyramid);
         let span = span(view, view.columns, pyramid.made(), t)?;
         let columns = pyramid.columns(span);
         drop(pyramid);
-        page.send(Outgoing::Frame(frame(LIVE, &columns, t)));
+        page.send(Outgoing::Frame(frame(request, &columns, t)));
         return Ok(answer);
     };
     if !(last_s > 0.0 && last_s.is_finite()) || view.from_s.is_some() || view.to_s.is_some() {
@@ -267,6 +262,7 @@ fn live(view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {
     }
     let last = (last_s / t).ceil().min(1e15) as u64;
     page.send(Outgoing::Live(Some(LiveView {
+        request,
         last,
         columns: view.columns,
     })));

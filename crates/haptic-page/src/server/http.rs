@@ -3,6 +3,7 @@
 use super::assets;
 use super::hub::Hub;
 use super::socket;
+use super::tables;
 use axum::Router;
 use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
@@ -129,7 +130,8 @@ fn allowed(
         );
     };
     if name != "ws" {
-        return assets::file(name, headers).unwrap_or_else(|| {
+        let file = assets::file(name, headers).or_else(|| tables::fetched(&hub, name));
+        return file.unwrap_or_else(|| {
             sentence(StatusCode::NOT_FOUND, "The page has no file of this name.")
         });
     }

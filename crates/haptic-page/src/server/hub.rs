@@ -2,6 +2,7 @@
 
 use super::options::ServerOptions;
 use super::request::RunStart;
+use super::tables::Tables;
 use crate::feel::{
     Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, JudgedFeel, Kept,
     force_limits, locked, pyramid_size,
@@ -16,11 +17,16 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex};
-use tokio::sync::{broadcast, watch};
+use tokio::sync::{Semaphore, broadcast, watch};
 use tokio::task::spawn_blocking;
 
 /// Texts for all pages that wait for a slow one; it then misses the oldest.
 const SAID: usize = 256;
+
+/// Requests that are worked on at a time.
+const AT_ONCE: usize = 16;
+/// Said when there is no place for another.
+pub(super) const BUSY: &str = "sixteen requests are being worked on: wait for an answer";
 
 /// Shared by all sockets.
 #[derive(Debug)]
@@ -29,6 +35,9 @@ pub(super) struct Hub {
     pub(super) kept: Arc<Kept>,
     pub(super) runs: Runs,
     pub(super) announce: Announce,
+    pub(super) tables: Tables,
+    /// A place for each request that is worked on, of whatever page.
+    pub(super) work: Arc<Semaphore>,
     /// Set to the reason when the server ends.
     pub(super) ending: watch::Receiver<Option<&'static str>>,
     feel: Mutex<Option<Arc<Feel>>>,
@@ -72,6 +81,8 @@ impl Hub {
                 state: Mutex::default(),
             }),
             runs,
+            tables: Tables::default(),
+            work: Arc::new(Semaphore::new(AT_ONCE)),
             options,
             ending,
             feel: Mutex::new(None),

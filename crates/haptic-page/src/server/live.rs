@@ -1,7 +1,7 @@
 //! The live view of a page: frames as they are due, and what of the loop they have shown.
 
 use crate::feel::{Kept, SAMPLE_TIME, locked};
-use crate::frame::{LIVE, frame};
+use crate::frame::frame;
 use crate::pyramid::Span;
 
 /// Frames of a live view in a second, at most.
@@ -10,6 +10,8 @@ pub(super) const FRAMES_PER_S: u32 = 60;
 /// A view that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LiveView {
+    /// The number of its request, which its frames carry.
+    pub(super) request: u32,
     /// Ticks of it.
     pub(super) last: u64,
     pub(super) columns: u32,
@@ -50,7 +52,7 @@ pub(super) fn next_frame(kept: &Kept, view: LiveView, shown: &mut Shown) -> Opti
         shown.show(columns.first_tick().min(made), made);
         columns
     };
-    Some(frame(LIVE, &columns, SAMPLE_TIME.0))
+    Some(frame(view.request, &columns, SAMPLE_TIME.0))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod page;
 mod request;
 mod socket;
 mod status;
+mod tables;
 
 use haptic_experiment::Failure;
 use http::Door;
@@ -17,6 +18,7 @@ use hub::Hub;
 pub use options::ServerOptions;
 use rand::TryRng as _;
 use rand::rngs::SysRng;
+use std::future::IntoFuture as _;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -26,8 +28,9 @@ use tokio::sync::watch;
 
 /// Reason with which sockets are closed when the server ends.
 const STOPPED: &str = "the server was stopped";
-/// Time for the connections that are open when the server ends.
-const LAST: Duration = Duration::from_secs(3);
+/// Time for what goes on when the server ends: the force is zero after 0.1 s, and a log is closed soon after. What takes longer
+/// moves nothing, and is given up.
+const LAST: Duration = Duration::from_millis(700);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
 /// Threads that answer.
@@ -70,6 +73,7 @@ impl PageServer {
         };
         let thread = std::thread::spawn(move || {
             runtime.block_on(serve(listener, Door { port, token }, hub));
+            runtime.shutdown_background();
         });
         Ok(Self {
             address,
@@ -114,29 +118,35 @@ impl Drop for PageServer {
 }
 
 async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
-    let mut ending = hub.ending.clone();
-    let sockets = hub.clone();
-    let service = axum::serve(listener, http::router(door, Arc::clone(&hub)));
-    let service = service.with_graceful_shutdown(async move {
+    let ended = || {
+        let mut ending = hub.ending.clone();
         // An error means that nobody is there to say it: stop too.
-        let _ = ending.wait_for(Option::is_some).await;
-        // Force zero first.
-        sockets.stop();
-        sockets.end_feel().await;
-    });
-    let mut ending = hub.ending.clone();
-    let late = async {
-        // An error means that nobody is there to say it.
-        let _ = ending.wait_for(Option::is_some).await;
-        tokio::time::sleep(LAST).await;
+        async move { drop(ending.wait_for(Option::is_some).await) }
     };
-    // Errors of single connections are theirs, and one that never asks anything holds nobody up.
-    tokio::select! {
-        _ = service => {}
-        () = late => {}
-    }
-    hub.stop();
-    hub.end_run().await;
+    let service = axum::serve(listener, http::router(door, Arc::clone(&hub)));
+    let service = service.with_graceful_shutdown(ended());
+    let force_zero_first = async {
+        ended().await;
+        hub.stop();
+        hub.end_feel().await;
+    };
+    // Errors of single connections are theirs.
+    let rest = async {
+        let run = async {
+            ended().await;
+            hub.end_run().await;
+        };
+        drop(tokio::join!(service.into_future(), run));
+    };
+    // Whoever asks nothing, or something that has no end, holds nobody up.
+    let bounded = async {
+        tokio::select! {
+            () = rest => {}
+            () = async { ended().await; tokio::time::sleep(LAST).await } => {}
+        }
+    };
+    tokio::join!(force_zero_first, bounded);
+    // One that was started meanwhile.
     hub.end_feel().await;
 }
 

@@ -2,6 +2,7 @@
 
 use crate::feel::{FeelChange, FeelStart};
 use crate::identify::IdentifyRequest;
+use crate::runs::TableRequest;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -39,11 +40,13 @@ pub(super) enum Request {
     #[serde(rename = "view")]
     View(ViewRequest),
     #[serde(rename = "view.end")]
-    ViewEnd { view: u32 },
+    ViewEnd {},
     #[serde(rename = "runs.list")]
     RunsList {},
     #[serde(rename = "runs.open")]
     RunsOpen { name: String },
+    #[serde(rename = "runs.table")]
+    RunsTable(TableRequest),
     #[serde(rename = "runs.forms")]
     RunsForms {},
     #[serde(rename = "runs.start")]

@@ -1,7 +1,7 @@
 //! One socket: a task that reads requests and one that writes, so that a page which does not read can still stop.
 
 use super::answer::{self, Asked};
-use super::hub::Hub;
+use super::hub::{BUSY, Hub};
 use super::live::{FRAMES_PER_S, LiveView, Shown, next_frame};
 use super::page::{Outgoing, Page, QUEUE, refusal};
 use super::request::{self, Request};
@@ -14,11 +14,9 @@ use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::{Semaphore, mpsc};
+use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-/// Requests of a page that are worked on at a time.
-const AT_ONCE: usize = 16;
 /// Messages in a row that are no requests.
 const GARBAGE: u32 = 3;
 /// Time without a sign of the page, after which it is gone.
@@ -77,7 +75,6 @@ async fn read(
     page: &Page,
 ) -> Option<(u16, &'static str)> {
     let mut ending = hub.ending.clone();
-    let work = Arc::new(Semaphore::new(AT_ONCE));
     let mut garbage = 0;
     loop {
         let message = tokio::select! {
@@ -101,7 +98,7 @@ async fn read(
         match text {
             Ok((id, request)) => {
                 garbage = 0;
-                obey(id, request, hub, page, &work).await;
+                obey(id, request, hub, page);
             }
             Err((id, error)) => {
                 garbage = if id.is_null() { garbage + 1 } else { 0 };
@@ -115,26 +112,24 @@ async fn read(
 }
 
 /// Does what is asked; what takes time beside the next requests.
-async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page, work: &Arc<Semaphore>) {
+fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
     if request.needs_controls() && !hub.has_controls(page.number) {
         let refused = Failure::bad_input(
             "this page watches: take the controls first (`controls.take`); stop is always possible",
         );
         return page.answer(&id, Err(refused));
     }
-    match answer::answer(request, hub, page) {
+    match answer::answer(&id, request, hub, page) {
         Asked::Done(result) => page.answer(&id, result),
         Asked::Later(later) => {
-            let Ok(permit) = Arc::clone(work).try_acquire_owned() else {
-                let busy =
-                    Failure::bad_input("sixteen requests are being worked on: wait for an answer");
-                return page.answer(&id, Err(busy));
+            let Ok(place) = Arc::clone(&hub.work).try_acquire_owned() else {
+                return page.answer(&id, Err(Failure::bad_input(BUSY)));
             };
             let page = page.clone();
             tokio::spawn(async move {
                 let result = later.await;
                 page.answer(&id, result);
-                drop(permit);
+                drop(place);
             });
         }
     }

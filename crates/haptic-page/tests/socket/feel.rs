@@ -63,7 +63,7 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
     let started = page.ask("feel.start", prostate());
     assert_eq!(started["feel"]["verdict"]["stable"], true);
     assert_eq!(started["feel"]["ghosts"], json!(["short", "a3"]));
-    page.ask(
+    let live = page.ask(
         "view",
         json!({"source": "live", "last_s": 30, "columns": 800}),
     );
@@ -74,8 +74,8 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
         deep && frame.least(FORCE).iter().any(|&force| force < -0.2)
     });
     assert_eq!(
-        (pushed.source, pushed.channels, pushed.sample_time_s),
-        (0, 7, 1e-3)
+        (json!(pushed.request), pushed.channels, pushed.sample_time_s),
+        (live["id"].clone(), 7, 1e-3)
     );
     let position = pushed.largest(0).iter().copied().fold(f32::NAN, f32::max);
     assert!(position < 8e-3, "{position}");
@@ -262,8 +262,7 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
         json!({"source": "feel-0001/feel", "columns": 300, "channels": ["force_n", "position_m"]});
     let shown = page.ask("view", view.clone());
     assert_eq!(shown["channels"], json!(["force_n", "position_m"]));
-    let frame = page.frame(|frame| frame.source != 0);
-    assert_eq!(json!(frame.source), shown["view"]);
+    let frame = page.frame(|frame| json!(frame.request) == shown["id"]);
     assert!(frame.least(0).iter().any(|&force| force < -0.1));
     let covered = frame.columns as f64 * frame.ticks_per_column;
     assert!(covered >= samples as f64 && frame.first_tick == 0.0);

@@ -125,3 +125,40 @@ fn a_page_that_does_not_read_is_closed_and_can_stop_until_then() {
         }
     });
 }
+
+/// A record of so many rows: a spring-pot's relaxation.
+fn record(rows: u32) -> serde_json::Value {
+    let mut text = "time_s,relaxation_modulus_pa\n".to_owned();
+    for n in 1..=rows {
+        let t = 1e-3 * f64::from(n);
+        text += &format!("{t},{}\n", 1000.0 * t.powf(-0.2));
+    }
+    json!({"name": "long.csv", "text": text})
+}
+
+#[test]
+fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_it() {
+    let (_runs, server, mut one) = opened();
+    let mut other = Page::open(server.address());
+    let long = record(10_000);
+    let asked: Vec<u64> = (0..9).map(|_| one.post("identify", long.clone())).collect();
+    let more: Vec<u64> = (0..9)
+        .map(|_| other.post("identify", long.clone()))
+        .collect();
+    // Eighteen of sixteen: the last of either page finds no place.
+    let last = one.refused("identify", long.clone());
+    assert!(
+        last.contains("sixteen requests are being worked on"),
+        "{last}"
+    );
+    let last = other.refused("identify", long);
+    assert!(
+        last.contains("sixteen requests are being worked on"),
+        "{last}"
+    );
+    assert_eq!((asked.len(), more.len()), (9, 9));
+    // Stop is heard all the same.
+    other.ask("stop", json!({}));
+    drop(server);
+    assert_eq!(one.closed(), "1001: the server was stopped");
+}

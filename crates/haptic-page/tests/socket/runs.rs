@@ -1,9 +1,10 @@
 //! Experiments from forms.
 
 use crate::{assert_documented, opened};
+use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_page::OnClose;
 use serde_json::{Value, json};
-use testkit::browser::Page;
+use testkit::browser::{Page, get, parts};
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -55,6 +56,166 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
         page.ask("runs.open", json!({"name": "wall-0001/wall"}))["complete"],
         true
     );
+}
+
+/// What the page sends of a form that nobody has touched: what has to be given.
+fn untouched(form: &Value) -> Value {
+    let tables = form["tables"].as_array().expect("tables").iter();
+    let parameters = tables.flat_map(|table| table["parameters"].as_array().expect("a list"));
+    let required = parameters.filter(|parameter| parameter["required"] == true);
+    let given = required.map(|parameter| {
+        let key = parameter["key"].as_str().expect("a key");
+        (key.to_owned(), parameter["default"].clone())
+    });
+    json!({"kind": form["kind"], "parameters": given.collect::<serde_json::Map<_, _>>()})
+}
+
+#[test]
+fn the_defaults_of_every_form_run() {
+    let (_runs, _server, mut page) = opened();
+    let forms = page.ask("runs.forms", json!({}))["forms"].take();
+    for form in forms.as_array().expect("a list") {
+        page.ask("runs.start", untouched(form));
+        let kind = form["kind"].as_str().expect("a kind");
+        // These two have numbers of the page; the others those of the command, which has tests of its own.
+        let whole = ["wall", "coupler"].contains(&kind);
+        if !whole {
+            page.ask("runs.stop", json!({}));
+        }
+        let end = page.wait("run", |run| {
+            run["kind"] == kind && run["state"] != "running"
+        });
+        if whole {
+            assert_eq!(
+                (&end["state"], &end["verdict"]),
+                (&json!("done"), &json!("stable")),
+                "{end}"
+            );
+        } else {
+            assert!(
+                end["state"] == "stopped" || end["state"] == "done",
+                "{kind}: {end}"
+            );
+        }
+    }
+}
+
+/// The body of an answer in chunks.
+fn body(answer: &str) -> String {
+    let (head, mut rest) = answer.split_once("\r\n\r\n").expect("a head");
+    assert!(
+        head.starts_with("HTTP/1.1 200") && head.contains("text/csv"),
+        "{head}"
+    );
+    let mut body = String::new();
+    while let Some((length, more)) = rest.split_once("\r\n") {
+        let length = usize::from_str_radix(length, 16).expect("a length");
+        if length == 0 {
+            break;
+        }
+        body += &more[..length];
+        rest = &more[length + 2..];
+    }
+    body
+}
+
+#[test]
+fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
+    let (runs, server, mut page) = opened();
+    let relax = json!({"kind": "relax", "parameters": {"duration_s": 2}});
+    page.ask("runs.start", relax);
+    page.wait("run", |run| run["state"] == "done");
+    let name = "relax-0001/relax";
+    // Two are asked for at once.
+    let view = |channel| json!({"source": name, "columns": 8192, "channels": [channel]});
+    let asked =
+        ["force_n", "position_m"].map(|channel| (page.post("view", view(channel)), channel));
+    for (id, channel) in asked {
+        assert_eq!(page.answer(&json!(id))["channels"], json!([channel]));
+    }
+    let log: Vec<TickMessage> = LogFiles::open(&runs.path().join("relax-0001/relax.mcap"))
+        .expect("opens")
+        .filter_map(|entry| match entry.expect("whole") {
+            Entry::Tick(tick) => Some(tick),
+            _ => None,
+        })
+        .collect();
+    for (id, channel) in asked {
+        let frame = (page.frames.iter()).find(|frame| json!(frame.request) == json!(id));
+        let drawn = frame.expect("a frame").least(0);
+        let of = |tick: &TickMessage| match channel {
+            "force_n" => tick.force_n,
+            _ => tick.position_m,
+        };
+        let logged: Vec<f32> = log.iter().map(|tick| of(tick) as f32).collect();
+        assert_eq!(&drawn[..logged.len()], logged, "{channel}");
+    }
+    // Every sample of the span, with all digits, once.
+    let table =
+        json!({"name": name, "channels": ["position_m", "force_n"], "from_s": 0.25, "to_s": 1.5});
+    let named = page.ask("runs.table", table);
+    assert_documented("runs.table", &named);
+    let (host, folder) = parts(server.address());
+    let path = format!("{folder}{}", named["address"].as_str().expect("an address"));
+    let head = format!("Host: {host}\r\n");
+    let text = body(&get(host, &path, &head));
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("time_s,position_m,force_n"));
+    let rows: Vec<[f64; 3]> = lines
+        .map(|line| {
+            let numbers: Vec<f64> = line
+                .split(',')
+                .map(|cell| cell.parse().expect("a number"))
+                .collect();
+            numbers.try_into().expect("three columns")
+        })
+        .collect();
+    let wanted: Vec<[f64; 3]> = (log.iter())
+        .filter(|tick| (0.25..=1.5).contains(&tick.time_s))
+        .map(|tick| [tick.time_s, tick.position_m, tick.force_n])
+        .collect();
+    assert!(wanted.len() > 1200 && rows == wanted, "{} rows", rows.len());
+    assert!(get(host, &path, &head).starts_with("HTTP/1.1 404"));
+    for (wrong, want) in [
+        (
+            json!({"name": name, "channels": ["colour"]}),
+            "take some of position_m",
+        ),
+        (
+            json!({"name": name, "channels": [], "from_s": 2, "to_s": 1}),
+            "before",
+        ),
+        (json!({"name": "../x", "channels": []}), "there is no log"),
+    ] {
+        let refused = page.refused("runs.table", wrong);
+        assert!(refused.contains(want), "{refused}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn only_regular_files_are_opened_for_a_page() {
+    let (runs, _server, mut page) = opened();
+    let pipe = runs.path().join("tissue.toml");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("runs").success());
+    for (key, path) in [
+        ("tissue", pipe.as_path()),
+        ("controller", pipe.as_path()),
+        ("device_model", std::path::Path::new("/dev/zero")),
+        ("library", runs.path()),
+    ] {
+        let kind = if key == "device_model" {
+            "wall"
+        } else {
+            "relax"
+        };
+        let refused = page.refused(
+            "runs.start",
+            json!({"kind": kind, "parameters": {key: path}}),
+        );
+        assert!(refused.contains("no regular file"), "{key}: {refused}");
+    }
 }
 
 #[test]
@@ -118,6 +279,11 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
     );
     page.wait("run", |run| run["samples_done"].as_u64() > Some(20));
     let name = json!({"name": "touch-0001/touch"});
+    let early = page.refused(
+        "runs.table",
+        json!({"name": "touch-0001/touch", "channels": []}),
+    );
+    assert!(early.contains("goes on"), "{early}");
     let going = page.ask("runs.open", name.clone());
     assert_documented("runs.open", &going);
     assert_eq!(
@@ -126,8 +292,8 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
     );
     assert_eq!(going["metadata"]["experiment"]["radius_m"], "0.02");
     let seen = json!({"source": "touch-0001/touch", "columns": 50, "channels": ["position_x_m", "force_norm_n"]});
-    page.ask("view", seen);
-    let frame = page.frame(|frame| frame.source != 0);
+    let shown = page.ask("view", seen);
+    let frame = page.frame(|frame| json!(frame.request) == shown["id"]);
     assert_eq!(frame.channels, 2);
     // The hand begins at the edge of the disc.
     assert!(
@@ -165,7 +331,7 @@ fn a_touch_that_was_run_to_its_end_is_opened_axis_by_axis() {
     let view = json!({"source": "touch-0001/touch", "columns": 6000,
         "channels": ["force_x_n", "force_y_n", "force_norm_n", "position_x_m", "position_y_m"]});
     let shown = page.ask("view", view);
-    let frame = page.frame(|frame| json!(frame.source) == shown["view"]);
+    let frame = page.frame(|frame| json!(frame.request) == shown["id"]);
     // A column a sample: the norm is that of the components, and the force pushes out of the disc.
     assert_eq!((frame.ticks_per_column, frame.columns), (1.0, 5001));
     let mut pushed = 0;

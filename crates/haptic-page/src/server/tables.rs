@@ -1,0 +1,73 @@
+//! Tables that a page may fetch, each once, at an address of its own.
+
+use super::hub::{BUSY, Hub};
+use crate::feel::locked;
+use crate::runs::Table;
+use axum::body::{Body, Bytes};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::http::{HeaderValue, StatusCode};
+use axum::response::{IntoResponse as _, Response};
+use futures_util::stream;
+use std::collections::VecDeque;
+use std::io;
+use std::sync::{Arc, Mutex};
+use tokio::sync::mpsc;
+use tokio::task::spawn_blocking;
+
+/// Tables that wait to be fetched; the oldest goes first.
+const WAITING: usize = 64;
+/// Pieces that are read ahead.
+const AHEAD: usize = 4;
+/// Of the addresses.
+const FOLDER: &str = "table/";
+
+/// Tables by number.
+#[derive(Debug, Default)]
+pub(super) struct Tables(Mutex<(u64, VecDeque<(u64, Table)>)>);
+
+impl Tables {
+    /// The address at which a table can be fetched, relative to that of the page.
+    pub(super) fn offer(&self, table: Table) -> String {
+        let (next, waiting) = &mut *locked(&self.0);
+        *next += 1;
+        waiting.push_back((*next, table));
+        if waiting.len() > WAITING {
+            waiting.pop_front();
+        }
+        format!("{FOLDER}{next}.csv")
+    }
+
+    fn take(&self, name: &str) -> Option<Table> {
+        let number = name.strip_prefix(FOLDER)?.strip_suffix(".csv")?;
+        let (_, waiting) = &mut *locked(&self.0);
+        let place = (waiting.iter()).position(|(known, _)| known.to_string() == number)?;
+        waiting.remove(place).map(|(_, table)| table)
+    }
+}
+
+/// The table of this name, as it is read; `None` if there is none.
+pub(super) fn fetched(hub: &Hub, name: &str) -> Option<Response> {
+    let Ok(place) = Arc::clone(&hub.work).try_acquire_owned() else {
+        return Some((StatusCode::SERVICE_UNAVAILABLE, BUSY).into_response());
+    };
+    let table = hub.tables.take(name)?;
+    let (out, pieces) = mpsc::channel::<io::Result<Bytes>>(AHEAD);
+    // It ends when nobody takes its pieces.
+    spawn_blocking(move || {
+        let read = table.pieces(|piece| out.blocking_send(Ok(piece.into())).is_ok());
+        if let Err(error) = read {
+            // A table that is cut off is no whole download.
+            let _ = out.blocking_send(Err(io::Error::other(error.to_string())));
+        }
+        drop(place);
+    });
+    let pieces = stream::unfold(pieces, async |mut pieces| {
+        pieces.recv().await.map(|piece| (piece, pieces))
+    });
+    let headers = [
+        (CONTENT_TYPE, "text/csv; charset=utf-8"),
+        (CONTENT_DISPOSITION, "attachment"),
+    ];
+    let headers = headers.map(|(name, value)| (name, HeaderValue::from_static(value)));
+    Some((headers, Body::from_stream(pieces)).into_response())
+}

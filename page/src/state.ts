@@ -1,0 +1,260 @@
+// The state of the page: answers, edits and the address go through one reducer. Nothing here knows the document or the socket.
+
+import { numberOf, readFragment, writeFragment, type View } from "./fragment";
+import type { Environment, Feel, Hello, Status, Tissue } from "./protocol";
+
+/** A change of what is felt; what is not named stays. */
+export interface FeelChange {
+  environment?: Environment;
+  order?: number;
+  stiffness_n_per_m?: number;
+  dissipation_n_s_mu_per_m?: number;
+  scale?: number;
+  ghosts?: string[];
+}
+
+export interface FeelStart extends FeelChange {
+  environment: Environment;
+  device?: { mass_kg: number; damping_n_s_per_m: number };
+}
+
+/** A request that changes what is felt. */
+export type Outgoing = { do: "feel.start"; keys: FeelStart } | { do: "feel.set"; keys: FeelChange };
+
+/** The wall and the device of Design. */
+export interface Design {
+  K: number;
+  B: number;
+  mu: number;
+  T: number;
+  m: number;
+  b: number;
+  delay: number;
+  lag: number;
+  noise: number;
+  operator: string;
+}
+
+/** What Runs shows. */
+export interface Shown {
+  open: readonly string[];
+  /** The answer of a question. */
+  answer: string;
+}
+
+export interface State {
+  readonly view: View;
+  /** Null without a connection. */
+  readonly hello: Hello | null;
+  readonly status: Status | null;
+  /** What runs, as the server said last. */
+  readonly felt: Feel | null;
+  /** A start that waits, as an address. */
+  readonly asked: ReadonlyMap<string, string> | null;
+  /** The request that is on its way, and the edits after it. */
+  readonly sent: Outgoing | null;
+  readonly edits: FeelChange | null;
+  /** Loops that were started: each begins with an untouched tissue. */
+  readonly starts: number;
+  /** The server was there before. */
+  readonly met: boolean;
+  readonly design: Design;
+  readonly runs: Shown;
+}
+
+export type PageEvent =
+  | { do: "address"; fragment: string }
+  | { do: "go"; view: View }
+  | { do: "hello"; hello: Hello }
+  | { do: "lost" }
+  | { do: "status"; status: Status }
+  /** What is felt, unasked or as an answer. */
+  | { do: "felt"; feel: Feel; answers?: true }
+  | { do: "refused" }
+  | { do: "sent" }
+  | { do: "change"; change: FeelChange }
+  | { do: "start"; values: ReadonlyMap<string, string> }
+  | { do: "design"; part: Partial<Design> }
+  | { do: "runs"; part: Partial<Shown> };
+
+export const OPERATORS: readonly [string, string][] = [
+  ["exact", "full memory"],
+  ["muir:3", "A₃, dissertation"],
+];
+
+/** Least and most of the numbers of Design. */
+export const DESIGN_ENDS: Record<Exclude<keyof Design, "operator">, readonly [number, number]> = {
+  K: [0, 1e6], B: [0, 1e5], mu: [0, 2], T: [1e-4, 1e-2], m: [1e-3, 10], b: [0, 100], delay: [0, 1e-2], lag: [0, 1e-2], noise: [0, 1e-3],
+};
+
+/** The first tissue of a first visit, and what is compared with it. */
+const FIRST = "prostate-cancerous";
+const GHOSTS = "short,a3";
+
+export const START: State = {
+  view: "feel",
+  hello: null,
+  status: null,
+  felt: null,
+  asked: null,
+  sent: null,
+  edits: null,
+  starts: 0,
+  met: false,
+  // The device of the dissertation's section 4.4, with a wall of order 0.5.
+  design: { K: 3000, B: 100, mu: 0.5, T: 1e-3, m: 0.065, b: 3.5, delay: 0, lag: 0, noise: 1e-5, operator: "exact" },
+  runs: { open: [], answer: "" },
+};
+
+export function reduce(state: State, event: PageEvent): State {
+  switch (event.do) {
+    case "address":
+      return addressed(state, event.fragment);
+    case "go":
+      return { ...state, view: event.view };
+    case "hello":
+      return greeted(state, event.hello);
+    case "lost":
+      return { ...state, hello: null, sent: null, edits: null };
+    case "status":
+      return { ...state, status: event.status };
+    case "felt":
+      if (!event.answers) return { ...state, felt: event.feel };
+      return { ...state, felt: event.feel, sent: null, starts: state.starts + (state.sent?.do === "feel.start" ? 1 : 0) };
+    case "refused":
+      return { ...state, sent: null };
+    case "sent":
+      return sent(state);
+    case "change":
+      return { ...state, edits: merged(state.edits ?? {}, event.change) };
+    case "start":
+      return { ...state, view: "feel", asked: event.values, edits: null };
+    case "design":
+      return { ...state, design: { ...state.design, ...event.part } };
+    case "runs":
+      return { ...state, runs: { ...state.runs, ...event.part } };
+  }
+}
+
+/** A later change over an earlier one. Another environment brings its own numbers. */
+export function merged(before: FeelChange, after: FeelChange): FeelChange {
+  const kept = after.environment === undefined ? before : before.ghosts === undefined ? {} : { ghosts: before.ghosts };
+  return { ...kept, ...after };
+}
+
+/** What is felt with all edits, also those that the server has not answered. */
+export function edited(state: State): Feel | null {
+  const { felt, sent, edits, hello } = state;
+  if (felt === null) return null;
+  const changes = [sent?.do === "feel.set" ? sent.keys : {}, edits ?? {}];
+  return changes.reduce<Feel>((feel, change) => changed(feel, change, hello?.tissues ?? []), felt);
+}
+
+function changed(feel: Feel, change: FeelChange, tissues: Tissue[]): Feel {
+  const { environment } = change;
+  const tissue = environment && "tissue" in environment ? tissues.find(({ name }) => name === environment.tissue) : undefined;
+  if (tissue === undefined) return { ...feel, ...change };
+  const { title, order, order_free, stiffness_n_per_m, dissipation_n_s_mu_per_m } = tissue;
+  return { ...feel, title, order, order_free, stiffness_n_per_m, dissipation_n_s_mu_per_m, scale: 1, ...change };
+}
+
+/** The request that is next; null while one is on its way or there is nothing to ask. */
+export function outgoing(state: State): Outgoing | null {
+  const { hello, sent, asked, edits } = state;
+  if (hello === null || sent !== null) return null;
+  if (asked !== null) return { do: "feel.start", keys: startOf(asked, hello.tissues) };
+  return edits === null ? null : { do: "feel.set", keys: edits };
+}
+
+function sent(state: State): State {
+  const next = outgoing(state);
+  if (next === null) return state;
+  return next.do === "feel.start" ? { ...state, sent: next, asked: null } : { ...state, sent: next, edits: null };
+}
+
+/** The server answers: first time or after it was lost. */
+function greeted(state: State, hello: Hello): State {
+  const next: State = { ...state, hello, felt: hello.feel, met: true, sent: null, edits: null };
+  if (!hello.controls) return { ...next, asked: null };
+  // Whoever opens the page finds a tissue that moves; who was only cut off for a while finds what there is.
+  if (state.asked !== null || (hello.feel !== null && state.met)) return next;
+  const before = hello.feel ?? state.felt;
+  return { ...next, asked: before === null ? new Map() : feelValues(before) };
+}
+
+// The address.
+
+function addressed(state: State, fragment: string): State {
+  const { view, values } = readFragment(fragment);
+  const next = { ...state, view };
+  if (view === "feel") return settled(values) && !same(values, feelAddress(state)) ? { ...next, asked: values, edits: null } : next;
+  if (view === "runs") return { ...next, runs: { open: (values.get("open") ?? "").split(",").filter((name) => name !== ""), answer: values.get("answer") ?? "" } };
+  return { ...next, design: designOf(values, state.design) };
+}
+
+/** True if an address says what to feel. */
+function settled(values: ReadonlyMap<string, string>): boolean {
+  return values.has("tissue") || values.has("B");
+}
+
+function same(one: ReadonlyMap<string, string>, other: ReadonlyMap<string, string>): boolean {
+  return one.size === other.size && [...one].every(([key, value]) => other.get(key) === value);
+}
+
+/** The address of a state: it opens the same page. */
+export function address(state: State): string {
+  const { view, design, runs } = state;
+  if (view === "feel") return writeFragment({ view, values: feelAddress(state) });
+  if (view === "design") return writeFragment({ view, values: new Map(Object.entries(design).map(([key, value]) => [key, String(value)])) });
+  return writeFragment({ view, values: new Map([["open", runs.open.join(",")], ["answer", runs.answer]]) });
+}
+
+function feelAddress(state: State): ReadonlyMap<string, string> {
+  const feel = edited(state);
+  return state.asked ?? (feel === null ? new Map() : feelValues(feel));
+}
+
+function feelValues(feel: Feel): ReadonlyMap<string, string> {
+  return new Map([
+    ...("tissue" in feel.environment ? [["tissue", feel.environment.tissue] as const] : []),
+    ["order", String(feel.order)],
+    ["K", String(feel.stiffness_n_per_m)],
+    ["B", String(feel.dissipation_n_s_mu_per_m)],
+    ["scale", String(feel.scale)],
+    ["m", String(feel.mass_kg)],
+    ["b", String(feel.damping_n_s_per_m)],
+    ["ghosts", feel.ghosts.join(",") || "none"],
+  ]);
+}
+
+/** The start that an address asks for; the first tissue where it says none. */
+export function startOf(values: ReadonlyMap<string, string>, tissues: Tissue[]): FeelStart {
+  const [order, stiffness, dissipation, scale, mass, damping] = ["order", "K", "B", "scale", "m", "b"].map((key) => numberOf(values, key));
+  const named = tissues.find(({ name }) => name === values.get("tissue"));
+  const isWall = named === undefined && order !== undefined && dissipation !== undefined;
+  const tissue = named ?? tissues.find(({ name }) => name === FIRST) ?? tissues[0];
+  const ghosts = values.get("ghosts") ?? GHOSTS;
+  const start: FeelStart = {
+    environment: isWall ? { wall: { order, stiffness_n_per_m: stiffness ?? 0, dissipation_n_s_mu_per_m: dissipation } } : { tissue: tissue?.name ?? "" },
+    ghosts: ghosts.split(",").filter((name) => ["short", "a3"].includes(name)),
+  };
+  if (scale !== undefined) start.scale = scale;
+  if (mass !== undefined && damping !== undefined) start.device = { mass_kg: mass, damping_n_s_per_m: damping };
+  if (isWall || named === undefined || !named.order_free) return start;
+  // Its own numbers are left to the library.
+  if (order !== undefined && order !== named.order) start.order = order;
+  if (stiffness !== undefined && stiffness !== named.stiffness_n_per_m) start.stiffness_n_per_m = stiffness;
+  if (dissipation !== undefined && dissipation !== named.dissipation_n_s_mu_per_m) start.dissipation_n_s_mu_per_m = dissipation;
+  return start;
+}
+
+function designOf(values: ReadonlyMap<string, string>, design: Design): Design {
+  const next = { ...design };
+  for (const [key, [least, most]] of Object.entries(DESIGN_ENDS) as [Exclude<keyof Design, "operator">, readonly [number, number]][]) {
+    const value = numberOf(values, key);
+    if (value !== undefined) next[key] = Math.min(most, Math.max(least, value));
+  }
+  const operator = values.get("operator");
+  if (OPERATORS.some(([name]) => name === operator)) next.operator = operator ?? next.operator;
+  return next;
+}
