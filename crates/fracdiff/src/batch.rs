@@ -10,11 +10,10 @@
 //! - *Not finite*: a NaN or infinity makes exactly those outputs NaN that it reaches, itself first; see [`Batch::mask`].
 
 use crate::error::check_length;
-use crate::fft::{Bins, LANES, factors_from, forward_all, inverse_all, unit};
+use crate::fft::{Bins, LANES, QuarterTurn, factors_from, forward_all, inverse_all};
 use crate::full_memory::Kernel;
 use crate::weights::{grunwald_weights, piecewise_linear_weight};
 use crate::{Order, ParameterError, Seconds, ShortMemoryVec, bdf2_short_filter};
-use core::f64::consts::FRAC_PI_2;
 use std::vec;
 use std::vec::Vec;
 
@@ -188,13 +187,9 @@ impl Batch {
         let weights = self.weights(longest);
         let convolution = Convolution::new(&weights, longest);
         let one = |x: &&[f64]| {
-            let x = self.shifted(x);
-            let finite: Vec<f64> = x
-                .iter()
-                .map(|&x| if x.is_finite() { x } else { 0.0 })
-                .collect();
-            let mut y = convolution.of(&finite);
-            for (y, spoiled) in y.iter_mut().zip(reached(&x, weights.len())) {
+            let reference = self.reference_of(x);
+            let mut y = convolution.of(x, reference);
+            for (y, spoiled) in y.iter_mut().zip(reached(x, reference, weights.len())) {
                 *y = if spoiled { f64::NAN } else { *y * self.rate };
             }
             y
@@ -205,16 +200,15 @@ impl Batch {
     /// True for the outputs that a sample which is not finite reaches: those are NaN.
     #[must_use]
     pub fn mask(&self, x: &[f64]) -> Vec<bool> {
-        reached(&self.shifted(x), self.weights(x.len()).len()).collect()
+        reached(x, self.reference_of(x), self.weights(x.len()).len()).collect()
     }
 
-    /// x − x₀
-    fn shifted(&self, x: &[f64]) -> Vec<f64> {
-        let reference = match self.reference {
+    /// x₀
+    fn reference_of(&self, x: &[f64]) -> f64 {
+        match self.reference {
             Reference::Value(value) => value,
             Reference::FirstSample => x.first().copied().unwrap_or(0.0),
-        };
-        x.iter().map(|x| x - reference).collect()
+        }
     }
 
     /// The weights of a record of so many samples, up to the last that is not zero.
@@ -245,11 +239,11 @@ fn bdf2_weights(order: Order, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// For each sample, whether one of the newest `memory` is not finite.
-fn reached(x: &[f64], memory: usize) -> impl Iterator<Item = bool> {
+/// For each sample, whether x − x₀ is not finite for one of the newest `memory`.
+fn reached(x: &[f64], reference: f64, memory: usize) -> impl Iterator<Item = bool> {
     let mut left = 0;
     x.iter().map(move |x| {
-        left = if x.is_finite() {
+        left = if (x - reference).is_finite() {
             usize::saturating_sub(left, 1)
         } else {
             memory
@@ -274,7 +268,8 @@ const BLOCK: usize = 8;
 struct Convolution {
     /// Samples of a block.
     block: usize,
-    twist: Vec<(f64, f64)>,
+    /// e^(jπi/2S)
+    twist: QuarterTurn,
     factors: Vec<Bins<f64>>,
     spectrum: Vec<Bins<f64>>,
 }
@@ -288,8 +283,7 @@ impl Convolution {
             samples + weights.len()
         };
         let size = length.div_ceil(2).max(LANES).next_power_of_two();
-        let phase = |i: usize| FRAC_PI_2 * i as f64 / size as f64;
-        let twist: Vec<(f64, f64)> = (0..size).map(|i| unit(phase(i))).collect();
+        let twist = QuarterTurn::new(size);
         let mut convolution = Self {
             block: 2 * size - weights.len(),
             factors: factors_from(&twist),
@@ -297,28 +291,29 @@ impl Convolution {
             spectrum: Vec::new(),
         };
         // The inverse transform is not scaled: 1/S goes in here.
-        let scaled: Vec<f64> = weights.iter().map(|weight| weight / size as f64).collect();
-        convolution.spectrum = convolution.transform(&scaled);
+        convolution.spectrum = convolution.transform(weights, |weight| weight / size as f64);
         convolution
     }
 
-    /// Z of up to 2S samples.
-    fn transform(&self, x: &[f64]) -> Vec<Bins<f64>> {
-        let size = self.twist.len();
-        let at = |i: usize| x.get(i).copied().unwrap_or(0.0);
+    /// Z of a function of up to 2S samples.
+    fn transform(&self, x: &[f64], value: impl Fn(f64) -> f64) -> Vec<Bins<f64>> {
+        let size = self.twist.size();
+        let (early, late) = x.split_at(size.min(x.len()));
+        let at = |x: &[f64], i: usize| x.get(i).map_or(0.0, |&x| value(x));
         let mut bins = Bins::collect(size, |i| {
-            let ((cos, sin), re, im) = (self.twist[i], at(i), at(i + size));
+            let ((cos, sin), re, im) = (self.twist.at(i), at(early, i), at(late, i));
             (re * cos - im * sin, re * sin + im * cos)
         });
         forward_all(&mut bins, &self.factors);
         bins
     }
 
-    /// The first `x.len()` values of the convolution.
-    fn of(&self, x: &[f64]) -> Vec<f64> {
+    /// The first `x.len()` values of the convolution of x − x₀, where it is finite.
+    fn of(&self, x: &[f64], reference: f64) -> Vec<f64> {
+        let finite = |x: f64| Some(x - reference).filter(|x| x.is_finite()).unwrap_or(0.0);
         let mut y = vec![0.0; x.len()];
         for (index, block) in x.chunks(self.block).enumerate() {
-            let mut bins = self.transform(block);
+            let mut bins = self.transform(block, finite);
             for (z, h) in bins.iter_mut().zip(&self.spectrum) {
                 let mut product = Bins::default();
                 product.add_product(z, h);
@@ -332,10 +327,11 @@ impl Convolution {
 
     /// Adds v·e^(−jπi/2S) to so many of its 2S places as there are.
     fn add(&self, v: &[Bins<f64>], y: &mut [f64]) {
-        let size = self.twist.len();
+        let size = self.twist.size();
         let (early, late) = y.split_at_mut(size.min(y.len()));
         let mut late = late.iter_mut();
-        for (i, (early, (cos, sin))) in early.iter_mut().zip(&self.twist).enumerate() {
+        for (i, early) in early.iter_mut().enumerate() {
+            let (cos, sin) = self.twist.at(i);
             let (re, im) = (v[i / LANES].re[i % LANES], v[i / LANES].im[i % LANES]);
             *early += re * cos + im * sin;
             if let Some(late) = late.next() {

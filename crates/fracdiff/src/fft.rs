@@ -6,6 +6,8 @@
 
 use crate::Real;
 use alloc::vec::Vec;
+#[cfg(feature = "std")]
+use core::f64::consts::FRAC_PI_2;
 use core::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Complex numbers side by side. Fixed, so that every target rounds alike.
@@ -58,15 +60,18 @@ pub(crate) fn factors<F: Real>(size: usize) -> Vec<Bins<F>> {
     factors_by(size, |half, i| unit(-PI * i as f64 / half as f64))
 }
 
-/// The same from e^(jπk/2S), k = 0, …, S − 1: a table that is there already costs no sine.
+/// The same, without a sine for each.
 #[cfg(feature = "std")]
-pub(crate) fn factors_from(twist: &[(f64, f64)]) -> Vec<Bins<f64>> {
-    let size = twist.len();
-    factors_by(size, |half, i| {
-        let k = 2 * size * i / half;
-        match twist.get(k) {
-            Some((cos, sin)) => (*cos, -sin),
-            None => (-twist[k - size].1, -twist[k - size].0),
+pub(crate) fn factors_from(turn: &QuarterTurn) -> Vec<Bins<f64>> {
+    let size = turn.size();
+    factors_by(size, |half, i| match 2 * size * i / half {
+        k if k < size => {
+            let (cos, sin) = turn.at(k);
+            (cos, -sin)
+        }
+        k => {
+            let (cos, sin) = turn.at(k - size);
+            (-sin, -cos)
         }
     })
 }
@@ -84,6 +89,57 @@ fn factors_by<F: Real>(size: usize, factor: impl Fn(usize, usize) -> (f64, f64))
 /// e^(jφ).
 pub(crate) fn unit(phase: f64) -> (f64, f64) {
     (libm::cos(phase), libm::sin(phase))
+}
+
+/// e^(jπk/2S), k = 0, …, S − 1, S a power of two: by the sines of some thousand angles, which stay in the cache, instead
+/// of a table as long as the record.
+///
+/// ```text
+/// e^(j(φ + ε)) = A + A·d,   A = e^(jφ),   d = e^(jε) − 1 = −2·sin²(ε/2) + j·sin ε
+/// ```
+/// A·d is small, so its rounding is lost in that of A and of the sum: to 3e-16, as the sines themselves.
+#[cfg(feature = "std")]
+pub(crate) struct QuarterTurn {
+    coarse: Vec<(f64, f64)>,
+    /// d, as many as a power of two.
+    rests: Vec<(f64, f64)>,
+}
+
+#[cfg(feature = "std")]
+impl QuarterTurn {
+    pub(crate) fn new(size: usize) -> Self {
+        let coarse = size.min(1024);
+        let angle = |k: usize, of: usize| FRAC_PI_2 * (k as f64 / of as f64);
+        // From the nearer end, where an angle has more digits.
+        let exact = |k: usize| {
+            if 2 * k <= coarse {
+                return unit(angle(k, coarse));
+            }
+            let (sin, cos) = unit(angle(coarse - k, coarse));
+            (cos, sin)
+        };
+        let rest = |k: usize| {
+            let half = libm::sin(0.5 * angle(k, size));
+            (-2.0 * half * half, libm::sin(angle(k, size)))
+        };
+        Self {
+            coarse: (0..coarse).map(exact).collect(),
+            rests: (0..size / coarse).map(rest).collect(),
+        }
+    }
+
+    /// S.
+    pub(crate) fn size(&self) -> usize {
+        self.coarse.len() * self.rests.len()
+    }
+
+    /// Element k.
+    #[inline]
+    pub(crate) fn at(&self, k: usize) -> (f64, f64) {
+        let (re, im) = self.coarse[k >> self.rests.len().trailing_zeros()];
+        let (c, s) = self.rests[k & (self.rests.len() - 1)];
+        (re + (re * c - im * s), im + (re * s + im * c))
+    }
 }
 
 /// Forward butterflies: (a, b) ← (a + b, (a − b)·f).
@@ -263,6 +319,19 @@ mod tests {
                     && (have.1 - im).abs() < 1e-13 * size as f64,
                 "bin {k}: have {have:?}, want {re} {im}"
             );
+        }
+    }
+
+    #[test]
+    fn a_quarter_turn_has_the_sines_and_cosines_of_its_angles() {
+        for size in [8, 1024, 1 << 16] {
+            let turn = QuarterTurn::new(size);
+            assert_eq!(turn.size(), size);
+            for k in 0..size {
+                let ((cos, sin), (c, s)) = (turn.at(k), unit(FRAC_PI_2 * (k as f64 / size as f64)));
+                let off = (cos - c).abs().max((sin - s).abs());
+                assert!(off < 4e-16, "{k} of {size}: off by {off:e}");
+            }
         }
     }
 
