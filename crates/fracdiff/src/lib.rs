@@ -11,6 +11,8 @@ extern crate std;
 pub mod batch;
 mod bdf2;
 mod differintegrator;
+#[cfg(feature = "std")]
+mod eigenvalues;
 mod error;
 #[cfg(feature = "alloc")]
 mod fft;
@@ -31,6 +33,8 @@ mod real;
 mod response;
 #[cfg(feature = "alloc")]
 mod ring;
+#[cfg(feature = "std")]
+mod roots;
 #[cfg(feature = "serde")]
 mod saved;
 #[cfg(feature = "std")]
@@ -42,6 +46,8 @@ mod weights;
 
 pub use bdf2::{BDF2_TAPS, Bdf2History, Bdf2Memory, ExactBdf2, bdf2_short_filter};
 pub use differintegrator::{AnyChannel, Channel, Differintegrator};
+#[cfg(feature = "std")]
+pub use eigenvalues::eigenvalues;
 pub use error::ParameterError;
 pub use finite::Fir;
 pub use fir::FirHistory;
@@ -57,6 +63,8 @@ pub use partitioned::{PartitionedHistory, PartitionedMemory};
 pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
+#[cfg(feature = "std")]
+pub use roots::roots;
 #[cfg(feature = "std")]
 pub use scheme::{Operator, OperatorHistory, OperatorList, Scheme, SchemeError};
 pub use seconds::Seconds;

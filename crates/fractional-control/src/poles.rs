@@ -2,7 +2,7 @@
 
 use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction};
 use core::f64::consts::PI;
-use nalgebra::DMatrix;
+use fracdiff::roots;
 use num_complex::Complex;
 use std::vec;
 use std::vec::Vec;
@@ -268,23 +268,4 @@ impl Commensurate {
         let outside = |root: &Complex<f64>| root.norm() > 0.0 && root.arg().abs() > edge + EDGE;
         self.roots().iter().all(outside)
     }
-}
-
-/// Roots of a polynomial, coefficient of λ⁰ first, by the eigenvalues of its companion matrix.
-pub(crate) fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
-    let zeros = coefficients.iter().take_while(|c| **c == 0.0).count();
-    let rest = &coefficients[zeros..];
-    let mut all = vec![Complex::new(0.0, 0.0); zeros];
-    let n = rest.len().saturating_sub(1);
-    if n > 0 {
-        // λ = r·z with r = |a₀/a_n|^(1/n), so that the roots are near the unit circle.
-        let radius = libm::pow((rest[0] / rest[n]).abs(), 1.0 / n as f64);
-        let scaled = |k: usize| rest[k] / rest[n] * libm::pow(radius, k as f64 - n as f64);
-        let companion = DMatrix::from_fn(n, n, |row, column| {
-            let last = if column + 1 == n { -scaled(row) } else { 0.0 };
-            last + f64::from(u8::from(row == column + 1))
-        });
-        all.extend(companion.complex_eigenvalues().iter().map(|z| z * radius));
-    }
-    all
 }

@@ -190,22 +190,29 @@ impl StateSpace {
         })
     }
 
-    /// Number of eigenvalues with Re s > 0.
+    /// Number of eigenvalues with Re s > 0, and of those that are not known.
     #[must_use]
     pub fn unstable_poles(&self) -> usize {
-        self.poles().iter().filter(|pole| pole.re > 0.0).count()
+        self.poles_from(f64::MIN_POSITIVE)
     }
 
     /// Number of eigenvalues that do not decay, as far as rounding lets it be told.
     pub(crate) fn undamped_poles(&self) -> usize {
         let rounding = 1e-12 * self.a.norm();
+        self.poles_from(-rounding)
+    }
+
+    fn poles_from(&self, edge: f64) -> usize {
         let poles = self.poles();
-        poles.iter().filter(|pole| pole.re >= -rounding).count()
+        let right = |pole: &&Complex<f64>| pole.re.is_nan() || pole.re >= edge;
+        poles.iter().filter(right).count()
     }
 
     /// Its eigenvalues.
     pub(crate) fn poles(&self) -> Vec<Complex<f64>> {
-        self.a.complex_eigenvalues().iter().copied().collect()
+        let balanced = self.balanced();
+        let a = balanced.as_ref().map_or(&self.a, |own| &own.a);
+        fracdiff::eigenvalues(a.as_slice(), a.nrows())
     }
 
     /// e^(At) − 1 and ∫₀^t e^(As)B ds.

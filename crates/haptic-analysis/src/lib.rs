@@ -53,7 +53,7 @@ pub use dynamics::Dynamics;
 pub use environment::{Effective, Environment};
 pub use error::AnalysisError;
 pub use fracdiff::parameter::RangeError;
-pub use jury::{Jury, companion_eigenvalues, jury};
+pub use jury::{Jury, jury};
 pub use largest::Largest;
 pub use least_damping::LeastDamping;
 pub use margin::Margins;

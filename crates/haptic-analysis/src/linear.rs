@@ -2,11 +2,10 @@
 
 use crate::AnalysisError;
 use crate::ForcePath;
-use crate::jury::{Block, blocks};
 use crate::operator::multiply;
 use crate::transition::{Motion, numerator};
 use fracdiff::parameter::range;
-use nalgebra::{Complex, DMatrix, DVector, RowDVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector, RowDVector};
 
 /// Most states.
 pub(crate) const STATES_MAX: usize = 8;
@@ -132,17 +131,12 @@ fn single(pole: f64) -> (Vec<f64>, Vec<f64>) {
     (vec![1.0, -decay], vec![-libm::expm1(pole), decay])
 }
 
-/// (1 − c₁w)(1 − c₂w) of the poles `mean` ± √`square` in powers of w and of v; 1 − c without cancellation.
-fn pair(mean: f64, square: f64) -> (Vec<f64>, Vec<f64>) {
-    if square >= 0.0 {
-        let root = libm::sqrt(square);
-        let ((a, a_in_v), (b, b_in_v)) = (single(mean + root), single(mean - root));
-        return (multiply(&a, &b), multiply(&a_in_v, &b_in_v));
-    }
-    let (decay, omega) = (libm::exp(mean), libm::sqrt(-square));
+/// (1 − cw)(1 − c̄w) of a pole s and the one conjugate to it, in powers of w and of v; 1 − c without cancellation.
+fn pair(pole: Complex<f64>) -> (Vec<f64>, Vec<f64>) {
+    let (decay, omega) = (libm::exp(pole.re), pole.im);
     let (sin, cos) = libm::sincos(omega);
     let half_sine = libm::sin(0.5 * omega);
-    let gone = -libm::expm1(mean) + 2.0 * decay * half_sine * half_sine;
+    let gone = -libm::expm1(pole.re) + 2.0 * decay * half_sine * half_sine;
     let swing = decay * sin;
     // (1 − cw)(1 − c̄w), and |1 − c|² + 2Re(c(1 − c̄))v + |c|²v²
     (
@@ -174,16 +168,21 @@ impl Sampled {
             what: "the sampled plant",
             why,
         };
-        let schur = Schur::try_new(a.clone(), f64::EPSILON, 10_000)
-            .ok_or(spoiled("its poles do not converge"))?;
         let (mut denominator, mut in_v) = (vec![1.0], vec![1.0]);
-        for block in blocks(&schur.unpack().1) {
-            let (sampled, sampled_in_v) = match block {
-                Block::Single(pole) => single(pole),
-                Block::Pair { mean, square } => pair(mean, square),
+        for pole in fracdiff::eigenvalues(a.as_slice(), a.nrows()) {
+            let (sampled, sampled_in_v) = if pole.im == 0.0 {
+                single(pole.re)
+            } else if pole.im > 0.0 {
+                pair(pole)
+            } else {
+                // With the pole that it is conjugate to.
+                continue;
             };
             denominator = multiply(&denominator, &sampled);
             in_v = multiply(&in_v, &sampled_in_v);
+        }
+        if in_v.len() != a.nrows() + 1 {
+            return Err(spoiled("its poles do not converge"));
         }
         let numerator = numerator(a, b, c, fraction, &denominator);
         let sampled = Self {

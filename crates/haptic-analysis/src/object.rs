@@ -3,11 +3,9 @@
 use crate::behind::Behind;
 use crate::characteristic::Characteristic;
 use crate::circle::Count;
+use crate::jury::poles;
 use crate::operator::multiply;
-use crate::{
-    AnalysisError, AtAngle, Coupler, Dynamics, Jury, LoopOperator, SampledLoop,
-    companion_eigenvalues, jury,
-};
+use crate::{AnalysisError, AtAngle, Coupler, Dynamics, Jury, LoopOperator, SampledLoop, jury};
 use fracdiff::FrequencyResponse;
 use fracdiff::parameter::{not_negative, positive, range};
 use num_complex::Complex;
@@ -220,7 +218,7 @@ impl<'a> CoupledLoop<'a> {
     /// The poles in z, for polynomial and rational operators; poles at z = 0 left out.
     #[must_use]
     pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
-        companion_eigenvalues(&self.characteristic_polynomial()?)
+        poles(self.characteristic_polynomial()?)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::characteristic::Characteristic;
 use crate::circle::Count;
-use crate::jury::{Jury, companion_eigenvalues, jury};
+use crate::jury::{Jury, jury, poles};
 use crate::operator::multiply;
 use crate::{AnalysisError, ForcePath, LoopOperator, Nondimensional, SampledPlant};
 use fracdiff::parameter::range;
@@ -215,7 +215,7 @@ impl<'a> SampledLoop<'a> {
     /// The poles in z, for polynomial and rational operators; poles at z = 0 left out.
     #[must_use]
     pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
-        companion_eigenvalues(&self.characteristic_polynomial()?)
+        poles(self.characteristic_polynomial()?)
     }
 
     fn spectral_radius(&self) -> Option<f64> {
@@ -223,7 +223,7 @@ impl<'a> SampledLoop<'a> {
         if polynomial.len() > Self::EIGENVALUE_DEGREE + 1 {
             return None;
         }
-        let poles = companion_eigenvalues(&polynomial)?;
+        let poles = poles(polynomial)?;
         Some(
             poles
                 .iter()

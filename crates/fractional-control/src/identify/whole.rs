@@ -1,8 +1,8 @@
 //! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
 
 use super::record::Record;
-use crate::poles::roots;
 use crate::{FractionalTransferFunction, StateSpace, Term};
+use fracdiff::roots;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use std::vec;

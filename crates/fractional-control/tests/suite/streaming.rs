@@ -4,10 +4,12 @@ use crate::golden::{Golden, podlubny, randoms};
 use crate::spectrum::of_impulse_response;
 use core::f64::consts::PI;
 use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
+use fractional_control::num_complex::Complex;
 use fractional_control::{
-    FractionalTransferFunction, Memory, Rule, SampledTransferFunction, impulse_response,
-    step_response,
+    FractionalTransferFunction, Memory, Rule, SampledTransferFunction, StateSpace,
+    impulse_response, step_response,
 };
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 fn memory(rule: Rule, tolerance: f64) -> Memory {
     Memory::new(rule, tolerance, 12.0)
@@ -185,6 +187,58 @@ fn the_impulse_response_is_the_slope_of_the_step_response() {
             (impulse[n] - slope).abs() < 1e-4,
             "{n}: {} {slope}",
             impulse[n]
+        );
+    }
+}
+
+/// λ⁴ = −1 and its like: QR leaves their companion matrices as they are.
+#[test]
+fn poles_of_cyclic_functions_are_found() {
+    let poles = |text: &str| {
+        let function: FractionalTransferFunction = text.parse().expect("valid");
+        function.commensurate().expect("commensurate").poles()
+    };
+    for n in 101..=200 {
+        // s^a = −1 at the angles ±π/a; with a > 3 no other on the principal branch.
+        let a = 0.02 * f64::from(n);
+        let found = poles(&format!("1/(s^{a}+1)"));
+        let far = |pole: &Complex<f64>| {
+            (pole.norm() - 1.0)
+                .abs()
+                .max((pole.arg().abs() - PI / a).abs())
+                > 1e-10
+        };
+        if a > 3.0 && a < 4.0 {
+            assert!(found.iter().any(|pole| !far(pole)), "{a}: {found:?}");
+        }
+        for pole in found {
+            let turns = (pole.arg().abs() * a / PI - 1.0) / 2.0;
+            assert!(
+                (turns - turns.round()).abs() < 1e-10 && (pole.norm() - 1.0).abs() < 1e-10,
+                "{a}: {pole}"
+            );
+        }
+    }
+    let double = poles("1/(s^2+1)^2");
+    assert_eq!(double.len(), 4);
+    assert!(
+        double.iter().all(|pole| (pole * pole + 1.0).norm() < 1e-14),
+        "{double:?}"
+    );
+    // The same as matrices.
+    for n in 2..=16_usize {
+        let mut a = DMatrix::zeros(n, n);
+        a[(0, n - 1)] = -1.0;
+        (1..n).for_each(|row| a[(row, row - 1)] = 1.0);
+        let (mut b, mut c) = (DVector::zeros(n), RowDVector::zeros(n));
+        (b[0], c[n - 1]) = (1.0, 1.0);
+        let plant = StateSpace::new(a, b, c).expect("valid");
+        let growing = (0..n)
+            .filter(|k| (PI * (2 * k + 1) as f64 / n as f64).cos() > 1e-9)
+            .count();
+        assert!(
+            (growing..=growing + 2).contains(&plant.unstable_poles()),
+            "{n}"
         );
     }
 }

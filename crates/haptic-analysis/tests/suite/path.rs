@@ -6,6 +6,8 @@ use haptic_analysis::{
     AnalysisError, Dynamics, Environment, ForcePath, Jury, SampledLoop, SampledPlant,
     StabilityRegion,
 };
+use num_complex::Complex;
+use std::f64::consts::PI;
 use testkit::operator::{operator, path};
 use testkit::{Random, golden};
 
@@ -360,4 +362,30 @@ fn margins_behind_delay_and_lag_are_where_verdicts_change() {
         checked += 1;
     }
     assert!(checked > 50, "{checked}");
+}
+
+/// A ring of n states, each fed by the one before: sⁿ = −1. QR leaves such a matrix as it is.
+#[test]
+fn a_plant_whose_matrix_is_cyclic_is_sampled() {
+    for n in 3..=8_usize {
+        let mut a = vec![0.0; n * n];
+        (1..n).for_each(|row| a[row * n + row - 1] = 1.0);
+        a[n - 1] = -1.0;
+        let (mut b, mut c) = (vec![0.0; n], vec![0.0; n]);
+        (b[0], c[n - 1]) = (1.0, 1.0);
+        let plant = SampledPlant::linear(&a, &b, &c, 0.5, 1.0, path(0.0, 0.0)).expect("sampled");
+        // Π (1 − e^(sT)w)
+        let mut want = vec![Complex::new(1.0, 0.0)];
+        for k in 0..n {
+            let pole = Complex::from_polar(0.5, PI * (2 * k + 1) as f64 / n as f64).exp();
+            want.push(Complex::new(0.0, 0.0));
+            for j in (1..want.len()).rev() {
+                let before = want[j - 1];
+                want[j] -= before * pole;
+            }
+        }
+        for (have, want) in plant.denominator().iter().zip(&want) {
+            assert!((want - have).norm() < 1e-12, "{n}: {have} {want}");
+        }
+    }
 }

@@ -241,6 +241,21 @@ fn numbers_that_overflow_or_are_nothing_have_words() {
         .succeeded()
         .stdout;
     assert!(rest.contains("at rest") && !rest.contains("NaN"), "{rest}");
+    // λ⁴ + 1 and its like, whose companion matrix is cyclic.
+    for plant in ["1/(s^4+1)", "1/(s^2+1)^2", "1/(s^3.7+1)", "cyclic.toml"] {
+        place.write(
+            "cyclic.toml",
+            "[state_space]\na = [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]\nb = [1.0, 0.0, 0.0]\nc = [0.0, 0.0, 1.0]\n",
+        );
+        let alone = format!("control analyze --plant {plant} --json");
+        let report = place.run(&alone).succeeded().json();
+        assert!(
+            report["poles"]
+                .as_array()
+                .is_some_and(|poles| poles.len() > 1),
+            "{plant}: {report}"
+        );
+    }
     let one = place
         .run("control analyze --plant one.toml")
         .succeeded()
