@@ -84,7 +84,10 @@ impl Header {
             functions.push_str(&law.functions::<F>()?);
         }
         let comment = comment(name, &core, notes);
-        let tables = core.tables.clone();
+        let mut tables = core.tables.clone();
+        if !tables.is_empty() {
+            tables.insert(0, '\n');
+        }
         let structure = structure(&fields(core, list.integer));
         let code = tables + &structure + &functions;
         let code = code
@@ -118,7 +121,7 @@ fn comment(name: &str, core: &Core, notes: &[String]) -> String {
 const USE: &str = " *
  * @_t is the history of one signal. @_init(&h) first, then for each sample y = @_output(&h, x), which is
  * cheap, and @_advance(&h, x) when y has been used; or both as @_step(&h, x).
- * The same bits as in Rust: compile without -ffast-math and with -ffp-contract=off.
+ * The same bits as in Rust: compile with -ffp-contract=off.
  */
 ";
 
@@ -134,7 +137,9 @@ const CLOSING: &str = "
 fn opening(name: &str) -> String {
     let guard = name.to_ascii_uppercase();
     format!(
-        "#ifndef {guard}_H\n#define {guard}_H\n\n#include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
+        "#ifndef {guard}_H\n#define {guard}_H\n\n\
+         #ifdef __FAST_MATH__\n#error \"{name} computes as written: compile without -ffast-math and -Ofast\"\n#endif\n\n\
+         #include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
     )
 }
 

@@ -38,7 +38,7 @@ pub(crate) fn table<F: CNumber>(name: &str, values: &[F]) -> String {
         // Writing to a string cannot fail.
         let _ = write!(text, "{before}{}", literal(*value));
     }
-    text.push_str("\n};\n");
+    text.push_str("};\n");
     text
 }
 

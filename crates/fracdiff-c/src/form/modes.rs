@@ -34,8 +34,7 @@ AS_WRITTEN    const real before = self->state[i];
 ";
 
 /// What the taps leave for the next output.
-const BEFORE: &str = "\
-    real s0 = ZERO, s1 = ZERO, s2 = ZERO, s3 = ZERO, s4 = ZERO, s5 = ZERO, s6 = ZERO, s7 = ZERO;
+const BEFORE: &str = "    real s0 = ZERO, s1 = ZERO, s2 = ZERO, s3 = ZERO, s4 = ZERO, s5 = ZERO, s6 = ZERO, s7 = ZERO;
     uint32_t i;
     for (i = 0U; i < 15U; ++i) {
         self->due[i] = self->due[i + 1U] + @_tap[i] * u;
@@ -43,8 +42,7 @@ const BEFORE: &str = "\
 ";
 
 /// Eight modes side by side, each with a sum of its own.
-const EIGHT: &str = "\
-    for (i = FROM; i < TO; i += 8U) {
+const EIGHT: &str = "    for (i = FROM; i < TO; i += 8U) {
         s0 = FADE(self, i, u, s0);
         s1 = FADE(self, i + 1U, u, s1);
         s2 = FADE(self, i + 2U, u, s2);
@@ -57,8 +55,7 @@ const EIGHT: &str = "\
 ";
 
 /// The eight sums in pairs.
-const AFTER: &str = "\
-    s0 = s0 + s4;
+const AFTER: &str = "    s0 = s0 + s4;
     s1 = s1 + s5;
     s2 = s2 + s6;
     s3 = s3 + s7;
@@ -66,8 +63,7 @@ const AFTER: &str = "\
 ";
 
 /// One state a sample without input becomes zero before it gets so small that arithmetic slows down.
-const FLUSH: &str = "\
-    if (u == ZERO) {
+const FLUSH: &str = "    if (u == ZERO) {
         const uint32_t turn = self->turn;
         const real state = self->state[turn];
         self->turn = ((turn + 1U) < MODES) ? (turn + 1U) : 0U;
@@ -78,8 +74,7 @@ CLEAR        }
 ";
 
 /// Of an order without modes: taps alone.
-const TAPS_ONLY: &str = "\
-    uint32_t i;
+const TAPS_ONLY: &str = "    uint32_t i;
     for (i = 0U; i < 15U; ++i) {
         self->due[i] = self->due[i + 1U] + @_tap[i] * u;
     }

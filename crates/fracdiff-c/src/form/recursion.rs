@@ -3,8 +3,7 @@
 use super::parts::{Core, Field};
 use crate::number::{CNumber, literal, table};
 
-const STEP: &str = "\
-    const real y = DIRECT * u + self->state[0];
+const STEP: &str = "    const real y = DIRECT * u + self->state[0];
     uint32_t i;
     for (i = 0U; i < LAST; ++i) {
         self->state[i] = self->state[i + 1U] + (@_forward[i] * u - @_backward[i] * y);
@@ -14,8 +13,7 @@ const STEP: &str = "\
 ";
 
 /// The same for a single degree.
-const STEP_OF_ONE: &str = "\
-    const real y = DIRECT * u + self->state[0];
+const STEP_OF_ONE: &str = "    const real y = DIRECT * u + self->state[0];
     self->state[0] = ZERO + (@_forward[0] * u - @_backward[0] * y);
     past = self->state[0];
 ";

@@ -3,8 +3,7 @@
 use super::parts::{Core, Field};
 use crate::number::{CNumber, literal, table};
 
-const STEP: &str = "\
-    real signal = u;
+const STEP: &str = "    real signal = u;
     real rest = ZERO;
     uint32_t i;
     for (i = 0U; i < SECTIONS; ++i) {
@@ -17,8 +16,8 @@ APPROACH        signal = y;
 ";
 
 /// The state follows the signal; in single precision what rounding takes goes to the carry.
-const COMPENSATED: &str = "\
-        const real addend = @_decay[i] * (signal - slow) + self->carry[i];
+const COMPENSATED: &str =
+    "        const real addend = @_decay[i] * (signal - slow) + self->carry[i];
         const real total = slow + addend;
         const real virtual_addend = total - slow;
         self->carry[i] = (slow - (total - virtual_addend)) + (addend - virtual_addend);

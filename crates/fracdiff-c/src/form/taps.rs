@@ -5,8 +5,7 @@ use crate::number::{CNumber, literal, table};
 
 /// Sixteen partial sums, then in pairs: the order of summation of fracdiff. Each sample is kept twice, so that the
 /// newest always lie in one piece.
-const STEP: &str = "\
-    real sum[16];
+const STEP: &str = "    real sum[16];
     uint32_t i;
     uint32_t lane;
     self->newest = (self->newest == 0U) ? (TAPS - 1U) : (self->newest - 1U);

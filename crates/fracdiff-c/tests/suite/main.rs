@@ -2,6 +2,7 @@
 
 mod bits;
 mod refusals;
+mod source;
 mod target;
 
 use fracdiff::{Differintegrator as _, Operator, Order, Scheme, Seconds};

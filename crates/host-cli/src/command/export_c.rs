@@ -28,7 +28,7 @@ use tissue::{Tissue, TissueArguments};
                   crate fracdiff with these coefficients: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) for each sample. \
                   A tissue has muscle_force(&h, x) too, its force in N at a displacement in m, and muscle_push(&h, x), the same behind a surface at 0, with \
                   muscle_advance(&h, muscle_depth(x)) after it. \
-                  Compile without -ffast-math and with -ffp-contract=off."
+                  Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates

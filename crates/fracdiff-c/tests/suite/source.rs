@@ -1,0 +1,69 @@
+//! The header as a text: what compiles it, and how it is laid out.
+
+use super::{CASES, build, header_of, is_here};
+use fracdiff_c::{CNumber, Header, Law};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+#[test]
+fn no_compiler_takes_it_with_fast_math() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let header = header_of(&build::<f32>("full", 0.5), folder.path());
+    for language in ["c", "c++"] {
+        for compiler in ["cc", "clang"].into_iter().filter(|one| is_here(one)) {
+            let compile = |flags: &[&str]| {
+                let mut compile = Command::new(compiler);
+                compile.args(["-x", language, "-fsyntax-only"]).args(flags);
+                let output = compile.arg(&header).output().expect("starts");
+                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                (output.status.success(), said)
+            };
+            let (taken, said) = compile(&["-O3"]);
+            assert!(taken, "{compiler} {language}: {said}");
+            for flag in ["-ffast-math", "-Ofast"] {
+                let (taken, said) = compile(&[flag]);
+                assert!(!taken, "{compiler} {language} {flag}");
+                let why = "op computes as written: compile without -ffast-math and -Ofast";
+                assert!(said.contains(why), "{compiler} {language} {flag}: {said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn clang_format_leaves_it_as_it_is() {
+    if !is_here("clang-format") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let style = Path::new(env!("CARGO_MANIFEST_DIR")).join(".clang-format");
+    std::fs::copy(style, folder.path().join(".clang-format")).expect("copies");
+    let mut files = headers::<f32>(folder.path());
+    files.extend(headers::<f64>(folder.path()));
+    let mut format = Command::new("clang-format");
+    format.args(["--dry-run", "-Werror", "--style=file"]);
+    let output = format.args(&files).output().expect("starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+}
+
+/// All operators, as they are and with a law.
+fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
+    let law = Law {
+        stiffness: 120.0,
+        dissipation: 17.3,
+    };
+    let notes = ["a line of a note that is longer than a line of code ought to be, as notes of a tissue are, and no less".to_owned()];
+    let mut files = Vec::new();
+    for (index, &(scheme, order)) in CASES.iter().enumerate() {
+        let list = build::<F>(scheme, order).list().expect("a list");
+        let plain = Header::new("op", &list, &notes).expect("a header");
+        let with_law = Header::of_law("op", &list, &law, &notes).expect("a header");
+        for (kind, header) in [("plain", plain), ("law", with_law)] {
+            let file = folder.join(format!("{}-{index}-{kind}.h", F::TYPE));
+            std::fs::write(&file, header.to_string()).expect("writes");
+            files.push(file);
+        }
+    }
+    files
+}
