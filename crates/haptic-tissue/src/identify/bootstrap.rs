@@ -54,6 +54,9 @@ pub(super) fn intervals(
     let fits: Vec<Vec<f64>> = (0..records)
         .into_par_iter()
         .filter_map(|record| {
+            if target.stops() {
+                return None;
+            }
             let drawn = draw(&residuals, block, seed.wrapping_add(record as u64));
             let values = curve
                 .iter()

@@ -33,6 +33,8 @@ pub enum IdentifyError {
         /// Parameters of the model.
         parameters: usize,
     },
+    /// It was told to stop.
+    Stopped,
     /// No start led to a minimum.
     NotConverged {
         /// Name of the model.
@@ -51,6 +53,7 @@ impl fmt::Display for IdentifyError {
             } => write!(f, "line {line}, column {column}: {reason}"),
             Self::Line { line, reason, .. } => write!(f, "line {line}: {reason}"),
             Self::Record(reason) => f.write_str(reason),
+            Self::Stopped => f.write_str("interrupted"),
             Self::TooFew {
                 model,
                 numbers,

@@ -38,7 +38,7 @@ pub(super) struct Minimum {
 /// The problem at its present variables.
 struct Problem<'a> {
     candidate: Candidate,
-    target: &'a Target,
+    target: &'a Target<'a>,
     ranges: &'a [(f64, f64)],
     /// Values of all variables.
     values: Vec<f64>,

@@ -58,6 +58,7 @@ pub(super) fn search(
     let all: Vec<usize> = (0..ranges.len()).collect();
     let few = target.thinned(FEW);
     let mut found: Vec<Minimum> = (0..starts)
+        .take_while(|_| !target.stops())
         .map(|n| start(candidate, target, n))
         .map(|start| minimise(candidate, &few, &ranges, &start, &all, ROUGH))
         .filter(|minimum| minimum.sum.is_finite())

@@ -12,6 +12,7 @@ use super::contour::{Contour, Quantity, gathered};
 use super::elements::{Elements, Slope};
 use super::history::History;
 use super::record::{Record, RecordKind};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The weights of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,7 +26,7 @@ pub enum Weighting {
 
 /// A record made ready for a fit.
 #[derive(Clone, Debug)]
-pub(super) struct Target {
+pub(super) struct Target<'a> {
     rows: Rows,
     /// √w for each residual.
     roots: Vec<f64>,
@@ -36,6 +37,8 @@ pub(super) struct Target {
     /// ln of a modulus in the middle of the record, and of the span of moduli.
     pub(super) middle: f64,
     pub(super) span: f64,
+    /// Nobody waits for the fit any more.
+    stop: &'a AtomicBool,
 }
 
 #[derive(Clone, Debug)]
@@ -53,10 +56,10 @@ enum Rows {
     History(History),
 }
 
-impl Target {
-    pub(super) fn new(record: &Record, weighting: Weighting) -> Self {
+impl<'a> Target<'a> {
+    pub(super) fn new(record: &Record, weighting: Weighting, stop: &'a AtomicBool) -> Self {
         if record.kind == RecordKind::History {
-            return Self::of_history(record);
+            return Self::of_history(record, stop);
         }
         let ln_x: Vec<f64> = record.x.iter().map(|&x| libm::log(x)).collect();
         let middle = 0.5 * (ln_x[0] + ln_x[ln_x.len() - 1]);
@@ -73,6 +76,7 @@ impl Target {
             scale: 1.0,
             middle: 0.5 * (low + high) * if creep { -1.0 } else { 1.0 },
             span: high - low,
+            stop,
             rows: if oscillation {
                 Rows::Oscillation {
                     ln_omega: relative,
@@ -92,7 +96,7 @@ impl Target {
         }
     }
 
-    fn of_history(record: &Record) -> Self {
+    fn of_history(record: &Record, stop: &'a AtomicBool) -> Self {
         let history = History::new(&record.x, &record.first, &record.second);
         Self {
             roots: vec![1.0; history.outputs()],
@@ -100,8 +104,14 @@ impl Target {
             scale: history.stress_scale(),
             middle: libm::log(history.stress_scale() / history.strain_scale()),
             span: 2.0,
+            stop,
             rows: Rows::History(history),
         }
+    }
+
+    /// True once the fit is to end.
+    pub(super) fn stops(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     /// Number of residuals.
@@ -156,13 +166,16 @@ impl Target {
         }
     }
 
-    /// Calls `each` with number, weight root, residual and its derivatives; false if a number is not finite.
+    /// Calls `each` with number, weight root, residual and its derivatives; false if a number is not finite, or the fit is to end.
     pub(super) fn residuals(
         &self,
         candidate: Candidate,
         elements: &Elements,
         mut each: impl FnMut(usize, f64, Slope),
     ) -> bool {
+        if self.stops() {
+            return false;
+        }
         let mut finite = true;
         self.model(candidate, elements, |n, model| {
             let wanted = self.wanted(n);
@@ -319,7 +332,8 @@ mod tests {
             vec![5e2, 1e3, 2e3],
         );
         for record in [history, sweep.expect("valid")] {
-            let target = Target::new(&record, Weighting::LogSpacing);
+            let never = AtomicBool::new(false);
+            let target = Target::new(&record, Weighting::LogSpacing, &never);
             for candidate in Candidate::ALL {
                 let values = [9.0, 0.7, 8.5, 0.2, 8.0];
                 let at = |values: &[f64]| {

@@ -70,4 +70,11 @@ impl fmt::Display for MaterialError {
     }
 }
 
-impl std::error::Error for MaterialError {}
+impl std::error::Error for MaterialError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Unreadable(_, error) | Self::Folder(_, error) => Some(error),
+            _ => None,
+        }
+    }
+}

@@ -79,10 +79,10 @@ struct FitArguments {
     #[arg(long, value_parser = choice::<WeightChoice>(), default_value = "equal")]
     weights: WeightChoice,
     /// Starts for each model
-    #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(1..=10_000))]
+    #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(Options::STARTS_ALLOWED))]
     starts: u32,
     /// Records drawn for bootstrap intervals; 0 for intervals by the standard errors
-    #[arg(long, default_value_t = 0, value_parser = whole::<u32>(0..=100_000))]
+    #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
     /// Seed of the bootstrap [default: 1]
     #[arg(long, value_parser = whole::<u64>(0..=u64::MAX), requires = "bootstrap")]

@@ -112,3 +112,25 @@ fn bootstrap_intervals_are_those_of_the_standard_errors_for_white_noise() {
         identify(&record, &options, &|_| ()).expect("converges")
     );
 }
+
+#[test]
+fn a_stop_ends_an_identification() {
+    let record = record(ModelKind::FractionalMaxwell, &[3e4, 0.7, 3e4, 0.15], 3);
+    let options = Options {
+        bootstrap: *Options::BOOTSTRAP_ALLOWED.end() as usize,
+        ..Options::default()
+    };
+    let done = AtomicUsize::new(0);
+    let stop = AtomicBool::new(false);
+    let first = |n: usize| {
+        done.fetch_add(n, Ordering::Relaxed);
+        stop.store(true, Ordering::Relaxed);
+    };
+    let ended = identify_unless(&record, &options, &stop, &first);
+    assert_eq!(ended, Err(IdentifyError::Stopped));
+    assert!(done.into_inner() < options.bootstrap / 10);
+    // Before the first start too.
+    let never = |_| unreachable!("stopped before");
+    let ended = identify_unless(&record, &options, &stop, &never);
+    assert_eq!(ended, Err(IdentifyError::Stopped));
+}
