@@ -60,6 +60,19 @@ impl Dynamics {
         }
     }
 
+    /// The same, if every parameter is in its range; delay and lag have an upper end in samples, see [`Self::path`].
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn checked(self) -> Result<Self, AnalysisError> {
+        positive("mass", self.mass_kg, "kg")?;
+        not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
+        not_negative("hand stiffness", self.hand_stiffness_n_per_m, "N/m")?;
+        not_negative("delay", self.delay_s, "s")?;
+        not_negative("current lag", self.current_lag_s, "s")?;
+        Ok(self)
+    }
+
     /// The way of the force, in samples.
     ///
     /// # Errors
@@ -77,9 +90,12 @@ impl Dynamics {
     /// A parameter outside its range.
     pub fn plant(&self, sample_time_s: f64) -> Result<SampledPlant, AnalysisError> {
         let t = positive("sample time", sample_time_s, "s")?;
-        let m = positive("mass", self.mass_kg, "kg")?;
-        let b = not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
-        let k = not_negative("hand stiffness", self.hand_stiffness_n_per_m, "N/m")?;
+        let Self {
+            mass_kg: m,
+            damping_n_s_per_m: b,
+            hand_stiffness_n_per_m: k,
+            ..
+        } = self.checked()?;
         SampledPlant::behind(b * t / m, k * t * t / m, self.path(t)?)
     }
 
