@@ -16,12 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fractional_haptics._values import HoldsArrays, same
+
 RESERVED = frozenset({"error", "rng"})
 """Names that the sweep itself uses: the texts of failed points, and the random numbers of a point."""
 
 
-@dataclass(frozen=True)
-class Axis:
+@dataclass(frozen=True, eq=False)
+class Axis(HoldsArrays):
     """A named coordinate without its name: values, unit, and a sentence about it. Made by `axis`."""
 
     values: np.ndarray = field(repr=False)
@@ -75,8 +77,8 @@ class Samples:
         return {"unit": self.unit, "kind": "samples", "length": self.number, "first": 0, "last": self.number - 1}
 
 
-@dataclass(frozen=True)
-class Together:
+@dataclass(frozen=True, eq=False)
+class Together(HoldsArrays):
     """Axes of one length that share a dimension. Made by `together`."""
 
     axes: Mapping[str, Axis]
@@ -102,6 +104,8 @@ def axis(values: ArrayLike, unit: str = "1", about: str = "") -> Axis:
     ValueError
         No values, more than one dimension, a NaN (with its index), or values that are neither numbers nor texts.
     """
+    if isinstance(values, np.ma.MaskedArray):
+        raise ValueError("an axis is a masked array, and masked values are none: give values.compressed()")
     array = np.array(values)
     if array.ndim != 1:
         raise ValueError(f"an axis has one dimension, not {array.ndim}: give a one-dimensional array")
@@ -195,6 +199,14 @@ class Grid:
             "dimensions": dict(zip(self.dimensions, self.shape, strict=True)),
             "axes": {name: {"dimension": dim, **one.summary()} for name, (dim, one) in self.coordinates.items()},
         }
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Grid):
+            return NotImplemented
+        # In the same order too: the last one runs fastest.
+        return same(list(self.dimensions.items()), list(other.dimensions.items()))
 
     def __repr__(self) -> str:
         return f"Grid({', '.join(f'{name}={len(value)}' for name, value in self.dimensions.items())})"

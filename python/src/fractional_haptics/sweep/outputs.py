@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from fractional_haptics._values import HoldsArrays
+
 from .grid import RESERVED, Axis, Grid, as_axis, axis
 
 NAMELESS = "value"
@@ -20,8 +22,8 @@ NAMELESS = "value"
 _DTYPES = ("float64", "float32", "complex128")
 
 
-@dataclass(frozen=True)
-class Output:
+@dataclass(frozen=True, eq=False)
+class Output(HoldsArrays):
     """One variable of the result.
 
     Parameters

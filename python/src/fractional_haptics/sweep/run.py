@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from errno import ENOENT
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
 from math import ceil
@@ -114,7 +115,7 @@ def sweep(
     SweepError
         All first points fail, or the workers cannot load the function.
     KeyboardInterrupt
-        Ctrl-C, after each thread's present point. What is done is in the store.
+        Ctrl-C, at once: each thread ends by itself after its present point. What is done is in the store.
 
     Notes
     -----
@@ -159,11 +160,15 @@ def open_sweep(store: str | os.PathLike[str]) -> xr.Dataset:
 
     Raises
     ------
+    FileNotFoundError
+        No such folder.
     ValueError
         No sweep there, or one in Parquet.
     """
     manifest = read_manifest(Path(store))
     if manifest is None:
+        if not Path(store).exists():
+            raise FileNotFoundError(ENOENT, "no such store", os.fspath(store))
         raise ValueError(f"{os.fspath(store)} holds no sweep: give the folder that a sweep was given as store")
     if manifest["store_format"] != "zarr":
         raise ValueError(f'{os.fspath(store)} holds Parquet: read it by pandas.read_parquet("{os.fspath(store)}")')

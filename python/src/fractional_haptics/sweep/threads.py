@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
-from threading import Event
+from queue import SimpleQueue
+from threading import Event, Thread
 
 from .blocks import Part
 from .outputs import Outputs
@@ -32,25 +32,39 @@ class Threads:
         return probe(work, points, seconds)
 
     def blocks(self, work: Work, outputs: Outputs, parts: Iterator[Part]) -> Generator[tuple[Part, Block], None, None]:
-        """Blocks as they are done. Closing the iterator ends each thread after the point it is at."""
+        """Blocks as they are done. Closing the iterator does not wait: each thread ends after the point it is at."""
         stop = Event()
-        pool = ThreadPoolExecutor(self.width, thread_name_prefix="sweep")
-        pending: dict[Future[Block | None], Part] = {}
+        todo: SimpleQueue[Part | None] = SimpleQueue()
+        done: SimpleQueue[tuple[Part, Block | None, BaseException | None]] = SimpleQueue()
+
+        def work_off() -> None:
+            for part in iter(todo.get, None):
+                try:
+                    done.put((part, run(work, outputs, part, stop), None))
+                except BaseException as error:
+                    done.put((part, None, error))
+
+        # Daemons: a point that takes an hour does not hold up the end of the program either.
+        for number in range(self.width):
+            Thread(target=work_off, name=f"sweep-{number}", daemon=True).start()
+        pending = 0
         try:
             while True:
-                for part in islice(parts, 2 * self.width - len(pending)):
-                    pending[pool.submit(run, work, outputs, part, stop)] = part
+                for part in islice(parts, 2 * self.width - pending):
+                    todo.put(part)
+                    pending += 1
                 if not pending:
                     return
-                # A timeout lets Ctrl-C through on every system.
-                for future in wait(pending, timeout=1.0, return_when=FIRST_COMPLETED).done:
-                    part = pending.pop(future)
-                    block = future.result()
-                    if block is not None:
-                        yield part, block
+                part, block, error = done.get()
+                pending -= 1
+                if error is not None:
+                    raise error
+                if block is not None:
+                    yield part, block
         finally:
             stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
+            for _ in range(self.width):
+                todo.put(None)
 
 
 def _processors() -> int:
