@@ -4,6 +4,7 @@ use crate::parameter::with_options;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::input::without_bulk;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
 
 /// The amount and form of what is printed.
@@ -25,8 +26,9 @@ impl Output {
         value: &T,
         text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
-        let mut out = BufWriter::new(io::stdout().lock());
+        let mut out = Visible(BufWriter::new(io::stdout().lock()));
         let printed = if self.json {
+            // JSON escapes them itself, but for those behind the ASCII ones, which stand in strings alone.
             serde_json::to_writer(&mut out, value)
                 .map_err(io::Error::from)
                 .and_then(|()| writeln!(out))
@@ -54,12 +56,53 @@ impl Output {
     }
 }
 
+/// What comes from a log, a device or a file may hold control characters, which a terminal obeys. They leave this program as JSON writes
+/// them, `\u001b`; lines and columns stay.
+struct Visible<W>(W);
+
+impl<W: Write> Write for Visible<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        // The formatter and JSON hand over whole characters.
+        match std::str::from_utf8(bytes) {
+            Ok(text) => self.0.write_all(visible(text).as_bytes())?,
+            Err(_) => self.0.write_all(bytes)?,
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// A text without control characters but for the end of a line and a tabulator.
+fn visible(text: &str) -> Cow<'_, str> {
+    let is_hidden = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(is_hidden) {
+        return text.into();
+    }
+    let mut shown = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        match is_hidden(c) {
+            true => shown.push_str(&format!("\\u{:04x}", u32::from(c))),
+            false => shown.push(c),
+        }
+    }
+    shown.into()
+}
+
+/// Text of a log or a device that stands in a line: it ends none.
+#[must_use]
+pub fn in_line(text: &str) -> String {
+    visible(text).replace('\n', "\\n")
+}
+
 /// Says something on standard error, long echoes of the arguments cut short; a closed standard error is nobody's loss.
 pub fn note(kind: &str, text: impl std::fmt::Display) {
     let arguments = std::env::args_os().skip(1);
     let arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
     let text = without_bulk(&text.to_string(), arguments);
-    let _ = writeln!(io::stderr().lock(), "{kind}: {text}");
+    let _ = writeln!(io::stderr().lock(), "{kind}: {}", visible(&text));
 }
 
 /// Says a warning of a library, its parameters as options.
@@ -90,6 +133,27 @@ pub fn fixed(value: f64, decimals: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn control_characters_are_shown_and_not_obeyed() {
+        let text = "a\u{1b}[31mb\u{7}\u{7f}\u{9b}\rc\td\né µ";
+        let want = "a\\u001b[31mb\\u0007\\u007f\\u009b\\u000dc\td\né µ";
+        let mut out = Visible(Vec::new());
+        write!(out, "{text}").expect("written");
+        assert_eq!(out.0, want.as_bytes());
+        assert_eq!(in_line(text), want.replace('\n', "\\n"));
+        // JSON that is read again is the same text.
+        let mut out = Visible(Vec::new());
+        serde_json::to_writer(&mut out, text).expect("written");
+        assert_eq!(
+            visible(std::str::from_utf8(&out.0).expect("text")).as_bytes(),
+            out.0
+        );
+        assert_eq!(
+            serde_json::from_slice::<String>(&out.0).expect("JSON"),
+            text
+        );
+    }
 
     #[test]
     fn a_number_with_many_digits_has_an_exponent() {
