@@ -61,7 +61,7 @@ export class Overlay {
   readonly root: HTMLElement;
   /** Of runs with several axes. */
   readonly plane: PlaneView;
-  private readonly parts = [new Part("Channel above", ["force_n", "contact_force_n"]), new Part("Channel below", ["position_m", "indenter_position_m"])];
+  private readonly parts = [new Part("Channel above", ["commanded_force_n", "contact_force_n"]), new Part("Channel below", ["position_m", "indenter_position_m"])];
   private readonly all_ = el("button", { type: "button", class: "small", hidden: true }, "show all");
   private runs: OpenRun[] = [];
   private zoom: [number, number] | null = null;

@@ -132,7 +132,7 @@ export class PlaneView {
   private async fetch(run: OpenRun, zoom: [number, number] | null): Promise<Track> {
     const { across, up, through } = this.axes();
     const pair = (field: string): string[] => [across, up].map((axis) => field.replace("*", NAMES[axis] ?? "x"));
-    const channels = [...pair("position_*_m"), ...pair("reference_*_m"), ...pair("force_*_n"), `position_${NAMES[Math.max(0, through)]}_m`, "force_norm_n"];
+    const channels = [...pair("position_*_m"), ...pair("reference_*_m"), ...pair("commanded_force_*_n"), `position_${NAMES[Math.max(0, through)]}_m`, "commanded_force_norm_n"];
     const span = zoom === null ? {} : { from_s: Math.max(run.first_s, zoom[0]), to_s: Math.min(run.last_s, zoom[1]) };
     const frame = await this.app.connection.frame({ source: run.name, ...span, columns: Math.min(COLUMNS, this.app.state.hello?.view_columns_most ?? COLUMNS), channels });
     const at = (channel: number): Points => values(frame.least[channel] ?? new Float32Array(), frame.most[channel] ?? new Float32Array());

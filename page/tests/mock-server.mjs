@@ -433,7 +433,7 @@ function makeRun(name, kind, order) {
     samples[1].push(-force);
     samples[2].push(-force * 1.002);
   }
-  return { entry: { name, kind, started_utc: "2026-11-20T22:00:00Z", duration_s: 8, samples: 8000, size_bytes: 412345, verdict: "passed", running: false }, channels: ["position_m", "force_n", "contact_force_n"], samples, curves: { title: name, quantity: "force", label: "force / N", time_s: samples[0].map((_, n) => n * T), values: samples[1].map((f) => -f), closed_form: samples[2].map((f) => -f) } };
+  return { entry: { name, kind, started_utc: "2026-11-20T22:00:00Z", duration_s: 8, samples: 8000, size_bytes: 412345, verdict: "passed", running: false }, channels: ["position_m", "commanded_force_n", "contact_force_n"], samples, curves: { title: name, quantity: "force", label: "force / N", time_s: samples[0].map((_, n) => n * T), values: samples[1].map((f) => -f), closed_form: samples[2].map((f) => -f) } };
 }
 
 /** A finger round a disc of 20 mm, 2 mm deep. */

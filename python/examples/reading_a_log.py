@@ -20,12 +20,12 @@ else:
     path = folder / "relax.mcap"
 
 table = read_log(path)
-print(table[["position_m", "force_n"]].describe())
+print(table[["position_m", "commanded_force_n"]].describe())
 print("whole:", table.attrs["complete"], "· began", table.attrs["started"])
 print("tissue:", table.attrs["metadata"]["experiment"].get("tissue"))
 
 # The device's time is the index: resample it as any series.
-print(table["force_n"].groupby(table.index // 0.5 * 0.5).mean())
+print(table["commanded_force_n"].groupby(table.index // 0.5 * 0.5).mean())
 
 # Half of the file is still half of a log.
 cut = Path(tempfile.mkdtemp()) / "cut.mcap"

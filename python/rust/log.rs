@@ -96,6 +96,7 @@ fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, P
         columns.set_item(name, column(py, ticks, field))?;
     }
     columns.set_item("limiters", column(py, ticks, |tick| tick.limiters))?;
+    columns.set_item("flaws", column(py, ticks, |tick| tick.flaws))?;
     Ok(columns)
 }
 
@@ -125,6 +126,10 @@ fn vector_columns<'py>(
     columns.set_item(
         "limiters",
         PyArray1::from_iter(py, ticks.iter().map(|tick| tick.limiters)),
+    )?;
+    columns.set_item(
+        "flaws",
+        PyArray1::from_iter(py, ticks.iter().map(|tick| tick.flaws)),
     )?;
     Ok(columns)
 }

@@ -145,7 +145,7 @@ def test_a_log_has_the_run_and_its_metadata(tmp_path) -> None:
     np.testing.assert_allclose(table.index, run["time_s"], atol=1e-12)
     assert np.array_equal(table["position_m"], run["position_m"])
     # In the log a force is positive along the position.
-    assert np.array_equal(-table["force_n"], run["simulated_force_n"])
+    assert np.array_equal(-table["commanded_force_n"], run["simulated_force_n"])
     assert table["limiters"].dtype == np.uint8
     assert table.attrs["complete"] is True
     assert table.attrs["damage"] == []
@@ -170,7 +170,7 @@ def test_a_touch_has_a_column_for_each_axis(tmp_path) -> None:
     depth = 0.02 - np.hypot(table["position_x_m"], table["position_y_m"])
     np.testing.assert_allclose(np.maximum(depth, 0.0), run["depth_m"], atol=1e-15)
     # Along the normal: force and place have one direction.
-    across = table["force_x_n"] * table["position_y_m"] - table["force_y_n"] * table["position_x_m"]
+    across = table["commanded_force_x_n"] * table["position_y_m"] - table["commanded_force_y_n"] * table["position_x_m"]
     assert np.abs(across).max() < 1e-12
     assert table.attrs["metadata"]["experiment"]["axes"] == "2"
     with pytest.raises(ValueError, match="3 numbers, not one for each of 2 axes"):
@@ -179,7 +179,7 @@ def test_a_touch_has_a_column_for_each_axis(tmp_path) -> None:
         axes=3, shape="plane", normal=(0, 0, -1), way_points=[[0, 0, 0, 1e-3], [1, 0.01, 0, -2e-3]], duration_s=1.0
     )
     assert space["force_z_n"].max() > 0.3
-    assert not space["force_x_n"].any()
+    assert not space["commanded_force_x_n"].any()
 
 
 def test_a_cut_log_is_read_as_far_as_it_goes(tmp_path) -> None:

@@ -4,11 +4,12 @@
 //! the virtual tissue, and both sink in. The closed form is that of the tissue alone; the masses and
 //! the damping of the rig, 7 N·s/m together, slow the start down.
 
-use super::kept::{KeptSample, Samples};
+use super::kept::KeptSample;
 use super::outcome::{Comparison, Judged, publish};
 use super::rendering::Rendering;
 use super::report::Report;
 use super::run::{Ran, Supervisor};
+use super::samples::Samples;
 use super::track::Track;
 use crate::curves::{Published, Quantity, TheoryCurves};
 use crate::drive::DriveVerdict;

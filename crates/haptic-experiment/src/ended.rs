@@ -4,7 +4,7 @@ use crate::lateness::Lateness;
 use fracdiff::parameter::Shown;
 use haptic_link::FaultReport;
 use haptic_loop::Fault;
-use haptic_remote::LinkError;
+use haptic_remote::{Impossible, LinkError};
 
 /// Why a run ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,10 +15,14 @@ pub enum Ended {
     Fault(Fault),
     /// The device latched a fault.
     DeviceFault(FaultReport),
+    /// The device told what cannot be.
+    Impossible(Impossible),
     /// The link to the device cannot be used any more.
     LinkLost(LinkError),
     /// The other side of a line between two hands was silent for too long.
     Silent,
+    /// The other side of such a line said goodbye.
+    OtherLeft,
     /// The log could not be written.
     LogStopped,
 }
@@ -186,7 +190,10 @@ impl Ended {
     /// True if a fault ended the run.
     #[must_use]
     pub const fn is_fault(self) -> bool {
-        matches!(self, Self::Fault(_) | Self::DeviceFault(_))
+        matches!(
+            self,
+            Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_)
+        )
     }
 
     /// In words; of a device for which this host was too late, with what it may be allowed.
@@ -205,8 +212,10 @@ impl Ended {
                     advice.unwrap_or_default()
                 )
             }
+            Self::Impossible(impossible) => LinkError::Impossible(impossible).to_string(),
             Self::LinkLost(error) => error.to_string(),
             Self::Silent => "the other side was silent for too long".to_owned(),
+            Self::OtherLeft => "the other side left".to_owned(),
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }

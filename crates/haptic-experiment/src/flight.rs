@@ -245,14 +245,14 @@ mod tests {
         came.for_each(|n| recorder.tick(tick(n)));
         recorder.latch(fault(11));
         let device = (2..15).map(|n| TickMessage {
-            force_n: 1.0,
+            commanded_force_n: 1.0,
             ..tick(n)
         });
         recorder.fill(device);
         assert_eq!(ticks(&recorder), (0..15).collect::<Vec<_>>());
         assert_eq!(recorder.filled, [3, 4, 9, 12, 13, 14]);
         let from_device = recorder.ticks.iter().filter(
-            |tick| matches!(tick, AnyTick::One(tick) if (tick.force_n - 1.0).abs() < 1e-12),
+            |tick| matches!(tick, AnyTick::One(tick) if (tick.commanded_force_n - 1.0).abs() < 1e-12),
         );
         assert_eq!(from_device.count(), 6);
     }

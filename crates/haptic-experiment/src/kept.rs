@@ -10,14 +10,13 @@ use super::ended::{Ended, Fall, LetGo};
 use super::lateness::Lateness;
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
-use crate::failure::Failure;
 use fracdiff::Real;
-use haptic_log::record::{AnyTick, EndKind, Entry, LogReader, RunEnd, TickMessage};
+use haptic_log::record::flaw::{IMPOSSIBLE, LATE_FORCE};
+use haptic_log::record::{AnyTick, EndKind, RunEnd, TickMessage};
 use haptic_loop::Sample;
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
 use nalgebra::SVector;
-use std::path::PathBuf;
 
 /// Runs of up to so many samples are kept in memory.
 pub const WHOLE_MOST: u64 = 1_000_000;
@@ -31,8 +30,11 @@ pub struct KeptSample {
     pub time_s: f64,
     /// Position of the renderer as the loop read it, m.
     pub position_m: f64,
-    /// Force on the device as commanded, N.
+    /// Force on the device by which the run is judged, N: the one commanded in answer to this position where the device made that, else the
+    /// one that it made.
     pub force_n: f64,
+    /// Force that the device made in this tick, N.
+    pub applied_force_n: f64,
     /// Place of the indenter, m.
     pub indenter_position_m: f64,
     /// Force between indenter and renderer, N.
@@ -56,16 +58,34 @@ impl KeptSample {
         0.0 - self.force_n
     }
 
-    const fn of(message: &TickMessage) -> Self {
+    pub(super) const fn of(message: &TickMessage) -> Self {
         Self {
             tick: message.tick,
             time_s: message.time_s,
             position_m: message.position_m,
-            force_n: message.force_n,
+            force_n: judged_force(
+                (message.limiters, message.flaws),
+                message.commanded_force_n,
+                message.applied_force_n,
+            ),
+            applied_force_n: message.applied_force_n,
             indenter_position_m: message.indenter_position_m,
             contact_force_n: message.contact_force_n,
             limiters: message.limiters,
         }
+    }
+}
+
+/// The force by which a tick is judged: the one commanded in answer to its position, unless the device made another because its own chain
+/// limited, or because it had none of the newest answers. A log of forces that no device made would be judged as if it had.
+pub(super) const fn judged_force<T: Copy>(
+    (limiters, flaws): (u8, u8),
+    commanded: T,
+    applied: T,
+) -> T {
+    match (limiters, flaws & (LATE_FORCE | IMPOSSIBLE)) {
+        (0, 0) => commanded,
+        _ => applied,
     }
 }
 
@@ -80,10 +100,14 @@ pub struct Made<const D: usize> {
     pub position_m: SVector<f64, D>,
     /// Force that the environment wanted, N.
     pub environment_force_n: SVector<f64, D>,
-    /// Force on the device as commanded, N.
-    pub force_n: SVector<f64, D>,
+    /// Force commanded in answer to it, N.
+    pub commanded_force_n: SVector<f64, D>,
+    /// Force that the device made, N: in a loop on the host it answers an earlier position.
+    pub applied_force_n: SVector<f64, D>,
     /// Limiters that acted, bits.
     pub limiters: u8,
+    /// What is wrong with the tick, bits of [`flaw`](haptic_log::record::flaw).
+    pub flaws: u8,
     /// Energy that the guard observed, J; not a number without one.
     pub observed_energy_j: f64,
 }
@@ -91,13 +115,16 @@ pub struct Made<const D: usize> {
 impl<const D: usize> Made<D> {
     /// Of a loop of this program.
     fn by_loop<F: Real>(sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self {
+        let force_n = sample.force.newtons().map(F::to_f64);
         Self {
             tick: sample.reading.tick,
             time_s: sample.reading.time_s,
             position_m: sample.reading.position_m.map(F::to_f64),
             environment_force_n: sample.environment_force_n.map(F::to_f64),
-            force_n: sample.force.newtons().map(F::to_f64),
+            commanded_force_n: force_n,
+            applied_force_n: force_n,
             limiters: sample.limiters.bits(),
+            flaws: 0,
             observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
         }
     }
@@ -132,8 +159,10 @@ impl TickRecord for TickMessage {
             time_s: made.time_s,
             position_m: made.position_m[0],
             environment_force_n: made.environment_force_n[0],
-            force_n: made.force_n[0],
+            commanded_force_n: made.commanded_force_n[0],
+            applied_force_n: made.applied_force_n[0],
             limiters: made.limiters,
+            flaws: made.flaws,
             observed_energy_j: made.observed_energy_j,
             ..self
         }
@@ -303,8 +332,8 @@ impl Record {
         let ended = match self.ended {
             None => EndKind::Finished,
             // The log of a run that could not be written is cut: this does not reach it.
-            Some(Ended::Interrupted | Ended::LogStopped) => EndKind::Interrupted,
-            Some(Ended::Fault(_) | Ended::DeviceFault(_)) => EndKind::Fault,
+            Some(Ended::Interrupted | Ended::OtherLeft | Ended::LogStopped) => EndKind::Interrupted,
+            Some(Ended::Fault(_) | Ended::DeviceFault(_) | Ended::Impossible(_)) => EndKind::Fault,
             Some(Ended::LinkLost(_) | Ended::Silent) => EndKind::Link,
         };
         RunEnd {
@@ -330,7 +359,7 @@ impl Record {
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
         self.last = Some(sample);
-        self.after.fall.before(sample.tick, sample.force_n);
+        self.after.fall.before(sample.tick, sample.applied_force_n);
         if let Some(whole) = &mut self.whole {
             whole.push(sample);
         }
@@ -339,7 +368,7 @@ impl Record {
     /// Adds a sample that is in the log but no part of the result: the force is on its way to zero.
     pub(super) fn push_after<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();
-        let force_n = sample.force_n.abs();
+        let force_n = sample.applied_force_n.abs();
         self.falls(message);
         self.after.largest_n = self.after.largest_n.max(force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
@@ -354,53 +383,6 @@ impl Record {
     pub(super) fn falls<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();
         let fall = &mut self.after.fall;
-        fall.after(sample.tick, sample.time_s, sample.force_n);
-    }
-}
-
-/// Place of the samples of a run.
-#[derive(Clone, Copy, Debug)]
-pub enum Samples<'a> {
-    /// In memory.
-    Whole(&'a [KeptSample]),
-    /// In the files of the log, up to this tick.
-    Logged(&'a [PathBuf], u64),
-}
-
-impl<'a> Samples<'a> {
-    /// Those of a record whose log has these files.
-    #[must_use]
-    pub fn of(record: &'a Record, logs: &'a [PathBuf]) -> Self {
-        match (&record.whole, record.last) {
-            (Some(whole), _) => Self::Whole(whole),
-            (None, Some(last)) => Self::Logged(logs, last.tick),
-            (None, None) => Self::Whole(&[]),
-        }
-    }
-
-    /// One after the other.
-    ///
-    /// # Errors
-    /// A log that cannot be read.
-    pub fn for_each(
-        self,
-        mut take: impl FnMut(&KeptSample) -> Result<(), Failure>,
-    ) -> Result<(), Failure> {
-        match self {
-            Self::Whole(samples) => samples.iter().try_for_each(take),
-            Self::Logged(logs, last_tick) => {
-                for log in logs {
-                    for entry in LogReader::open(log)? {
-                        match entry? {
-                            Entry::Tick(message) if message.tick <= last_tick => {
-                                take(&KeptSample::of(&message))?;
-                            }
-                            _ => {}
-                        }
-                    }
-                }
-                Ok(())
-            }
-        }
+        fall.after(sample.tick, sample.time_s, sample.applied_force_n);
     }
 }

@@ -41,6 +41,7 @@ pub mod report;
 pub mod rt_check;
 pub mod run;
 pub mod safety;
+pub mod samples;
 pub mod schedule;
 pub mod sensed;
 pub mod settling;

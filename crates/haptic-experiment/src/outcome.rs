@@ -1,10 +1,11 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
 use super::judge::{LargestError, relative_error};
-use super::kept::{KeptSample, Record, Samples};
+use super::kept::{KeptSample, Record};
 use super::rendering::Rendering;
 use super::report::{Errors, Files, Report, RunReport};
 use super::run::Ran;
+use super::samples::Samples;
 use super::thinned::Thinned;
 use super::track::TOLERANCE;
 use super::warnings::Warnings;

@@ -163,7 +163,7 @@ pub(super) fn try_out<E: Environment<f64, 1>>(
     judge: &mut Judge,
 ) -> bool {
     simulate(controller, device, samples, &mut |tick| {
-        if judge.see(tick.time_s, tick.position_m, tick.force_n) {
+        if judge.see(tick.time_s, tick.position_m, tick.commanded_force_n) {
             ControlFlow::Continue(())
         } else {
             ControlFlow::Break(())

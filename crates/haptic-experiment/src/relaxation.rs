@@ -4,11 +4,12 @@
 //! force of the virtual tissue. That force is the result. Source: O. Tokatlı, *Fractional Order
 //! Control in Haptics*, figure 7.2.
 
-use super::kept::{KeptSample, Samples};
+use super::kept::KeptSample;
 use super::outcome::{Comparison, Judged, percent, publish};
 use super::rendering::Rendering;
 use super::report::Report;
 use super::run::{Ran, Supervisor};
+use super::samples::Samples;
 use super::track::Track;
 use crate::curves::{Published, Quantity, TheoryCurves};
 use crate::drive::DriveVerdict;

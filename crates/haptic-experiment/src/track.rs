@@ -3,7 +3,8 @@
 //! A run that is kept whole has it whole, by exact sums. A long one has it sample by sample, by an operator
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
-use super::kept::{KeptSample, Samples};
+use super::kept::KeptSample;
+use super::samples::Samples;
 use crate::failure::Failure;
 use crate::judge::Reference;
 use fracdiff::{Channel, Operator, Order, Seconds};

@@ -202,6 +202,13 @@ impl Warnings {
         let Some(link) = link else {
             return;
         };
+        if link.unanswered + link.forces_not_taken > 0 {
+            self.0.push(format!(
+                "of {} ticks of the device {} had no answer of its board, so their positions are old, and {} forces were not sent or not \
+                 confirmed: take a longer `sample_time_s`, a better cable or another USB port",
+                link.ticks, link.unanswered, link.forces_not_taken
+            ));
+        }
         let (from, to) = (link.from_device, link.to_device);
         let bad =
             |frames: FrameCounts| frames.corrupt + frames.lost + frames.duplicate + frames.late;

@@ -47,7 +47,7 @@ pub use limits::{Guard, GuardKind, Limits};
 pub use loop_mode::LoopMode;
 pub use report::Report;
 pub use request::{Request, Scope, Start};
-pub use sample::{BATCH_MAX, Batch, BatchItem, Flight, Sample};
+pub use sample::{BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, Sample, UNANSWERED};
 pub use sequence::{Arrival, OutOfOrder, RequestTracker, SequenceTracker};
 #[cfg(feature = "several-axes")]
 pub use several::{

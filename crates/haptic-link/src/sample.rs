@@ -6,7 +6,14 @@ use serde::{Deserialize, Serialize};
 /// Most samples in a [`Batch`].
 pub const BATCH_MAX: usize = 16;
 
-/// One tick. A frame of 31 bytes.
+/// Flaw of a tick: the board did not answer, so the position is that of an earlier tick.
+pub const UNANSWERED: u8 = 1;
+/// Flaw of a tick: nothing says that the board took the force of the tick before, so an older one may act.
+pub const NOT_TAKEN: u8 = 2;
+/// Flaw of a tick that no device tells: a host saw that its sample cannot be.
+pub const IMPOSSIBLE: u8 = 8;
+
+/// One tick. A frame of 32 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Sample {
     /// Number of the tick, from the start of the run, or from power-up before the first.
@@ -24,6 +31,8 @@ pub struct Sample {
     /// Limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 passivity guard.
     pub limiters: u8,
+    /// Flaws of the exchange with a board behind a line of its own, bits: [`UNANSWERED`], [`NOT_TAKEN`].
+    pub flaws: u8,
 }
 
 /// Consecutive sent ticks, at least one.
@@ -59,6 +68,7 @@ impl Batch {
                 environment_force_n: item.environment_force_n,
                 force_n: item.force_n,
                 limiters: item.limiters,
+                flaws: item.flaws,
             }
         })
     }
@@ -76,7 +86,7 @@ pub(crate) const fn later(
     )
 }
 
-/// A tick in a [`Batch`]: 13 bytes.
+/// A tick in a [`Batch`]: 14 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct BatchItem {
     /// Position, m.
@@ -87,6 +97,8 @@ pub struct BatchItem {
     pub force_n: f32,
     /// As in [`Sample`].
     pub limiters: u8,
+    /// As in [`Sample`].
+    pub flaws: u8,
 }
 
 impl From<Sample> for BatchItem {
@@ -97,6 +109,7 @@ impl From<Sample> for BatchItem {
             environment_force_n: sample.environment_force_n,
             force_n: sample.force_n,
             limiters: sample.limiters,
+            flaws: sample.flaws,
         }
     }
 }

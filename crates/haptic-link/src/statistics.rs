@@ -54,6 +54,12 @@ pub struct Statistics {
     /// Frames of a connection that the device does not know.
     #[serde(with = "postcard::fixint::le")]
     pub strangers: u32,
+    /// Ticks in which a board behind a line of its own did not answer.
+    #[serde(with = "postcard::fixint::le")]
+    pub unanswered: u32,
+    /// Forces of which nothing says that such a board took them.
+    #[serde(with = "postcard::fixint::le")]
+    pub forces_not_taken: u32,
 }
 
 impl Statistics {
@@ -78,6 +84,8 @@ impl Statistics {
             late: self.late.wrapping_sub(before.late),
             bytes_overrun: self.bytes_overrun.wrapping_sub(before.bytes_overrun),
             strangers: self.strangers.wrapping_sub(before.strangers),
+            unanswered: self.unanswered.wrapping_sub(before.unanswered),
+            forces_not_taken: self.forces_not_taken.wrapping_sub(before.forces_not_taken),
         }
     }
 }

@@ -41,7 +41,7 @@ fn ticks(
             tick: u64::from(tick),
             time_s: 1e-3 * f64::from(tick),
             position_m: f64::from(tick).sin(),
-            force_n: f64::from(tick).cos(),
+            commanded_force_n: f64::from(tick).cos(),
             ..TickMessage::default()
         })?;
         times.saturating_record(before.elapsed().as_nanos() as u64);

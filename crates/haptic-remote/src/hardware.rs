@@ -1,5 +1,6 @@
 //! Functions of a board that the device's end of the link needs.
 
+use crate::Exchange;
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading};
 
@@ -34,15 +35,9 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Takes over what was prepared, between two ticks. From then on ticks come at this period.
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32);
 
-    /// So many periods have passed without a tick since the last one.
-    fn skipped(&mut self, periods: u32) {
-        let _ = periods;
-    }
-
-    /// Periods up to now, skipped ones and others, that a position of the next [`read`](Device::read) may be older than one: it may have
-    /// moved further meanwhile, which is no jump.
-    fn unmeasured(&self) -> u32 {
-        0
+    /// The exchange with a board behind a line of its own; `None` where this is the board.
+    fn exchange(&mut self) -> Option<&mut Exchange> {
+        None
     }
 
     /// A run begins: a simulated plant goes back to its start.

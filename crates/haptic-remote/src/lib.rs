@@ -9,12 +9,14 @@ mod connections;
 mod conversation;
 #[cfg(all(feature = "std", unix))]
 pub mod emulator;
+mod exchange;
 #[cfg(feature = "std")]
 mod faulty_line;
 mod flight;
 mod hardware;
 #[cfg(feature = "std")]
 mod held_clock;
+mod impossible;
 mod limits;
 mod link_error;
 mod outbox;
@@ -33,10 +35,12 @@ mod tick_side;
 mod workspace;
 
 pub use conversation::{Conversation, HostCounters, Incoming};
+pub use exchange::Exchange;
 #[cfg(feature = "std")]
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
 pub use flight::FLIGHT_SAMPLES;
 pub use hardware::{Exclusive, Hardware};
+pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};
 pub use outbox::QUEUE_SAMPLES;

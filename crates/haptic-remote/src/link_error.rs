@@ -1,5 +1,6 @@
 //! Why a host cannot go on with a device, in one line each.
 
+use crate::Impossible;
 use core::fmt;
 use haptic_link::{FaultReport, Keys, LineCounters, Refusal};
 
@@ -48,6 +49,15 @@ pub enum LinkError {
     HeldUp {
         /// Waited, ms.
         waited_ms: u64,
+    },
+    /// A sample cannot be. The device was told to let go.
+    Impossible(Impossible),
+    /// The device tells of itself what cannot be.
+    Capability {
+        /// In words.
+        what: &'static str,
+        /// What it tells.
+        value: f32,
     },
     /// The line is gone.
     Gone,
@@ -102,6 +112,14 @@ impl fmt::Display for LinkError {
                 f,
                 "no sample came for {waited_ms} ms, though the device answers: this machine or the line was held \
                  up: close other programs on this machine, or take a better line"
+            ),
+            Self::Impossible(impossible) => write!(
+                f,
+                "the device told what cannot be, {impossible}, and was told to let go: look at its sensor and its firmware"
+            ),
+            Self::Capability { what, value } => write!(
+                f,
+                "the device tells of itself a {what} of {value}, which cannot be: flash its firmware anew"
             ),
             Self::Gone => f.write_str("the line is gone: look at the plug and the supply of the device"),
         }

@@ -19,6 +19,8 @@ pub struct Tick<const D: usize = 1> {
     pub force_n: [f32; D],
     /// Limiters that acted, bits as in [`Sample`].
     pub limiters: u8,
+    /// Flaws of the exchange with a board, bits as in [`Sample`].
+    pub flaws: u8,
 }
 
 impl<const D: usize> Tick<D> {
@@ -30,6 +32,7 @@ impl<const D: usize> Tick<D> {
         environment_force_n: [0.0; D],
         force_n: [0.0; D],
         limiters: 0,
+        flaws: 0,
     };
 
     /// What an axis did in it.
@@ -39,6 +42,7 @@ impl<const D: usize> Tick<D> {
             environment_force_n: self.environment_force_n[axis],
             force_n: self.force_n[axis],
             limiters: self.limiters,
+            flaws: self.flaws,
         }
     }
 
@@ -51,6 +55,7 @@ impl<const D: usize> Tick<D> {
             environment_force_n: self.environment_force_n[0],
             force_n: self.force_n[0],
             limiters: self.limiters,
+            flaws: self.flaws,
         }
     }
 

@@ -32,7 +32,7 @@ impl LogFigure<'_> {
             reference_m: &self.column(|tick| tick.reference_m),
             indenter_position_m: &self.column(|tick| tick.indenter_position_m),
             position_m: &self.column(|tick| tick.position_m),
-            force_n: &self.column(|tick| tick.force_n),
+            force_n: &self.column(|tick| tick.commanded_force_n),
             contact_force_n: &self.column(|tick| tick.contact_force_n),
         }
         .draw()
@@ -44,7 +44,7 @@ impl LogFigure<'_> {
         let [hand_x, hand_y] = [0, 1].map(|axis| self.axis(axis, |tick| tick.reference_m));
         let axes = self.vectors.first().map_or(0, VectorTick::axes);
         let force_n: Vec<Vec<f64>> = (0..axes)
-            .map(|axis| self.axis(axis, |tick| tick.force_n))
+            .map(|axis| self.axis(axis, |tick| tick.commanded_force_n))
             .collect();
         PlaneFigure {
             title: self.title,

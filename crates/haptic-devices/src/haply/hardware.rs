@@ -9,7 +9,7 @@ use super::plausible::Trouble;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause};
-use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, Exchange, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
@@ -132,12 +132,8 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
         self.planar.ticks_every(1e-6 * f64::from(tick_period_us));
     }
 
-    fn skipped(&mut self, periods: u32) {
-        self.planar.skipped(periods);
-    }
-
-    fn unmeasured(&self) -> u32 {
-        self.planar.unmeasured()
+    fn exchange(&mut self) -> Option<&mut Exchange> {
+        Some(self.planar.exchange())
     }
 
     fn restart(&mut self) {}

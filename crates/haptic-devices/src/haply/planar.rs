@@ -5,13 +5,14 @@ use super::model::Model;
 use super::plausible::{Trouble, judged};
 use super::protocol::{ANSWER_BYTES, TORQUE_MAX_NM, configuration, reset, resynchronise, torques};
 use haptic_loop::{Device, Reading, SafeForce};
+use haptic_remote::Exchange;
 use haptic_remote::serial::Line;
 use nalgebra::Vector2;
 use std::io::ErrorKind;
 use std::time::Duration;
 
 /// Ticks without a whole answer that are borne; the next is a fault.
-pub const LATE_MOST: u8 = 3;
+pub const LATE_MOST: u32 = 3;
 /// Part of a period that a tick waits for an answer.
 const WAITING: u32 = 4;
 /// Bytes that are looked at in a tick: more than ever are due.
@@ -36,12 +37,7 @@ pub struct Planar<L: Line> {
     filled: usize,
     /// Frames that were sent and whose answers have not come: one, and a second where the board was told to let go meanwhile.
     due: u8,
-    late: u8,
-    /// Periods without a tick since the last posture.
-    skipped: u32,
-    /// Periods without a posture before the last one. The board measures when it hears a frame, sooner than its answer is read: the
-    /// motion of a pause may show in the posture after it, or in the next.
-    before: u32,
+    exchange: Exchange,
     posture: Posture,
     tick: u64,
     trouble: Option<Trouble>,
@@ -61,9 +57,7 @@ impl<L: Line> Planar<L> {
             bytes: [0; ROOM],
             filled: 0,
             due: 0,
-            late: 0,
-            skipped: 0,
-            before: 0,
+            exchange: Exchange::default(),
             posture,
             tick: 0,
             trouble: None,
@@ -112,19 +106,9 @@ impl<L: Line> Planar<L> {
         }
     }
 
-    /// So many periods have passed without a tick: the handle may have gone on meanwhile.
-    pub(super) const fn skipped(&mut self, periods: u32) {
-        self.skipped = self.skipped.saturating_add(periods);
-    }
-
-    /// Periods without a posture since the last one.
-    const fn paused(&self) -> u32 {
-        self.skipped.saturating_add(self.late as u32)
-    }
-
-    /// Periods beyond one between the moments of the last posture and of the next, at most.
-    pub(super) const fn unmeasured(&self) -> u32 {
-        self.paused().saturating_add(self.before)
+    /// What of the exchange of frames came through.
+    pub(super) const fn exchange(&mut self) -> &mut Exchange {
+        &mut self.exchange
     }
 
     /// Takes in what came, and judges it.
@@ -151,10 +135,10 @@ impl<L: Line> Planar<L> {
             return Ok(());
         }
         if self.filled < expected {
-            self.late += 1;
-            if self.late > LATE_MOST {
+            let ticks = self.exchange.unanswered();
+            if ticks > LATE_MOST {
                 return Err(Trouble::Silent {
-                    ticks: self.late,
+                    ticks,
                     bytes: self.filled as u8,
                 });
             }
@@ -162,11 +146,11 @@ impl<L: Line> Planar<L> {
         }
         let mut answer = [0; ANSWER_BYTES];
         answer.copy_from_slice(&self.bytes[expected - ANSWER_BYTES..expected]);
-        let passed_s = (1.0 + f64::from(self.unmeasured())) * self.period_s;
+        let passed_s = (1.0 + f64::from(self.exchange.unmeasured())) * self.period_s;
         let (_, posture) = judged(&self.model, answer, Some((&self.posture, passed_s)))?;
         self.posture = posture;
-        self.before = self.paused();
-        (self.filled, self.due, self.late, self.skipped) = (0, 0, 0, 0);
+        self.exchange.answered();
+        (self.filled, self.due) = (0, 0);
         Ok(())
     }
 
@@ -192,6 +176,7 @@ impl<L: Line> Planar<L> {
             return Err(trouble);
         }
         self.tick += 1;
+        self.exchange.sent(self.due == 0);
         if self.due > 0 {
             return Ok(());
         }

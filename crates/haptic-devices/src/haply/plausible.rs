@@ -25,7 +25,7 @@ pub enum Trouble {
     )]
     Silent {
         /// Ticks.
-        ticks: u8,
+        ticks: u32,
         /// Bytes that did come.
         bytes: u8,
     },

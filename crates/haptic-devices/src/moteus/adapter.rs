@@ -87,11 +87,11 @@ impl<S: Read + Write> Adapter<S> {
         &mut self.stream
     }
 
-    /// Sends a frame. While the port has no room for the rest of the last one, this one is dropped.
-    pub(super) fn send(&mut self, frame: &CanFdFrame) -> Result<(), Gone> {
+    /// Sends a frame. While the port has no room for the rest of the last one, this one is dropped: false.
+    pub(super) fn send(&mut self, frame: &CanFdFrame) -> Result<bool, Gone> {
         self.push()?;
         if !self.unsent.is_empty() {
-            return Ok(());
+            return Ok(false);
         }
         let options = EncodeOptions {
             checksum: self.checksums != Checksums::Unknown,
@@ -100,7 +100,8 @@ impl<S: Read + Write> Adapter<S> {
         // The longest frame fits.
         let length = fdcanusb::encode_can_send(frame, &options, &mut self.sent).unwrap_or(0);
         self.unsent = 0..length;
-        self.push()
+        self.push()?;
+        Ok(true)
     }
 
     /// Hands over what the port takes now.

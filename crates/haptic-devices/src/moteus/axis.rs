@@ -15,7 +15,7 @@ use super::trouble::{Instead, Trouble};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, ServedHardware};
-use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, Exchange, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
@@ -50,12 +50,7 @@ pub struct MoteusAxis<S: Read + Write> {
     /// Place of x = 0, revolutions.
     zero_rev: f64,
     newest: Reply,
-    /// Ticks in a row without an answer.
-    lost: u32,
-    /// Periods without a tick since the last answer.
-    skipped: u32,
-    /// Periods without an answer before the last one: the servo measures sooner than its answer is read.
-    before: u32,
+    exchange: Exchange,
     instead: Instead,
     /// Frames in a row that asked for a torque; 0 while stopped.
     driven: u32,
@@ -89,9 +84,7 @@ impl<S: Read + Write> MoteusAxis<S> {
                 torque_nm: 0.0,
                 fault: 0,
             },
-            lost: 0,
-            skipped: 0,
-            before: 0,
+            exchange: Exchange::default(),
             instead: Instead::default(),
             driven: 0,
             tick: 0,
@@ -175,19 +168,19 @@ impl<S: Read + Write> MoteusAxis<S> {
             }
         }
         if answered {
-            self.before = self.paused();
-            (self.lost, self.skipped, self.instead) = (0, 0, Instead::default());
+            self.exchange.answered();
+            self.instead = Instead::default();
             return if self.driven > 0 {
                 self.judge_mode(self.driven > PREPARING_MOST)
             } else {
                 Ok(())
             };
         }
-        self.lost = self.lost.saturating_add(1);
-        if self.lost < self.settings.lost_most {
+        let lost = self.exchange.unconfirmed();
+        if lost < self.settings.lost_most {
             return Ok(());
         }
-        Err(self.silent(self.lost))
+        Err(self.silent(lost))
     }
 
     /// The answer in a line; everything else is counted.
@@ -222,16 +215,11 @@ impl<S: Read + Write> MoteusAxis<S> {
         }
     }
 
-    /// Periods without an answer since the last one.
-    const fn paused(&self) -> u32 {
-        self.lost.saturating_add(self.skipped)
-    }
-
     /// Whether a position can have been reached since the last one.
     fn believed(&mut self, reply: &Reply) -> bool {
         let speed = reply.velocity_rev_per_s.abs();
         let fastest = f64::from(speed.max(self.newest.velocity_rev_per_s.abs()));
-        let passed_s = self.period_s * (1.0 + f64::from(self.unmeasured()));
+        let passed_s = self.period_s * (1.0 + f64::from(self.exchange.unmeasured()));
         let step = f64::from(reply.position_rev) - f64::from(self.newest.position_rev);
         let believed =
             speed <= SPEED_MOST_REV_PER_S && step.abs() <= STEP_MOST_REV + 2.0 * fastest * passed_s;
@@ -282,7 +270,8 @@ impl<S: Read + Write> MoteusAxis<S> {
     fn let_go(&mut self) {
         self.driven = 0;
         // Repeated at the next tick; a port that is gone is noticed when it is read.
-        let _ = self.adapter.send(&self.frames.stop());
+        let went_out = self.adapter.send(&self.frames.stop());
+        self.exchange.sent(went_out.is_ok_and(|went_out| went_out));
     }
 }
 
@@ -303,7 +292,13 @@ impl<S: Read + Write> Device<f32, 1> for MoteusAxis<S> {
         self.tick += 1;
         self.driven = self.driven.saturating_add(1);
         let frame = self.frames.drive(torque_nm.clamp(-most, most));
-        (self.adapter.send(&frame)).map_err(|Gone| self.failed(Trouble::Gone))
+        match self.adapter.send(&frame) {
+            Ok(went_out) => {
+                self.exchange.sent(went_out);
+                Ok(())
+            }
+            Err(Gone) => Err(self.failed(Trouble::Gone)),
+        }
     }
 }
 
@@ -340,12 +335,8 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
         self.period_s = f64::from(tick_period_us) * 1e-6;
     }
 
-    fn skipped(&mut self, periods: u32) {
-        self.skipped = self.skipped.saturating_add(periods);
-    }
-
-    fn unmeasured(&self) -> u32 {
-        self.paused().saturating_add(self.before)
+    fn exchange(&mut self) -> Option<&mut Exchange> {
+        Some(&mut self.exchange)
     }
 
     fn restart(&mut self) {
@@ -363,7 +354,7 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
-        let silent = self.lost >= self.settings.lost_most;
+        let silent = self.exchange.silent_ticks() >= self.settings.lost_most;
         (silent || self.newest.is_in(Mode::Fault)).then_some(Fault::BoardFailed)
     }
 }

@@ -16,7 +16,9 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
         anyhow::anyhow!("{path}: {text}")
     };
     match error {
-        SerialError::Link(LinkError::Faulted(_)) => Failure::Run(error_at),
+        SerialError::Link(LinkError::Faulted(_) | LinkError::Impossible(_)) => {
+            Failure::Run(error_at)
+        }
         _ => Failure::Device(error_at),
     }
 }

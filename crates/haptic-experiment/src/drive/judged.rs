@@ -192,6 +192,7 @@ mod tests {
                     time_s: reading.time_s,
                     position_m: reading.position_m[0],
                     force_n,
+                    applied_force_n: force_n,
                     indenter_position_m: seen.indenter_position_m,
                     contact_force_n: seen.contact_force_n,
                     limiters: 0,

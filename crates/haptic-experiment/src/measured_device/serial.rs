@@ -75,7 +75,10 @@ fn driven(
     let watchdog = Duration::from_millis(u64::from(remote.watchdog_ms()));
     link.arm(watchdog).map_err(problem)?;
     link.start(Start::ENDLESS).map_err(problem)?;
-    let mut applied = |link: &SerialLink, _sent: f64| f64::from(link.newest_force_n()[0]);
+    let mut applied = |link: &SerialLink, _sent: f64| {
+        let axis = link.newest().axes.first();
+        axis.map_or(0.0, |axis| f64::from(axis.force_n))
+    };
     let driven = drive(plan, link, &mut applied, progress, stop);
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();

@@ -2,9 +2,10 @@
 
 use crate::failure::Failure;
 use crate::judge::{Compared, Reference};
-use crate::kept::{KeptSample, Record, Samples};
+use crate::kept::{KeptSample, Record};
 use crate::report::Files;
 use crate::run::Ran;
+use crate::samples::Samples;
 use crate::thinned::Thinned;
 use fracdiff::Order;
 use fracdiff::full_memory::Kernel;

@@ -29,6 +29,13 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             // Errors that only opening can meet; this port was open.
             _ => LinkError::Gone,
         };
+        if let LinkError::Impossible(what) = error {
+            self.keep_impossible();
+            self.ends(Ended::Impossible(what), "fault");
+            // It was told to let go: how the force falls.
+            let _ = self.hear_out();
+            return;
+        }
         self.deaf |= matches!(error, LinkError::NoAnswer { .. });
         let unheard = matches!(
             error,
@@ -48,6 +55,19 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             Last::Over => {}
             Last::Fault(report) => self.ends_unasked(Ended::DeviceFault(report), "fault"),
             Last::Nothing => self.ends_unasked(Ended::LinkLost(error), "link"),
+        }
+    }
+
+    /// The sample that cannot be is in the log, as what it is, and no part of the result.
+    fn keep_impossible(&mut self) {
+        let message = self
+            .link
+            .impossible()
+            .and_then(|sample| self.message(sample));
+        if let Some(message) = message {
+            self.gap(message.logged().tick());
+            // A recorder that has ended is seen when it is closed.
+            let _ = self.recorder.tick(message.logged());
         }
     }
 

@@ -105,7 +105,6 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             (supervisor.warn)(&text);
         }
         describe_limits(&configuration.limits, &mut self.metadata);
-        let force_limit_n = f64::from(configuration.limits.force_n);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
         link.set_run(configuration, &self.law.operator.1, workspace.as_ref())
             .map_err(problem)?;
@@ -136,7 +135,6 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             record,
             samples_lost: 0,
             next_tick: 0,
-            force_limit_n,
             preflight,
             over: false,
             deaf: false,

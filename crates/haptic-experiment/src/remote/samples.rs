@@ -21,6 +21,12 @@ pub fn blank(reference_m: f64) -> TickMessage {
     }
 }
 
+/// Force that the device made in a sample, N.
+pub(super) fn applied_n<const D: usize>(sample: &VectorSample) -> SVector<f64, D> {
+    let force_n = |axis: usize| sample.axes.get(axis).map_or(0.0, |axis| axis.force_n);
+    SVector::from_fn(|axis, _| f64::from(force_n(axis)))
+}
+
 impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
     /// device tells of a run that its fault has ended: it came because it was asked for.
@@ -30,7 +36,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         };
         let tick = u64::from(sample.tick);
         if let Some(last) = self.last_told() {
-            let falls = !self.record.has_fallen() && message.kept().force_n != 0.0;
+            let falls = !self.record.has_fallen() && message.kept().applied_force_n != 0.0;
             // The next tick is none of those between, in which the device was not asked yet.
             if tick > last && tick != self.next_tick && !falls {
                 self.came_until(last);
@@ -80,8 +86,10 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             environment_force_n: SVector::from_fn(|axis, _| {
                 f64::from(axes[axis].environment_force_n)
             }),
-            force_n: SVector::from_fn(|axis, _| f64::from(axes[axis].force_n)),
+            commanded_force_n: applied_n(sample),
+            applied_force_n: applied_n(sample),
             limiters: axes[0].limiters,
+            flaws: axes[0].flaws,
             observed_energy_j: f64::NAN,
         };
         Some((self.blank)(made.time_s).of(&made))
@@ -143,7 +151,15 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             let seen = match ended {
                 Ended::Fault(fault) => Some((fault.code(), self.next_tick.saturating_sub(1))),
                 Ended::DeviceFault(report) => Some((report.status.fault, u64::from(report.tick))),
-                Ended::Interrupted | Ended::LinkLost(_) | Ended::Silent | Ended::LogStopped => None,
+                // It is a fault of the device, though it says of none.
+                Ended::Impossible(what) => {
+                    Some((Fault::BoardFailed.code(), u64::from(what.tick())))
+                }
+                Ended::Interrupted
+                | Ended::LinkLost(_)
+                | Ended::Silent
+                | Ended::OtherLeft
+                | Ended::LogStopped => None,
             };
             if let Some((code, tick)) = seen {
                 let known = Fault::from_code(code).map(|fault| fault.to_string());
@@ -159,5 +175,22 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 .recorder
                 .event(time_s, kind, ended.reason(self.record.lateness));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use haptic_log::record::flaw;
+
+    #[test]
+    fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
+        let wire = [
+            haptic_link::UNANSWERED,
+            haptic_link::NOT_TAKEN,
+            haptic_link::IMPOSSIBLE,
+        ];
+        let log = [flaw::UNANSWERED, flaw::NOT_TAKEN, flaw::IMPOSSIBLE];
+        assert_eq!(wire, log);
+        assert!(!wire.contains(&flaw::LATE_FORCE));
     }
 }

@@ -7,11 +7,13 @@ use crate::folder::OutputFolder;
 use crate::kept::{Made, Record, TickRecord};
 use crate::preflight::PreflightVerdict;
 use crate::recorder::{Recorded, Recorder};
+use crate::remote::samples::applied_n;
 use crate::remote::summary::{flat, summarise};
 use crate::run::{Ran, Supervisor, close};
 use crate::schedule::Schedule;
 use fracdiff::Real;
 use haptic_link::{EventKind, LoopMode, Refusal, Report, Request, Start, State, Statistics};
+use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime};
 use haptic_loop::realtime::RaisedThread;
 use haptic_loop::{Controller, Environment, StartRefused};
@@ -38,8 +40,6 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) record: Record,
     pub(super) samples_lost: u64,
     pub(super) next_tick: u64,
-    /// Largest force that the device makes in this run, N.
-    pub(super) force_limit_n: f64,
     pub(super) preflight: Option<PreflightVerdict>,
     /// The device has said that the run is over, or its newest sample that there is no force any more.
     pub(super) over: bool,
@@ -208,14 +208,19 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             let tick = reading.tick;
             let counted = self.counts(tick);
             self.gap(tick);
+            let newest = self.link.newest().axes.first();
+            let (newest_limiters, newest_flaws) =
+                newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
             let made = Made {
                 tick,
                 time_s: reading.time_s,
                 position_m: reading.position_m.map(F::to_f64),
                 environment_force_n: done.environment_force_n.map(F::to_f64),
-                force_n: self.applied_n(done.force.newtons().map(F::to_f64), counted),
+                commanded_force_n: done.force.newtons().map(F::to_f64),
+                applied_force_n: applied_n(self.link.newest()),
                 // The device limits what it is sent once more.
-                limiters: done.limiters.bits() | self.link.newest_limiters(),
+                limiters: done.limiters.bits() | newest_limiters,
+                flaws: newest_flaws | if self.link.follows() { 0 } else { LATE_FORCE },
                 observed_energy_j: f64::NAN,
             };
             let message = (self.blank)(reading.time_s).of(&made);
@@ -241,22 +246,10 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         self.link.disarm()
     }
 
-    /// The force of a tick, N: the one commanded in answer to it, within the device's limit. Where the device's own chain
-    /// limits, where it has none of the newest answers, or the tick does not count any more, the one it really applied: nobody
-    /// knows if what is sent then is heard. A log of forces that no device made would be judged as if it had.
-    fn applied_n(&self, commanded_n: SVector<f64, D>, counted: bool) -> SVector<f64, D> {
-        if counted && self.link.newest_limiters() == 0 && self.link.follows() {
-            commanded_n.cap_magnitude(self.force_limit_n)
-        } else {
-            let newest = self.link.newest_force_n();
-            SVector::from_fn(|axis, _| f64::from(newest[axis]))
-        }
-    }
-
     /// True if there was no force in the newest sample.
     fn applies_none(&self) -> bool {
-        let newest = self.link.newest_force_n();
-        newest.iter().take(D).all(|&force_n| force_n == 0.0)
+        let applied_n: SVector<f64, D> = applied_n(self.link.newest());
+        applied_n.iter().all(|&force_n| force_n == 0.0)
     }
 
     /// Asks for every n-th tick while nothing runs; 0 for none.

@@ -26,6 +26,10 @@ pub struct LinkSummary {
     pub samples_dropped_on_device: u32,
     /// Ticks of a host loop without a new force.
     pub stale_forces: u32,
+    /// Ticks in which a board of another maker did not answer: their positions are those of earlier ones.
+    pub unanswered: u32,
+    /// Forces of which nothing says that such a board took them.
+    pub forces_not_taken: u32,
     /// Forces that found no room here.
     pub forces_dropped: u64,
     /// Forces that were not sent because a newer sample had come already.
@@ -122,6 +126,8 @@ pub(super) fn summarise(
         samples_dropped: report.samples_dropped,
         samples_dropped_on_device: counted.samples_dropped,
         stale_forces: counted.stale_forces,
+        unanswered: counted.unanswered,
+        forces_not_taken: counted.forces_not_taken,
         forces_dropped: report.forces_dropped,
         forces_skipped: report.forces_skipped,
         device_answered,

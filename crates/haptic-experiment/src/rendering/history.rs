@@ -2,7 +2,7 @@
 
 use super::specification::Rendering;
 use crate::failure::Failure;
-use crate::kept::Samples;
+use crate::samples::Samples;
 use crate::track::Track;
 use fracdiff::Seconds;
 

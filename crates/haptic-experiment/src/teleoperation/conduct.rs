@@ -65,9 +65,11 @@ fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
         indenter_position_m: slave.position_m,
         position_m: master.position_m,
         environment_force_n: master.wanted_n,
-        force_n: master.force_n,
+        commanded_force_n: master.force_n,
+        applied_force_n: master.force_n,
         contact_force_n: 0.0 - slave.outside_n,
         limiters: master.limiters.bits() | slave.limiters.bits(),
+        flaws: 0,
         observed_energy_j: 0.0 - tick.given_j,
     }
 }

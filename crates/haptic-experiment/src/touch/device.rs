@@ -1,7 +1,7 @@
 //! The device in the hand, and what is told of each of its ticks.
 
 use super::hand::{Grip, HandPath};
-use crate::kept::{KeptSample, Made, TickRecord};
+use crate::kept::{KeptSample, Made, TickRecord, judged_force};
 use crate::simulate::Instrumented;
 use fracdiff::Real;
 use haptic_log::record::{AnyTick, PerAxis, VectorTick};
@@ -158,8 +158,10 @@ impl<const D: usize> TickRecord<D> for TouchTick<D> {
                 time_s: made.time_s,
                 position_m: per_axis(&made.position_m),
                 environment_force_n: per_axis(&made.environment_force_n),
-                force_n: per_axis(&made.force_n),
+                commanded_force_n: per_axis(&made.commanded_force_n),
+                applied_force_n: per_axis(&made.applied_force_n),
                 limiters: made.limiters,
+                flaws: made.flaws,
                 observed_energy_j: made.observed_energy_j,
                 ..self.tick
             },
@@ -174,11 +176,14 @@ impl<const D: usize> TickRecord<D> for TouchTick<D> {
     /// Along the normal: depth, and the force that is opposed to it.
     fn kept(&self) -> KeptSample {
         let tick = &self.tick;
+        let acted = (tick.limiters, tick.flaws);
+        let force_n = judged_force(acted, tick.commanded_force_n, tick.applied_force_n);
         KeptSample {
             tick: tick.tick,
             time_s: tick.time_s,
             position_m: depth(&self.shape, tick.position_m.as_slice()),
-            force_n: 0.0 - tick.force_n.norm(),
+            force_n: 0.0 - force_n.norm(),
+            applied_force_n: 0.0 - tick.applied_force_n.norm(),
             indenter_position_m: depth(&self.shape, tick.indenter_position_m.as_slice()),
             contact_force_n: tick.contact_force_n.norm(),
             limiters: tick.limiters,

@@ -8,7 +8,7 @@ use super::specification::TouchExperiment;
 use crate::curves::Origin;
 use crate::failure::Failure;
 use crate::judge::{Compared, Reference, full_history};
-use crate::kept::{KeptSample, Record};
+use crate::kept::{KeptSample, Record, judged_force};
 use crate::modelled::memory;
 use crate::outcome::origin;
 use crate::pushed::{Seen, incomparable};
@@ -18,7 +18,7 @@ use crate::run::Ran;
 use crate::safety::GuardChoice;
 use crate::thinned::Thinned;
 use crate::warnings::Warnings;
-use haptic_log::record::{AXES, Entry, LogReader, VectorTick, column};
+use haptic_log::record::{AXES, Entry, LogReader, PerAxis, VectorTick, column};
 use haptic_loop::Limiters;
 use std::f64::consts::TAU;
 
@@ -251,7 +251,7 @@ impl TouchExperiment {
                 };
                 let depth_m = depth(&shape, tick.position_m.as_slice());
                 let mut row = vec![tick.time_s];
-                for vector in [tick.reference_m, tick.position_m, tick.force_n] {
+                for vector in [tick.reference_m, tick.position_m, force_n(&tick)] {
                     row.extend_from_slice(vector.as_slice());
                 }
                 row.push(depth_m);
@@ -315,11 +315,20 @@ impl TouchExperiment {
     }
 }
 
+/// The force by which a tick is judged, N.
+const fn force_n(tick: &VectorTick) -> PerAxis {
+    judged_force(
+        (tick.limiters, tick.flaws),
+        tick.commanded_force_n,
+        tick.applied_force_n,
+    )
+}
+
 /// The values of a tick that are drawn.
 fn drawn(tick: &VectorTick, depth_m: f64) -> [f64; CURVES] {
     let axis = |vector: &[f64], axis: usize| vector.get(axis).copied().unwrap_or(0.0);
     let (hand, place) = (tick.reference_m, tick.position_m);
-    let (hand, place, force) = (hand.as_slice(), place.as_slice(), tick.force_n);
+    let (hand, place, force) = (hand.as_slice(), place.as_slice(), force_n(tick));
     let force = force.as_slice();
     [
         axis(hand, 0),

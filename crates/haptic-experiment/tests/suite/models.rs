@@ -50,7 +50,7 @@ fn hold_errors(relaxation: &Relaxation) -> [f64; 2] {
     let (mut worst, mut compared, mut peak) = ([0.0; 2], 0, 0.0);
     let half = 0.5 * relaxation.rendering.sample_time_s;
     let reached = relaxation.simulate(&mut |sample| {
-        let force = -sample.force_n;
+        let force = -sample.commanded_force_n;
         peak = f64::max(peak, force);
         if sample.time_s >= 1.1 && sample.tick.is_multiple_of(100) {
             let want = relaxation.closed_form(sample.time_s);

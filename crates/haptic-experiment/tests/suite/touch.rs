@@ -93,11 +93,14 @@ fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {
         assert_eq!(ticks.len(), one.len());
         for (tick, one) in ticks.iter().zip(&one) {
             let last = axes - 1;
-            let (place, force) = (tick.position_m.as_slice(), tick.force_n.as_slice());
+            let (place, force) = (
+                tick.position_m.as_slice(),
+                tick.commanded_force_n.as_slice(),
+            );
             assert!(place[..last].iter().all(|x| *x == 0.0));
             // The depth, R − |x − c|, is rounded to that of R.
             assert_close("place", place[last], one.position_m, 1e-13);
-            assert_close("force", force[last], one.force_n, 1e-11);
+            assert_close("force", force[last], one.commanded_force_n, 1e-11);
         }
         let deepest = one.iter().map(|tick| tick.position_m).fold(0.0, f64::max);
         assert_close("depth", report.largest_depth_m, deepest, 1e-13);
@@ -124,7 +127,11 @@ fn turning_the_edge_and_the_path_turns_the_force() {
     let mut most = 0.0_f64;
     for (straight, turned) in straight.iter().zip(&turned) {
         for (what, straight, turned) in [
-            ("force", straight.force_n, turned.force_n),
+            (
+                "force",
+                straight.commanded_force_n,
+                turned.commanded_force_n,
+            ),
             ("place", straight.position_m, turned.position_m),
         ] {
             let (straight, turned) = (straight.as_slice(), turned.as_slice());
@@ -133,7 +140,7 @@ fn turning_the_edge_and_the_path_turns_the_force() {
             assert_close(what, turned[0], want[0], 1e-12);
             assert_close(what, turned[1], want[1], 1e-12);
         }
-        most = most.max(straight.force_n.norm());
+        most = most.max(straight.commanded_force_n.norm());
     }
     assert!(most > 0.3, "it was touched: {most} N");
 }
@@ -186,10 +193,13 @@ fn a_finger_round_a_disc_is_held_against_the_full_history() {
     // Outwards along the normal, all the way round.
     let mut quarters = [false; 4];
     for tick in &ticks {
-        let (place, force) = (tick.position_m.as_slice(), tick.force_n.as_slice());
+        let (place, force) = (
+            tick.position_m.as_slice(),
+            tick.commanded_force_n.as_slice(),
+        );
         let across = place[0] * force[1] - place[1] * force[0];
         assert!(across.abs() < 1e-13, "{place:?} {force:?}");
-        if tick.force_n.norm() > 0.1 {
+        if tick.commanded_force_n.norm() > 0.1 {
             assert!(place[0] * force[0] + place[1] * force[1] > 0.0);
             quarters[2 * usize::from(force[0] > 0.0) + usize::from(force[1] > 0.0)] = true;
         }

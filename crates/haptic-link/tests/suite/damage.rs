@@ -116,6 +116,7 @@ fn report(random: &mut Random) -> Report {
                 environment_force_n: random.force(),
                 force_n: random.force(),
                 limiters: 0,
+                flaws: 0,
             });
             Report::Batch(Batch {
                 tick,
@@ -131,6 +132,7 @@ fn report(random: &mut Random) -> Report {
             environment_force_n: random.force(),
             force_n: random.force(),
             limiters: 1,
+            flaws: 1,
         }),
     }
 }

@@ -24,6 +24,7 @@ pub(crate) fn sample() -> Sample {
         environment_force_n: -2.5,
         force_n: 3.5,
         limiters: 9,
+        flaws: 3,
     }
 }
 
@@ -163,6 +164,7 @@ pub(crate) fn extreme_batch() -> Batch {
         environment_force_n: f32::INFINITY,
         force_n: f32::NAN,
         limiters: u8::MAX,
+        flaws: u8::MAX,
     };
     Batch {
         tick: u32::MAX,
@@ -178,6 +180,7 @@ pub(crate) fn batch(count: usize) -> Batch {
         environment_force_n: n as f32 + 100.5,
         force_n: n as f32 + 200.5,
         limiters: n as u8,
+        flaws: (n as u8).wrapping_add(1),
     };
     Batch {
         tick: 0x0403_0201,
@@ -205,6 +208,8 @@ pub(crate) fn statistics() -> Statistics {
         late: 14,
         bytes_overrun: 15,
         strangers: 16,
+        unanswered: 17,
+        forces_not_taken: 18,
     }
 }
 

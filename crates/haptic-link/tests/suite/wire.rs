@@ -43,15 +43,16 @@ fn a_sample_is_a_packed_structure_in_a_frame_of_at_most_32_bytes() {
         environment_force_n: -2.0,
         force_n: 0.5,
         limiters: 3,
+        flaws: 1,
     };
     let line = line(&Report::Sample(sample), 0x0a09, Direction::FromDevice);
     assert!(line.len() <= 32, "{} bytes", line.len());
-    assert_eq!(line.len(), 31);
+    assert_eq!(line.len(), 32);
     let mut expected = vec![0x82, 9, 10, 5, 1, 2, 3, 4, 5, 6, 7, 8];
     for value in [1.0_f32, -2.0, 0.5] {
         expected.extend_from_slice(&value.to_le_bytes());
     }
-    expected.push(3);
+    expected.extend([3, 1]);
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&expected);
     expected.extend_from_slice(&crc.to_le_bytes());
     assert_eq!(content(&line), expected);

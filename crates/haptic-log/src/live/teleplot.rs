@@ -19,14 +19,16 @@ const VALUE_BYTES: usize = 34;
 type Field = (&'static str, &'static str, fn(&TickMessage) -> f64);
 
 /// Fields of a sample that are sent.
-const FIELDS: [Field; 8] = [
+const FIELDS: [Field; 10] = [
     ("reference_m", "m", |tick| tick.reference_m),
     ("indenter_position_m", "m", |tick| tick.indenter_position_m),
     ("position_m", "m", |tick| tick.position_m),
     ("environment_force_n", "N", |tick| tick.environment_force_n),
-    ("force_n", "N", |tick| tick.force_n),
+    ("commanded_force_n", "N", |tick| tick.commanded_force_n),
+    ("applied_force_n", "N", |tick| tick.applied_force_n),
     ("contact_force_n", "N", |tick| tick.contact_force_n),
     ("limiters", "", |tick| f64::from(tick.limiters)),
+    ("flaws", "", |tick| f64::from(tick.flaws)),
     ("observed_energy_j", "J", |tick| tick.observed_energy_j),
 ];
 
@@ -68,6 +70,7 @@ fn lines(axes: usize) -> Vec<Line> {
     });
     let rest = [
         Line::new("limiters", ""),
+        Line::new("flaws", ""),
         Line::new("observed_energy_j", "J"),
     ];
     vectors.chain(rest).collect()
@@ -199,7 +202,8 @@ impl Live for Teleplot {
     fn vector_tick(&mut self, message: &VectorTick) {
         let vectors = VectorTick::VECTORS.map(|(_, field)| field(message));
         let values = vectors.iter().flat_map(|vector| vector.as_slice());
-        let rest = [f64::from(message.limiters), message.observed_energy_j];
+        let bits = [message.limiters, message.flaws].map(f64::from);
+        let rest = bits.into_iter().chain([message.observed_energy_j]);
         self.sample(message.axes(), message.time_s, values.copied().chain(rest));
     }
 
@@ -256,7 +260,7 @@ mod tests {
         teleplot.tick(&TickMessage {
             time_s: 0.0005,
             position_m: 1e-3,
-            force_n: -0.25,
+            commanded_force_n: -0.25,
             environment_force_n: f64::NAN,
             limiters: 9,
             observed_energy_j: f64::NAN,
@@ -268,9 +272,11 @@ mod tests {
             "reference_m:1700000000000.5:0.000000e0§m\n\
              indenter_position_m:1700000000000.5:0.000000e0§m\n\
              position_m:1700000000000.5:1.000000e-3§m\n\
-             force_n:1700000000000.5:-2.500000e-1§N\n\
+             commanded_force_n:1700000000000.5:-2.500000e-1§N\n\
+             applied_force_n:1700000000000.5:0.000000e0§N\n\
              contact_force_n:1700000000000.5:0.000000e0§N\n\
-             limiters:1700000000000.5:9.000000e0\n"
+             limiters:1700000000000.5:9.000000e0\n\
+             flaws:1700000000000.5:0.000000e0\n"
         );
     }
 
@@ -285,7 +291,8 @@ mod tests {
             indenter_position_m: long,
             position_m: long,
             environment_force_n: long,
-            force_n: [0.5, -0.25, 1.0].into(),
+            commanded_force_n: [0.5, -0.25, 1.0].into(),
+            applied_force_n: long,
             contact_force_n: long,
             observed_energy_j: -f64::MIN_POSITIVE,
             ..VectorTick::at_rest(3)
@@ -293,9 +300,9 @@ mod tests {
         teleplot.vector_tick(&tick);
         assert_eq!(Box::new(teleplot).finish(), None);
         let datagram = receive(&viewer);
-        assert_eq!(datagram.lines().count(), 20);
+        assert_eq!(datagram.lines().count(), 24);
         assert!(
-            datagram.contains("\nforce_y_n:1700000000001.001:-2.500000e-1§N\n"),
+            datagram.contains("\ncommanded_force_y_n:1700000000001.001:-2.500000e-1§N\n"),
             "{datagram}"
         );
     }
@@ -312,9 +319,11 @@ mod tests {
                 indenter_position_m: long,
                 position_m: long,
                 environment_force_n: long,
-                force_n: long,
+                commanded_force_n: long,
+                applied_force_n: long,
                 contact_force_n: long,
                 limiters: 15,
+                flaws: 15,
                 observed_energy_j: long,
             });
         }
@@ -331,8 +340,8 @@ mod tests {
             }
             points += datagram.matches(['§']).count() + datagram.matches(';').count();
         }
-        // Eight values of each of the 40 samples; the limiters have no unit.
-        assert!(points > 7 * 40, "{points}");
+        // Nine values of each of the 40 samples; limiters and flaws have no unit.
+        assert!(points > 8 * 40, "{points}");
 
         // One sample, then another that closes the interval.
         for time_s in [2.0, 2.001 + INTERVAL_S] {

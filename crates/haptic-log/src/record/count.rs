@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::{CONTINUES, MetadataRecord, RunEnd};
+use super::flaw::FlawCounts;
+use super::{AnyTick, CONTINUES, MetadataRecord, RunEnd};
 
 /// Ticks that are not in the log although later ones are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -23,6 +24,7 @@ pub(crate) struct TickCount {
     pub(crate) last: Option<(u64, f64)>,
     pub(crate) gaps: Vec<Gap>,
     pub(crate) out_of_order: u64,
+    pub(crate) flaws: FlawCounts,
     /// End of the run, if the log says it.
     pub(crate) end: Option<RunEnd>,
     /// The first file of the log, if this is a later one.
@@ -30,8 +32,11 @@ pub(crate) struct TickCount {
 }
 
 impl TickCount {
-    /// Takes in the next tick and its time, s.
-    pub(crate) fn add(&mut self, tick: u64, time_s: f64) {
+    /// Takes in the next tick.
+    pub(crate) fn add(&mut self, message: impl Into<AnyTick>) {
+        let message = message.into();
+        self.flaws.add(&message);
+        let (tick, time_s) = (message.tick(), message.time_s());
         match self.last {
             None => self.first = Some((tick, time_s)),
             Some((before, _)) if tick <= before => self.out_of_order += 1,

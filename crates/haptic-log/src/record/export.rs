@@ -8,16 +8,18 @@ use super::new_file::refuse_own_source;
 use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, VectorTick};
 
 /// The fields of [`TickMessage`](super::TickMessage) in order.
-const COLUMNS: [&str; 10] = [
+const COLUMNS: [&str; 12] = [
     "tick",
     "time_s",
     "reference_m",
     "indenter_position_m",
     "position_m",
     "environment_force_n",
-    "force_n",
+    "commanded_force_n",
+    "applied_force_n",
     "contact_force_n",
     "limiters",
+    "flaws",
     "observed_energy_j",
 ];
 

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::count::{Gap, TickCount};
 use super::{
-    Damage, Entry, EventMessage, LogFiles, MetadataRecord, RECOVERED, RecordError, RunEnd,
-    StartTime,
+    Damage, Entry, EventMessage, FlawCounts, LogFiles, MetadataRecord, RECOVERED, RecordError,
+    RunEnd, StartTime,
 };
 
 /// Name of the metadata record that tells, once a second of a loop by the clock, where the time of its ticks went. A
@@ -43,6 +43,9 @@ pub struct LogSummary {
     pub complete: bool,
     /// Ticks whose number is not above that of the tick before.
     pub out_of_order: u64,
+    /// Ticks with flaws.
+    #[serde(flatten)]
+    pub flaws: FlawCounts,
     /// Parts that are missing from the log that this one was recovered from. `None` if this log was not recovered
     /// or nothing is missing.
     pub missing_since_recovery: Option<String>,
@@ -68,8 +71,8 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     while let Some(entry) = reader.next() {
         started = started.or_else(|| reader.started());
         match entry? {
-            Entry::Tick(tick) => count.add(tick.tick, tick.time_s),
-            Entry::Vector(tick) => count.add(tick.tick, tick.time_s),
+            Entry::Tick(tick) => count.add(tick),
+            Entry::Vector(tick) => count.add(tick),
             Entry::Event(event) => summary.events.push(event),
             Entry::Metadata(record) => {
                 count.note(&record);
@@ -102,5 +105,6 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     summary.end = count.end;
     summary.continues = count.continues;
     summary.out_of_order = count.out_of_order;
+    summary.flaws = count.flaws;
     Ok(summary)
 }

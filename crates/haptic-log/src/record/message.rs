@@ -27,15 +27,19 @@ pub struct TickMessage {
     pub position_m: f64,
     /// Force the environment asked for, N.
     pub environment_force_n: f64,
-    /// Force that left the safety chain and was commanded, N.
-    pub force_n: f64,
+    /// Force that left the safety chain and was commanded, in answer to this position, N.
+    pub commanded_force_n: f64,
+    /// Force that the device made in this tick, N: in a loop on the host it answers an earlier position.
+    pub applied_force_n: f64,
     /// Force between the two actuators, N.
     pub contact_force_n: f64,
     /// Limiters that acted, as bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 passivity guard.
     pub limiters: u8,
+    /// What is wrong with this tick, bits of [`flaw`](super::flaw); 0 for a tick in order.
+    pub flaws: u8,
     /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
-    /// without a guard, from a device that does not send it, and in logs made before it was recorded.
+    /// without a guard, and from a device that does not send it.
     pub observed_energy_j: f64,
 }
 
@@ -47,7 +51,8 @@ macro_rules! named {
     ($($before:ident),* ; $($after:ident),*) => {
         named![
             $($before,)*
-            reference_m, indenter_position_m, position_m, environment_force_n, force_n, contact_force_n,
+            reference_m, indenter_position_m, position_m, environment_force_n, commanded_force_n, applied_force_n,
+            contact_force_n,
             $($after),*
         ]
     };
@@ -57,41 +62,7 @@ pub(super) use named;
 
 impl TickMessage {
     /// The numbers in their order.
-    pub const NUMBERS: [TickField; 8] = named![time_s; observed_energy_j];
-}
-
-/// A tick as logs had it before the guard's energy was recorded: 69 bytes.
-#[derive(Deserialize)]
-struct TickWithoutEnergy {
-    tick: u64,
-    time_s: f64,
-    reference_m: f64,
-    indenter_position_m: f64,
-    position_m: f64,
-    environment_force_n: f64,
-    force_n: f64,
-    contact_force_n: f64,
-    limiters: u8,
-}
-
-/// Its length.
-const BYTES_WITHOUT_ENERGY: usize = 69;
-
-impl From<TickWithoutEnergy> for TickMessage {
-    fn from(old: TickWithoutEnergy) -> Self {
-        Self {
-            tick: old.tick,
-            time_s: old.time_s,
-            reference_m: old.reference_m,
-            indenter_position_m: old.indenter_position_m,
-            position_m: old.position_m,
-            environment_force_n: old.environment_force_n,
-            force_n: old.force_n,
-            contact_force_n: old.contact_force_n,
-            limiters: old.limiters,
-            observed_energy_j: f64::NAN,
-        }
-    }
+    pub const NUMBERS: [TickField; 9] = named![time_s; observed_energy_j];
 }
 
 /// Something worth a sentence: a phase begins, a fault latches, samples were dropped.
@@ -169,19 +140,15 @@ float64 reference_m          # where the indenter was told to be, m
 float64 indenter_position_m  # where the indenter was, m
 float64 position_m           # position of the actuator that renders the environment, m
 float64 environment_force_n  # force the environment asked for, N
-float64 force_n              # force that left the safety chain and was commanded, N
+float64 commanded_force_n    # force that left the safety chain, in answer to this position, N
+float64 applied_force_n      # force that the device made in this tick, N
 float64 contact_force_n      # force between the two actuators, N
 uint8 limiters               # limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, \
 16 start-up, 32 workspace, 64 velocity, 128 passivity guard
+uint8 flaws                  # bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force \
+of the tick before, 4 the device had no late force of the host, 8 what the device told cannot be
 float64 observed_energy_j    # energy that the passivity guard has observed, J; NaN if there is none
 ";
-
-    fn decode(bytes: &[u8]) -> Result<Self, MessageError> {
-        if bytes.len() == BYTES_WITHOUT_ENERGY {
-            return decode_fields::<TickWithoutEnergy>(bytes).map(Self::from);
-        }
-        decode_fields(bytes)
-    }
 }
 
 impl LogMessage for EventMessage {
@@ -207,26 +174,28 @@ mod tests {
             indenter_position_m: -2.0,
             position_m: 3.0,
             environment_force_n: 4.0,
-            force_n: 5.0,
+            commanded_force_n: 5.0,
+            applied_force_n: 5.5,
             contact_force_n: -0.0,
             limiters: 9,
+            flaws: 3,
             observed_energy_j: -6.0,
         }
     }
 
     #[test]
-    fn a_tick_is_84_bytes_of_little_endian_cdr() {
+    fn a_tick_is_92_bytes_of_little_endian_cdr() {
         let mut bytes = vec![0xff; 3];
         tick().encode_into(&mut bytes).expect("encodes");
         let mut expected = vec![0, 1, 0, 0, 8, 7, 6, 5, 4, 3, 2, 1];
-        for field in [0.5, 1.0, -2.0, 3.0, 4.0, 5.0, -0.0_f64] {
+        for field in [0.5, 1.0, -2.0, 3.0, 4.0, 5.0, 5.5, -0.0_f64] {
             expected.extend_from_slice(&field.to_le_bytes());
         }
-        // Seven bytes bring the next field to a multiple of its size.
-        expected.extend([9, 0, 0, 0, 0, 0, 0, 0]);
+        // Six bytes bring the next field to a multiple of its size.
+        expected.extend([9, 3, 0, 0, 0, 0, 0, 0]);
         expected.extend_from_slice(&(-6.0_f64).to_le_bytes());
         assert_eq!(bytes, expected);
-        assert_eq!(bytes.len(), 84);
+        assert_eq!(bytes.len(), 92);
         assert_eq!(TickMessage::decode(&bytes).expect("decodes"), tick());
     }
 
@@ -246,7 +215,7 @@ mod tests {
     fn a_cut_message_or_another_byte_order_is_an_error_and_no_panic() {
         let mut bytes = Vec::new();
         tick().encode_into(&mut bytes).expect("encodes");
-        for length in (0..bytes.len()).filter(|length| *length != BYTES_WITHOUT_ENERGY) {
+        for length in 0..bytes.len() {
             assert!(
                 TickMessage::decode(&bytes[..length]).is_err(),
                 "{length} bytes"
@@ -257,20 +226,6 @@ mod tests {
             TickMessage::decode(&bytes),
             Err(MessageError::Encapsulation)
         ));
-    }
-
-    #[test]
-    fn a_tick_of_an_older_log_has_no_energy() {
-        let mut bytes = Vec::new();
-        tick().encode_into(&mut bytes).expect("encodes");
-        let old = TickMessage::decode(&bytes[..BYTES_WITHOUT_ENERGY]).expect("decodes");
-        assert!(old.observed_energy_j.is_nan());
-        let observed_energy_j = tick().observed_energy_j;
-        let rest = TickMessage {
-            observed_energy_j,
-            ..old
-        };
-        assert_eq!(rest, tick());
     }
 
     #[test]

@@ -29,6 +29,7 @@ mod count;
 mod entry;
 mod error;
 mod export;
+pub mod flaw;
 mod follow;
 mod format;
 mod inspect;
@@ -50,6 +51,7 @@ pub use count::Gap;
 pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
+pub use flaw::FlawCounts;
 pub use follow::{Followed, LogFollower, is_being_written};
 pub use inspect::{BUDGET, LogSummary, inspect};
 #[cfg(feature = "foxglove")]

@@ -39,13 +39,13 @@ const READ_BYTES: usize = 1 << 16;
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("run.mcap");
 /// # let mut log = LogWriter::create(&path)?;
-/// # log.tick(&TickMessage { force_n: -2.0, ..TickMessage::default() })?;
+/// # log.tick(&TickMessage { commanded_force_n: -2.0, ..TickMessage::default() })?;
 /// # log.finish()?;
 /// let mut log = LogReader::open(&path)?;
 /// let mut largest_n = 0.0_f64;
 /// for entry in log.by_ref() {
 ///     if let Entry::Tick(tick) = entry? {
-///         largest_n = largest_n.max(tick.force_n.abs());
+///         largest_n = largest_n.max(tick.commanded_force_n.abs());
 ///     }
 /// }
 /// assert_eq!(largest_n, 2.0);

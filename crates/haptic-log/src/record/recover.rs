@@ -140,11 +140,11 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
             Err(error) => unreadable = Some(error.to_string()),
             Ok(Entry::Tick(message)) => {
                 writer.tick(&message)?;
-                count.add(message.tick, message.time_s);
+                count.add(message);
             }
             Ok(Entry::Vector(message)) => {
                 writer.vector_tick(&message)?;
-                count.add(message.tick, message.time_s);
+                count.add(message);
             }
             Ok(Entry::Event(event)) => {
                 writer.event(&event)?;

@@ -106,12 +106,12 @@ impl<'de> Deserialize<'de> for PerAxis {
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("run.mcap");
 /// let mut log = LogWriter::create(&path)?;
-/// let tick = VectorTick { force_n: [0.3, -0.4].into(), observed_energy_j: 0.0, ..VectorTick::at_rest(2) };
+/// let tick = VectorTick { commanded_force_n: [0.3, -0.4].into(), observed_energy_j: 0.0, ..VectorTick::at_rest(2) };
 /// log.vector_tick(&tick)?;
 /// log.finish()?;
 /// let entry = LogReader::open(&path)?.next().transpose()?;
 /// assert_eq!(entry, Some(Entry::Vector(tick)));
-/// assert_eq!(tick.force_n.norm(), 0.5);
+/// assert_eq!(tick.commanded_force_n.norm(), 0.5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -128,12 +128,16 @@ pub struct VectorTick {
     pub position_m: PerAxis,
     /// Force the environment asked for, N.
     pub environment_force_n: PerAxis,
-    /// Force that left the safety chain and was commanded, N.
-    pub force_n: PerAxis,
+    /// Force that left the safety chain and was commanded, in answer to this position, N.
+    pub commanded_force_n: PerAxis,
+    /// Force that the device made in this tick, N.
+    pub applied_force_n: PerAxis,
     /// Force that the actuators really made, N.
     pub contact_force_n: PerAxis,
     /// Limiters that acted, as bits.
     pub limiters: u8,
+    /// What is wrong with this tick, as bits.
+    pub flaws: u8,
     /// Energy that the passivity guard has observed, J; NaN if there is none.
     pub observed_energy_j: f64,
 }
@@ -143,7 +147,7 @@ pub type VectorField = (&'static str, fn(&VectorTick) -> PerAxis);
 
 impl VectorTick {
     /// The vectors in their order.
-    pub const VECTORS: [VectorField; 6] = named![;];
+    pub const VECTORS: [VectorField; 7] = named![;];
 
     /// A tick of so many axes, 3 at most, with zeros.
     #[must_use]
@@ -157,7 +161,8 @@ impl VectorTick {
             indenter_position_m: zeros,
             position_m: zeros,
             environment_force_n: zeros,
-            force_n: zeros,
+            commanded_force_n: zeros,
+            applied_force_n: zeros,
             contact_force_n: zeros,
             observed_energy_j: f64::NAN,
             ..Self::default()
@@ -177,15 +182,15 @@ impl VectorTick {
             let axes = AXES.iter().take(axes);
             axes.map(|axis| column(field, axis))
         });
-        let numbers = |names: [&str; 2]| names.map(str::to_owned);
-        (numbers(["tick", "time_s"]).into_iter())
+        let own = str::to_owned;
+        (["tick", "time_s"].map(own).into_iter())
             .chain(vectors)
-            .chain(numbers(["limiters", "observed_energy_j"]))
+            .chain(["limiters", "flaws", "observed_energy_j"].map(own))
             .collect()
     }
 }
 
-/// Name of an axis of a field: `force_x_n` of `force_n`.
+/// Name of an axis of a field: `contact_force_x_n` of `contact_force_n`.
 #[must_use]
 pub fn column(field: &str, axis: &str) -> String {
     match field.rsplit_once('_') {
@@ -205,10 +210,13 @@ float64[] reference_m          # where the hand or indenter was told to be, m
 float64[] indenter_position_m  # where the device was, m
 float64[] position_m           # where the loop read it to be, m
 float64[] environment_force_n  # force the environment asked for, N
-float64[] force_n              # force that left the safety chain and was commanded, N
+float64[] commanded_force_n    # force that left the safety chain, in answer to this position, N
+float64[] applied_force_n      # force that the device made in this tick, N
 float64[] contact_force_n      # force that the actuators made, N
 uint8 limiters                 # limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, \
 16 start-up, 32 workspace, 64 velocity, 128 passivity guard
+uint8 flaws                    # bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force \
+of the tick before, 4 the device had no late force of the host, 8 what the device told cannot be
 float64 observed_energy_j      # energy that the passivity guard has observed, J; NaN if there is none
 ";
 
@@ -251,6 +259,26 @@ impl AnyTick {
             Self::Vector(tick) => tick.time_s,
         }
     }
+
+    /// What is wrong with it, as bits.
+    #[must_use]
+    pub const fn flaws(&self) -> u8 {
+        match self {
+            Self::One(tick) => tick.flaws,
+            Self::Vector(tick) => tick.flaws,
+        }
+    }
+
+    /// True if its position is a number.
+    pub(crate) fn has_place(&self) -> bool {
+        match self {
+            Self::One(tick) => tick.position_m.is_finite(),
+            Self::Vector(tick) => {
+                let place = tick.position_m.as_slice();
+                place.iter().all(|axis| axis.is_finite())
+            }
+        }
+    }
 }
 
 impl From<super::TickMessage> for AnyTick {
@@ -277,9 +305,11 @@ mod tests {
             indenter_position_m: [3.0, -0.0].into(),
             position_m: [5.0, 6.0].into(),
             environment_force_n: [f64::INFINITY, 8.0].into(),
-            force_n: [9.0, 10.0].into(),
+            commanded_force_n: [9.0, 10.0].into(),
+            applied_force_n: [9.5, 10.5].into(),
             contact_force_n: [11.0, 12.0].into(),
             limiters: 9,
+            flaws: 3,
             observed_energy_j: -6.0,
         }
     }
@@ -297,7 +327,7 @@ mod tests {
                 expected.extend(x.to_le_bytes());
             }
         }
-        expected.extend([9, 0, 0, 0, 0, 0, 0, 0]);
+        expected.extend([9, 3, 0, 0, 0, 0, 0, 0]);
         expected.extend((-6.0_f64).to_le_bytes());
         assert_eq!(bytes, expected);
         assert_eq!(VectorTick::decode(&bytes).expect("decodes"), tick());
@@ -311,7 +341,7 @@ mod tests {
         let mut bytes = Vec::new();
         for wrong in [
             VectorTick {
-                force_n: [1.0, 2.0, 3.0].into(),
+                commanded_force_n: [1.0, 2.0, 3.0].into(),
                 ..tick()
             },
             VectorTick::at_rest(0),
@@ -339,10 +369,10 @@ mod tests {
             .collect();
         let vectors = VectorTick::VECTORS.map(|(name, _)| name);
         assert_eq!(fields[..2], ["tick", "time_s"]);
-        assert_eq!(fields[2..8], vectors);
-        assert_eq!(fields[8..], ["limiters", "observed_energy_j"]);
+        assert_eq!(fields[2..9], vectors);
+        assert_eq!(fields[9..], ["limiters", "flaws", "observed_energy_j"]);
         let columns = VectorTick::columns(2);
-        assert_eq!(columns.len(), 4 + 2 * 6);
+        assert_eq!(columns.len(), 5 + 2 * 7);
         assert_eq!(columns[2..4], ["reference_x_m", "reference_y_m"]);
         assert_eq!(VectorTick::columns(3)[12], "environment_force_y_n");
     }

@@ -49,7 +49,7 @@ pub(super) const INDEXED_CHUNKS: u32 = 1 << 16;
 /// log.starts_at(StartTime::at(SystemTime::now()))?;
 /// for tick in 0..1000 {
 ///     let time_s = 1e-3 * tick as f64;
-///     log.tick(&TickMessage { tick, time_s, position_m: 1e-3, force_n: -1.0, ..TickMessage::default() })?;
+///     log.tick(&TickMessage { tick, time_s, position_m: 1e-3, commanded_force_n: -1.0, ..TickMessage::default() })?;
 /// }
 /// let finished = log.finish()?;
 /// assert_eq!(finished.samples, 1000);

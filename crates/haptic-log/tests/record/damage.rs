@@ -172,7 +172,7 @@ fn a_dropped_writer_keeps_everything_but_does_not_look_finished() {
 fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
     let mut bytes = finished_bytes(10_000);
     let middle = bytes.len() / 2;
-    // Far from any record header: 100 ticks of 69 random bytes make chunks of several kB.
+    // Far from any record header: 100 ticks of 92 random bytes make chunks of several kB.
     bytes[middle] ^= 0x10;
     let mut reader = LogReader::new(bytes.as_slice(), Path::new("memory")).expect("opens");
     let entries: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");

@@ -30,9 +30,11 @@ fn tick(number: u64) -> TickMessage {
         indenter_position_m: 1e-3 * (x * 0.011).sin(),
         position_m: 1e-3 * (x * 0.012).cos(),
         environment_force_n: (1.0 + x).powf(-0.2247),
-        force_n: 1.1 * (1.0 + x).powf(-0.2247),
+        commanded_force_n: 1.1 * (1.0 + x).powf(-0.2247),
+        applied_force_n: 1.15 * (1.0 + x).powf(-0.2247),
         contact_force_n: 1.2 * (1.0 + x).powf(-0.2247),
         limiters: (number % 16) as u8,
+        flaws: (number % 8) as u8,
         observed_energy_j: 1e-6 * (x * 0.013).sin(),
     }
 }

@@ -31,9 +31,11 @@ fn vector_tick(n: u64, axes: usize) -> VectorTick {
         indenter_position_m: vector(2.0),
         position_m: vector(3.0),
         environment_force_n: vector(-4.0),
-        force_n: vector(-5.0),
+        commanded_force_n: vector(-5.0),
+        applied_force_n: vector(-5.5),
         contact_force_n: vector(f64::NAN),
         limiters: (n % 7) as u8,
+        flaws: (n % 3) as u8,
         observed_energy_j: 1e-9 * n as f64,
     }
 }
@@ -85,7 +87,7 @@ fn ticks_with_vectors_are_read_counted_saved_and_tabled() {
     for (name, want) in [
         ("position_x_m", 3.007),
         ("position_y_m", 3.107),
-        ("force_z_n", -4.793),
+        ("commanded_force_z_n", -4.793),
         ("limiters", 0.0),
     ] {
         assert!((column(name) - want).abs() < 1e-12, "{name}");

@@ -89,9 +89,11 @@ impl Recording {
             indenter_position_m: ticked.hand_m,
             position_m: ticked.position_m,
             environment_force_n: ticked.environment_force_n,
-            force_n: ticked.force_n,
+            commanded_force_n: ticked.force_n,
+            applied_force_n: ticked.force_n,
             contact_force_n: ticked.hand_force_n,
             limiters: ticked.limiters.bits(),
+            flaws: 0,
             observed_energy_j: -energy_j,
         };
         self.recorder.tick(message).is_ok()

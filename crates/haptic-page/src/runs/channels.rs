@@ -4,18 +4,25 @@ use haptic_experiment::Failure;
 use haptic_log::record::{AXES, AnyTick, TickMessage, VectorTick, column};
 
 /// Channels of a log of one axis.
-const ONE_AXIS: [&str; 8] = [
+const ONE_AXIS: [&str; 10] = [
     "position_m",
-    "force_n",
+    "commanded_force_n",
+    "applied_force_n",
     "environment_force_n",
     "reference_m",
     "indenter_position_m",
     "contact_force_n",
     "observed_energy_j",
     "limiter",
+    "flaws",
 ];
 /// Of several axes, beside the components: what is one number.
-const OF_ALL: [&str; 3] = ["force_norm_n", "observed_energy_j", "limiter"];
+const OF_ALL: [&str; 4] = [
+    "commanded_force_norm_n",
+    "observed_energy_j",
+    "limiter",
+    "flaws",
+];
 
 /// The channels of a log by its number of axes, 1 to 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,9 +80,10 @@ impl Channels {
                     numbers.extend(field(tick).as_slice());
                 }
                 numbers.extend([
-                    tick.force_n.norm(),
+                    tick.commanded_force_n.norm(),
                     tick.observed_energy_j,
                     f64::from(tick.limiters),
+                    f64::from(tick.flaws),
                 ]);
             }
             _ => {}
@@ -93,13 +101,15 @@ impl Channels {
 fn one_axis(tick: &TickMessage) -> [f64; ONE_AXIS.len()] {
     [
         tick.position_m,
-        tick.force_n,
+        tick.commanded_force_n,
+        tick.applied_force_n,
         tick.environment_force_n,
         tick.reference_m,
         tick.indenter_position_m,
         tick.contact_force_n,
         tick.observed_energy_j,
         f64::from(tick.limiters),
+        f64::from(tick.flaws),
     ]
 }
 
@@ -132,7 +142,7 @@ mod tests {
             let place = [0.1, 0.2, 0.3];
             let tick = VectorTick {
                 position_m: haptic_log::record::PerAxis::new(&place[..axes]).expect("up to three"),
-                force_n: haptic_log::record::PerAxis::new(&[3.0, 4.0, 0.0][..axes])
+                commanded_force_n: haptic_log::record::PerAxis::new(&[3.0, 4.0, 0.0][..axes])
                     .expect("up to three"),
                 limiters: 2,
                 ..VectorTick::at_rest(axes)
@@ -144,7 +154,7 @@ mod tests {
             );
             let of = |name: &str| row[names.iter().position(|n| n == name).expect("there")];
             assert_eq!((of("position_x_m"), of("position_y_m")), (0.1, 0.2));
-            assert_eq!((of("force_norm_n"), of("limiter")), (5.0, 2.0));
+            assert_eq!((of("commanded_force_norm_n"), of("limiter")), (5.0, 2.0));
             assert_eq!(names.contains(&"position_z_m".to_owned()), axes == 3);
         }
         let one = Channels::of(1);

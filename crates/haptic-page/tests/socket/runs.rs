@@ -129,7 +129,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     // Two are asked for at once.
     let view = |channel| json!({"source": name, "columns": 8192, "channels": [channel]});
     let asked =
-        ["force_n", "position_m"].map(|channel| (page.post("view", view(channel)), channel));
+        ["commanded_force_n", "position_m"].map(|channel| (page.post("view", view(channel)), channel));
     for (id, channel) in asked {
         assert_eq!(page.answer(&json!(id))["channels"], json!([channel]));
     }
@@ -144,7 +144,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
         let frame = (page.frames.iter()).find(|frame| json!(frame.request) == json!(id));
         let drawn = frame.expect("a frame").least(0);
         let of = |tick: &TickMessage| match channel {
-            "force_n" => tick.force_n,
+            "commanded_force_n" => tick.commanded_force_n,
             _ => tick.position_m,
         };
         let logged: Vec<f32> = log.iter().map(|tick| of(tick) as f32).collect();
@@ -152,7 +152,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     }
     // Every sample of the span, with all digits, once.
     let table =
-        json!({"name": name, "channels": ["position_m", "force_n"], "from_s": 0.25, "to_s": 1.5});
+        json!({"name": name, "channels": ["position_m", "commanded_force_n"], "from_s": 0.25, "to_s": 1.5});
     let named = page.ask("runs.table", table);
     assert_documented("runs.table", &named);
     let (host, folder) = parts(server.address());
@@ -291,7 +291,7 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
         (&json!(2), &json!(true))
     );
     assert_eq!(going["metadata"]["experiment"]["radius_m"], "0.02");
-    let seen = json!({"source": "touch-0001/touch", "columns": 50, "channels": ["position_x_m", "force_norm_n"]});
+    let seen = json!({"source": "touch-0001/touch", "columns": 50, "channels": ["position_x_m", "commanded_force_norm_n"]});
     let shown = page.ask("view", seen);
     let frame = page.frame(|frame| json!(frame.request) == shown["id"]);
     assert_eq!(frame.channels, 2);
@@ -321,7 +321,12 @@ fn a_touch_that_was_run_to_its_end_is_opened_axis_by_axis() {
         .iter()
         .filter_map(Value::as_str)
         .collect();
-    for channel in ["position_x_m", "force_y_n", "reference_x_m", "force_norm_n"] {
+    for channel in [
+        "position_x_m",
+        "commanded_force_y_n",
+        "reference_x_m",
+        "commanded_force_norm_n",
+    ] {
         assert!(names.contains(&channel), "{channel} in {names:?}");
     }
     assert_eq!(
@@ -329,7 +334,7 @@ fn a_touch_that_was_run_to_its_end_is_opened_axis_by_axis() {
         (&json!(2), &done["report"]["samples"])
     );
     let view = json!({"source": "touch-0001/touch", "columns": 6000,
-        "channels": ["force_x_n", "force_y_n", "force_norm_n", "position_x_m", "position_y_m"]});
+        "channels": ["commanded_force_x_n", "commanded_force_y_n", "commanded_force_norm_n", "position_x_m", "position_y_m"]});
     let shown = page.ask("view", view);
     let frame = page.frame(|frame| json!(frame.request) == shown["id"]);
     // A column a sample: the norm is that of the components, and the force pushes out of the disc.

@@ -9,9 +9,10 @@ use super::run::IN_TIME;
 use super::served::Served;
 use super::shared::Shared;
 use super::threads::{Reader, Writer};
-use crate::{Conversation, check_keys};
+use crate::impossible::Plausible;
+use crate::{Conversation, LinkError, check_keys};
 use core::fmt::Display;
-use haptic_link::{AXES_MAX, Capabilities, Keys, Report, Request, State, Status};
+use haptic_link::{Capabilities, Keys, Report, Request, State, Status, VectorSample};
 use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
@@ -148,9 +149,9 @@ impl SerialLink {
             baud,
             ahead: None,
             running: None,
-            newest_tick: 0,
-            newest_limiters: 0,
-            newest_force_n: [0.0; AXES_MAX],
+            newest: VectorSample::default(),
+            plausible: Plausible::of(f32::MAX),
+            impossible: None,
             newest_answers: VecDeque::with_capacity(IN_TIME),
             follows: true,
             heard_tick: 0,
@@ -177,6 +178,8 @@ impl SerialLink {
         if let Report::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
             self.capabilities = capabilities;
         }
+        check_numbers(&self.capabilities)?;
+        self.plausible = Plausible::of(self.capabilities.force_max_n);
         self.check(keys.as_ref(), self.capabilities.axes)?;
         let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
@@ -223,6 +226,31 @@ fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
 }
 
 /// State that both threads share, before either runs.
+/// Refuses abilities that are no numbers: nothing could be judged by them.
+fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
+    let Capabilities {
+        force_max_n,
+        force_rate_max_n_per_s,
+        position_resolution_m,
+        ..
+    } = *capabilities;
+    for (what, value, least) in [
+        ("largest force, N,", force_max_n, f32::MIN_POSITIVE),
+        (
+            "largest force rate, N/s,",
+            force_rate_max_n_per_s,
+            f32::MIN_POSITIVE,
+        ),
+        // 0 where it does not tell.
+        ("resolution of positions, m,", position_resolution_m, 0.0),
+    ] {
+        if !(least..=f32::MAX).contains(&value) {
+            return Err(LinkError::Capability { what, value });
+        }
+    }
+    Ok(())
+}
+
 fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialError> {
     // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
     let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);

@@ -3,8 +3,9 @@
 use super::served::Served;
 use super::shared::{Command, Heard, Shared, lock};
 use super::trouble::{BoardTrouble, TroubleCause};
+use crate::impossible::Plausible;
 use crate::{HostCounters, LinkError};
-use haptic_link::{AXES_MAX, Capabilities, Hello, Report, Status};
+use haptic_link::{AXES_MAX, Capabilities, Hello, Report, Status, VectorSample};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{self, raise_thread};
 use hdrhistogram::Histogram;
@@ -69,9 +70,12 @@ pub struct SerialLink {
     pub(super) ahead: Option<Heard>,
     /// A run that was started and whose end was not heard yet, as of the alive of this number.
     pub(super) running: Option<u64>,
-    pub(super) newest_tick: u32,
-    pub(super) newest_limiters: u8,
-    pub(super) newest_force_n: [f32; AXES_MAX],
+    /// The sample that a host loop read last.
+    pub(super) newest: VectorSample,
+    /// Looks at each sample of a run.
+    pub(super) plausible: Plausible,
+    /// The one that cannot be, which ended the run.
+    pub(super) impossible: Option<VectorSample>,
     /// The bits of the last forces of a host loop, as many as a device lets pass for one in time.
     pub(super) newest_answers: VecDeque<[u32; AXES_MAX]>,
     /// The device had one of them when it made the newest sample.
@@ -89,7 +93,11 @@ impl SerialLink {
     /// T, s.
     #[must_use]
     pub fn period_s(&self) -> f64 {
-        f64::from(self.shared.period_us.load(Ordering::Relaxed)) * 1e-6
+        f64::from(self.period_us()) * 1e-6
+    }
+
+    pub(super) fn period_us(&self) -> u32 {
+        self.shared.period_us.load(Ordering::Relaxed)
     }
 
     pub(super) fn ticks_every(&self, period_us: u32) {
@@ -154,16 +162,16 @@ impl SerialLink {
         f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
     }
 
-    /// The device's own limiters in the tick that was read last, bits as in a [`Sample`](haptic_link::Sample).
+    /// The sample that a host loop read last; one without axes before the first.
     #[must_use]
-    pub const fn newest_limiters(&self) -> u8 {
-        self.newest_limiters
+    pub const fn newest(&self) -> &VectorSample {
+        &self.newest
     }
 
-    /// The force that the device applied in the newest sample, N, an element an axis; 0 where there is none.
+    /// The sample that cannot be, with its flaw, if there was one.
     #[must_use]
-    pub const fn newest_force_n(&self) -> [f32; AXES_MAX] {
-        self.newest_force_n
+    pub const fn impossible(&self) -> Option<&VectorSample> {
+        self.impossible.as_ref()
     }
 
     /// True if the device had one of the last ten forces of a host loop ([`max_age_ticks`](haptic_link::Limits::max_age_ticks) by default)

@@ -1,6 +1,6 @@
 //! Hardware that pushes with no force that is too old.
 
-use crate::Hardware;
+use crate::{Exchange, Hardware};
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use std::time::Instant;
@@ -63,12 +63,8 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
         self.hardware.install(setup, tick_period_us);
     }
 
-    fn skipped(&mut self, periods: u32) {
-        self.hardware.skipped(periods);
-    }
-
-    fn unmeasured(&self) -> u32 {
-        self.hardware.unmeasured()
+    fn exchange(&mut self) -> Option<&mut Exchange> {
+        self.hardware.exchange()
     }
 
     fn restart(&mut self) {

@@ -61,7 +61,10 @@ impl SerialLink {
         values: &[f32],
         workspace: Option<&WorkspaceBox>,
     ) -> Result<(), SerialError> {
-        self.set_within(configuration, values, workspace, Scope::Run)
+        self.set_within(configuration, values, workspace, Scope::Run)?;
+        // Whoever runs within a limit is to be told of no force beyond it.
+        self.plausible.force_most_n = configuration.limits.force_n;
+        Ok(())
     }
 
     fn set_within(
@@ -82,6 +85,7 @@ impl SerialLink {
             let request = "configure";
             return Err(LinkError::Refused { request, refusal }.into());
         }
+        self.plausible.force_most_n = self.capabilities.force_max_n;
         self.ask(Request::Configure(configuration))?;
         for block in 0..block_count(values.len() as u16) {
             let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
@@ -163,6 +167,8 @@ impl SerialLink {
     pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
         self.forget_until_now();
         self.fault_tick = None;
+        self.plausible.begin(self.period_us());
+        self.impossible = None;
         self.newest_answers.clear();
         // Until one comes a device has none.
         self.answered([0.0; AXES_MAX]);

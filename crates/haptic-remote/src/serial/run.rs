@@ -6,8 +6,8 @@ use super::shared::{Command, Heard};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{
-    AXES_MAX, Event, EventKind, FaultReport, Forces, Limits, Refusal, Request, Sample, State,
-    VectorSample,
+    AXES_MAX, BatchItem, Event, EventKind, FaultReport, Forces, IMPOSSIBLE, Limits, Refusal,
+    Request, Sample, State, VectorSample,
 };
 use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
@@ -111,6 +111,9 @@ impl SerialLink {
 
     /// Follows the run; a status from before what was heard says nothing about its end.
     fn noted(&mut self, heard: Heard) -> Heard {
+        if let Some(over) = self.judged(&heard) {
+            return over;
+        }
         let over = match &heard {
             Heard::Sample(Sample { tick, limiters, .. }) => {
                 self.sampled(*tick, *limiters);
@@ -131,6 +134,44 @@ impl SerialLink {
             _ => None,
         };
         heard
+    }
+
+    /// The end of a run whose sample cannot be. The device is told to let go before anything else is done.
+    fn judged(&mut self, heard: &Heard) -> Option<Heard> {
+        self.running?;
+        let sample: VectorSample = match heard {
+            Heard::Sample(sample) => (*sample).into(),
+            Heard::Vector(sample) => sample.clone(),
+            Heard::Event(Event {
+                kind: EventKind::Started,
+                ..
+            }) => {
+                // What came before it is of the time before the run.
+                self.plausible.begin(self.period_us());
+                return None;
+            }
+            _ => return None,
+        };
+        // A device in a fault says itself that its samples are none.
+        let in_fault = |axis: &BatchItem| axis.limiters & Limiters::FAULT.bits() != 0;
+        if sample.axes.iter().any(in_fault) {
+            return None;
+        }
+        let impossible = self.plausible.look(&sample).err()?;
+        if let Some(queue) = &self.commands {
+            // Without room the one of the link's end must do.
+            let _ = queue.try_send(Command::Tell(Request::Disarm));
+        }
+        self.running = None;
+        let flawed = |axis: &BatchItem| BatchItem {
+            flaws: axis.flaws | IMPOSSIBLE,
+            ..*axis
+        };
+        self.impossible = Some(VectorSample {
+            axes: sample.axes.iter().map(flawed).collect(),
+            ..sample
+        });
+        Some(Heard::Over(LinkError::Impossible(impossible)))
     }
 
     /// Follows the samples of a run.
@@ -204,20 +245,19 @@ impl SerialLink {
 
     /// Notes what the device did in a sample, and gives its tick and position; `None` for a sample of another number of axes.
     fn noted_sample<const D: usize>(&mut self, heard: Heard) -> Option<(u32, SVector<f32, D>)> {
-        let VectorSample { tick, axes, .. } = match heard {
+        let sample: VectorSample = match heard {
             Heard::Sample(sample) => sample.into(),
             Heard::Vector(sample) => sample,
             _ => return None,
         };
-        if axes.len() != D {
+        if sample.axes.len() != D {
             return None;
         }
-        self.newest_tick = tick;
-        self.newest_limiters = axes[0].limiters;
-        self.newest_force_n = of_axes(axes.iter().map(|axis| axis.force_n));
+        self.newest = sample;
+        let VectorSample { tick, axes, .. } = &self.newest;
         let held_n = of_axes(axes.iter().map(|axis| axis.environment_force_n));
         self.follows = self.newest_answers.contains(&held_n.map(f32::to_bits));
-        Some((tick, SVector::from_fn(|axis, _| axes[axis].position_m)))
+        Some((*tick, SVector::from_fn(|axis, _| axes[axis].position_m)))
     }
 }
 
@@ -267,7 +307,7 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
             self.forces_skipped += 1;
             return Ok(());
         }
-        self.send_force(self.newest_tick, force_n.as_slice());
+        self.send_force(self.newest.tick, force_n.as_slice());
         Ok(())
     }
 }

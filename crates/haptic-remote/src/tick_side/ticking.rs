@@ -6,7 +6,7 @@ use crate::outbox::{Notice, Stream};
 use crate::records::Records;
 use crate::tick::Tick;
 use core::borrow::BorrowMut;
-use haptic_link::{Event, EventKind, FaultReport, LoopMode, State};
+use haptic_link::{Event, EventKind, FaultReport, LoopMode, NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use nalgebra::SVector;
 
@@ -43,7 +43,9 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// Periods have passed without a tick. To be told before the next [`tick`](Self::tick): they have their numbers and their part of
     /// a run, but no samples, so that a tick's number is its time whatever happened.
     pub fn skip(&mut self, periods: u32) {
-        self.hardware.skipped(periods);
+        if let Some(exchange) = self.hardware.exchange() {
+            exchange.skip(periods);
+        }
         self.controller.skip(u64::from(periods));
         self.tick = self.tick.wrapping_add(periods);
         if let Some(left) = &mut self.ticks_left {
@@ -148,6 +150,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         };
         if !forced {
             sample.position_m = self.hardware.idle()?.position_m.into();
+            sample.flaws = self.flaws();
             return Ok(sample);
         }
         let commanded = match self.configuration.loop_mode {
@@ -160,7 +163,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 Some(SVector::from(self.commanded_n))
             }
         };
-        let unmeasured = self.hardware.unmeasured();
+        let exchange = self.hardware.exchange();
+        let unmeasured = exchange.map_or(0, |exchange| exchange.unmeasured());
         if unmeasured > 0 {
             self.controller.unmeasured(unmeasured);
         }
@@ -171,7 +175,22 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         sample.environment_force_n = done.environment_force_n.into();
         sample.force_n = (*done.force.newtons()).into();
         sample.limiters = done.limiters.bits();
+        sample.flaws = self.flaws();
         Ok(sample)
+    }
+
+    /// Flaws of the exchange in this tick, counted: here for the boards of all makers.
+    fn flaws(&mut self) -> u8 {
+        let flaws = self
+            .hardware
+            .exchange()
+            .map_or(0, |exchange| exchange.flaws());
+        let statistics = &mut self.statistics;
+        let unanswered = u32::from(flaws & UNANSWERED != 0);
+        let not_taken = u32::from(flaws & NOT_TAKEN != 0);
+        statistics.unanswered = statistics.unanswered.wrapping_add(unanswered);
+        statistics.forces_not_taken = statistics.forces_not_taken.wrapping_add(not_taken);
+        flaws
     }
 
     /// Flight recorder and stream.

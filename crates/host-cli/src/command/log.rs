@@ -2,7 +2,9 @@
 
 mod words;
 
-use self::words::{advice, print_extent, print_info, print_missing, reasons, recovered};
+use self::words::{
+    advice, print_extent, print_flaws, print_info, print_missing, reasons, recovered,
+};
 use crate::log_plot::LogFigure;
 use crate::output::Output;
 use crate::picture_file::{self, PictureFileError};
@@ -24,7 +26,7 @@ pub enum Command {
         /// The log
         log: PathBuf,
     },
-    /// Verify a log: no damage, no sample missing from the first to the last of the run; exit code 4 if not
+    /// Verify a log: no damage, no sample missing or impossible, at most 1 % stale; exit code 4 if not
     #[command(after_help = "Example: host-cli log check results/relax-0001/relax.mcap")]
     Check {
         /// The log
@@ -241,6 +243,7 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
         } else {
             print_missing(out, &summary)?;
         }
+        print_flaws(out, &summary)?;
         print_extent(out, &summary)?;
         recovered(out, &summary)
     })?;

@@ -188,6 +188,8 @@ fn rows_of_samples(figures: &Figures) -> Vec<Row> {
     for (key, name) in [
         ("samples_lost", "lost on the line"),
         ("stale_forces", "stale forces"),
+        ("unanswered", "unanswered ticks"),
+        ("forces_not_taken", "forces not taken"),
         ("overruns", "late ticks"),
     ] {
         if let Some(count) = figures.link.get(key) {

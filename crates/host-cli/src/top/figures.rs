@@ -90,7 +90,7 @@ impl Figures {
         self.tick = Some(message.tick);
         self.time_s = Some(message.time_s);
         self.position_m = Some(message.position_m);
-        self.force_n = Some(message.force_n);
+        self.force_n = Some(message.commanded_force_n);
         self.environment_force_n = Some(message.environment_force_n);
         let energy_j = message.observed_energy_j;
         self.observed_energy_j = (!energy_j.is_nan()).then_some(energy_j);
@@ -101,7 +101,7 @@ impl Figures {
         self.kept.push_back(Point {
             time_s: message.time_s,
             position_m: message.position_m,
-            force_n: message.force_n,
+            force_n: message.commanded_force_n,
             limiters: message.limiters,
         });
         let oldest_s = message.time_s - WINDOW_S;
@@ -204,7 +204,7 @@ mod tests {
         Entry::Tick(TickMessage {
             tick,
             time_s: 1e-3 * tick as f64,
-            force_n,
+            commanded_force_n: force_n,
             limiters,
             observed_energy_j: f64::NAN,
             ..TickMessage::default()

@@ -2,6 +2,8 @@
 
 mod flash;
 mod gone;
+#[cfg(unix)]
+mod impossible;
 mod lines;
 #[cfg(unix)]
 mod middle;
@@ -127,7 +129,7 @@ fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
     let export = place.run("log export run/relax.mcap run.csv").succeeded();
     let mut rows = csv::Reader::from_path(place.path("run.csv")).expect("a table");
     let header = rows.headers().expect("a header").clone();
-    let column = header.iter().position(|name| name == "force_n");
+    let column = header.iter().position(|name| name == "applied_force_n");
     let column = column.unwrap_or_else(|| panic!("{header:?} {export}"));
     let forces = rows.records().map(|row| {
         let row = row.expect("a row");

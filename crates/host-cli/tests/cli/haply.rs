@@ -145,7 +145,7 @@ fn begun(ended: &Ended) -> Option<serde_json::Value> {
     }
     let complaint = ended.complaint(3, &["haply:2diy"]);
     assert_eq!(complaint, None, "{ended}");
-    testkit::skip_for_load(&ended.error());
+    testkit::skip_for_load(ended.error());
     None
 }
 
@@ -174,9 +174,15 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
     } else {
         let ended = ended.ended_by_the_clock();
         assert!(number(&report, "peak_force_n") > 0.01, "{report}");
-        // What is missing in the log is what the run says.
-        assert_eq!(check.code, ended.code, "{check}");
-        check = check.ended_by_the_clock();
+        // What is missing in the log is what the run says; answers that come too late are no gap.
+        if ended.code == Some(0)
+            && number(&check.json(), "stale") > 0.01 * number(&report, "samples")
+        {
+            check = check.failed(4);
+        } else {
+            assert_eq!(check.code, ended.code, "{check}");
+            check = check.ended_by_the_clock();
+        }
     }
     let missing = number(&check.json(), "missing_samples");
     assert_eq!(missing, number(&report, "dropped_samples"), "{check}");

@@ -11,7 +11,7 @@ use testkit::skip;
 
 /// Header of `log export`.
 const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
-                     force_n,contact_force_n,limiters,observed_energy_j";
+                     commanded_force_n,applied_force_n,contact_force_n,limiters,flaws,observed_energy_j";
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
 
@@ -86,7 +86,7 @@ fn a_signal_stops_the_run_safely(signal: &str) {
 
     place.run("log export run/relax.mcap ticks.csv").succeeded();
     let rows = table(&place.text("ticks.csv"), TICKS);
-    let (force, limiters) = (6, 8);
+    let (force, limiters) = (6, 9);
     let stop = rows
         .iter()
         .position(|row| row[limiters] as u8 & STOPPING != 0)

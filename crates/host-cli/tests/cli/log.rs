@@ -9,7 +9,7 @@ use serde_json::Value;
 
 /// Header of `log export`.
 const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
-                       force_n,contact_force_n,limiters,observed_energy_j";
+                       commanded_force_n,applied_force_n,contact_force_n,limiters,flaws,observed_energy_j";
 
 /// A place with `run/relax.mcap` of 3001 samples.
 fn with_log() -> Place {
@@ -247,79 +247,4 @@ fn a_target_that_cannot_be_written_is_refused_by_its_name() {
         assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
     }
     assert_eq!(place.files(), before);
-}
-
-/// A log of 300 ticks as the first schema had them, without the guard's energy.
-fn old_log() -> Vec<u8> {
-    const SCHEMA: &str = "uint64 tick\nfloat64 time_s\nfloat64 reference_m\nfloat64 indenter_position_m\n\
-                          float64 position_m\nfloat64 environment_force_n\nfloat64 force_n\n\
-                          float64 contact_force_n\nuint8 limiters\n";
-    let options = mcap::WriteOptions::new()
-        .profile("ros2")
-        .library("host-cli 0.1.0");
-    let sink = std::io::Cursor::new(Vec::new());
-    let mut writer = options.create(sink).expect("starts");
-    let schema = writer.add_schema("haptics_msgs/msg/Tick", "ros2msg", SCHEMA.as_bytes());
-    let nothing = std::collections::BTreeMap::new();
-    let channel = writer
-        .add_channel(schema.expect("adds"), "/haptics/tick", "cdr", &nothing)
-        .expect("adds");
-    for tick in 0..300_u32 {
-        let x = f64::from(tick);
-        let mut data = vec![0, 1, 0, 0];
-        data.extend(u64::from(tick).to_le_bytes());
-        for field in [1e-3 * x, x, x + 0.5, 1e-6 * x, -x, -0.5 * x, 0.25 * x] {
-            data.extend(field.to_le_bytes());
-        }
-        data.push(2);
-        let header = mcap::records::MessageHeader {
-            channel_id: channel,
-            sequence: tick,
-            log_time: u64::from(tick) * 1_000_000,
-            publish_time: u64::from(tick) * 1_000_000,
-        };
-        writer
-            .write_to_known_channel(&header, &data)
-            .expect("writes");
-    }
-    writer.finish().expect("finishes");
-    writer.into_inner().into_inner()
-}
-
-#[test]
-fn a_log_without_the_guards_energy_can_still_be_read() {
-    let place = Place::new();
-    place.write("old.mcap", old_log());
-    for command in ["info", "check"] {
-        let ended = place.run(&format!("log {command} old.mcap --json"));
-        let found = ended.succeeded().json();
-        assert_eq!(number(&found, "samples"), 300.0, "{command}");
-        assert_eq!(found["complete"], Value::from(true), "{command}");
-    }
-    // A log that was written anew has the field.
-    place.run("log recover old.mcap new.mcap").succeeded();
-    for name in ["old", "new"] {
-        place
-            .run(&format!("log export {name}.mcap {name}.csv"))
-            .succeeded();
-        let rows = table(&place.text(&format!("{name}.csv")), COLUMNS);
-        assert_eq!(rows.len(), 300);
-        for (n, row) in rows.iter().enumerate() {
-            let x = n as f64;
-            let want = [
-                x,
-                1e-3 * x,
-                x,
-                x + 0.5,
-                1e-6 * x,
-                -x,
-                -0.5 * x,
-                0.25 * x,
-                2.0,
-            ];
-            assert_eq!(row[..9], want, "{name}");
-            assert!(row[9].is_nan(), "{name}");
-        }
-    }
-    place.run("log plot old.mcap --out pictures").succeeded();
 }

@@ -8,10 +8,10 @@ use serde_json::Value;
 
 /// Header of `log export`.
 const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
-                       force_n,contact_force_n,limiters,observed_energy_j";
+                       commanded_force_n,applied_force_n,contact_force_n,limiters,flaws,observed_energy_j";
 const FORCE: usize = 6;
-const LIMITERS: usize = 8;
-const ENERGY: usize = 9;
+const LIMITERS: usize = 9;
+const ENERGY: usize = 11;
 
 /// 8000 N/m on the dissertation's device: it shakes.
 const SHAKING: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0\n\

@@ -44,7 +44,7 @@ fn ticks(log: &mut LogWriter<BufWriter<File>>, ticks: std::ops::Range<u64>) {
             tick,
             time_s: 1e-3 * tick as f64,
             position_m: 2e-3,
-            force_n: if tick == 555 { 7.5 } else { -1.0 },
+            commanded_force_n: if tick == 555 { 7.5 } else { -1.0 },
             environment_force_n: -1.25,
             limiters: (tick % 2) as u8,
             observed_energy_j: f64::NAN,

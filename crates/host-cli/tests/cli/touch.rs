@@ -47,7 +47,7 @@ fn a_touch_runs_from_its_file_to_table_and_picture() {
         .expect("a header")
         .split(',')
         .collect();
-    assert_eq!(columns.len(), 16);
+    assert_eq!(columns.len(), 19);
     assert!(columns.contains(&"position_x_m") && columns.contains(&"environment_force_y_n"));
     place.run("log plot disc/touch.mcap --out path").succeeded();
     let picture = place.text("path/touch.log.svg");

@@ -5,7 +5,7 @@ use haptic_devices::haply::{
     Board, Body, Hand, Haply2Diy, HaplyOpenError, Home, LATE_MOST, Trouble, Version, configuration,
     torques,
 };
-use haptic_link::State;
+use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::ServedHardware as _;
 
@@ -93,11 +93,11 @@ fn with_torque(version: Version) -> Running {
 fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
     let mut running = with_torque(Version::V3);
     running.wire.with(|world| world.dead = true);
-    for tick in 1..=5 {
+    for tick in 1..=5_u32 {
         running.tick();
         let faulted = running.device.status().state == State::Fault;
         // The answer to the last frame is on its way already.
-        assert_eq!(faulted, tick > 1 + usize::from(LATE_MOST), "tick {tick}");
+        assert_eq!(faulted, tick > 1 + LATE_MOST, "tick {tick}");
     }
     assert_eq!(running.device.status().fault, Fault::BoardFailed.code());
     let trouble = running.device.hardware().planar().trouble();
@@ -111,6 +111,32 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
     }
     // Armed again it is not, however often: what came last is not known to be true.
     assert!(running.device.arm(running.device.status().faults).is_err());
+}
+
+#[test]
+fn each_tick_without_an_answer_and_each_force_not_sent_is_flagged_and_counted_once() {
+    let mut running = with_torque(Version::V3);
+    let heard = |running: &Running| running.wire.with(|world| world.board.counted().torques);
+    let (before, frames) = (*running.device.statistics(), heard(&running));
+    let (mut flagged, ticks) = ([0; 2], 1000);
+    for n in 1..=ticks {
+        // One answer in seven comes a tick late, one in eleven two ticks late.
+        let held = n % 7 == 0 || n % 11 < 2;
+        running
+            .wire
+            .with(|world| world.held = held && n < ticks - 1);
+        running.tick();
+        let flaws = running.device.newest().flaws;
+        flagged[0] += u32::from(flaws & UNANSWERED != 0);
+        flagged[1] += u32::from(flaws & NOT_TAKEN != 0);
+        assert_eq!(flaws & UNANSWERED != 0, held && n < ticks - 1, "tick {n}");
+    }
+    assert_eq!(running.device.status().state, State::Running);
+    let counted = running.device.statistics().since(&before);
+    assert_eq!([counted.unanswered, counted.forces_not_taken], flagged);
+    let not_sent = u64::from(counted.ticks) - (heard(&running) - frames);
+    assert_eq!(u64::from(counted.forces_not_taken), not_sent);
+    assert!(flagged[0] > 200 && not_sent > 200, "{flagged:?}");
 }
 
 #[test]

@@ -43,6 +43,8 @@ pub(crate) struct World {
     pub(crate) planned: Option<(Way, u32, Damage)>,
     /// Bytes of the host are not heard: the board has stopped.
     pub(crate) dead: bool,
+    /// What the board says does not come through yet.
+    pub(crate) held: bool,
     /// The port is gone, with whatever the board does behind it.
     pub(crate) gone: bool,
     /// The last frames of the host, as it sent them.
@@ -60,6 +62,7 @@ impl World {
             to_host: VecDeque::new(),
             planned: None,
             dead: false,
+            held: false,
             gone: false,
             frames: VecDeque::new(),
             largest_nm: 0.0,
@@ -121,7 +124,7 @@ impl Read for Wire {
             if world.gone {
                 return Err(ErrorKind::BrokenPipe.into());
             }
-            if world.to_host.is_empty() {
+            if world.held || world.to_host.is_empty() {
                 return Err(ErrorKind::TimedOut.into());
             }
             world.to_host.read(into)

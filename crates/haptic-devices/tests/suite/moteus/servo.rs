@@ -3,9 +3,11 @@
 use super::world::{Rig, Wire};
 use haptic_devices::moteus::emulated::Shaft;
 use haptic_devices::moteus::{Instead, MoteusOpenError, MoteusSettings, Trouble};
-use haptic_link::State;
+use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::Fault;
 use moteus_protocol::Mode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 #[test]
 fn a_force_is_a_torque_at_the_radius() {
@@ -40,6 +42,39 @@ fn ticks_that_are_skipped_are_no_jump_of_the_position() {
     }
     let newest = f64::from(rig.device.newest().position_m[0]);
     assert!((newest - at_m).abs() < 1e-3, "{newest} m of {at_m} m");
+}
+
+#[test]
+fn each_command_that_is_lost_is_flagged_in_the_next_tick_and_counted() {
+    let mut rig = Rig::new(200.0);
+    rig.start();
+    let lost = Arc::new(AtomicU32::new(0));
+    let (counting, mut n) = (Arc::clone(&lost), 0);
+    rig.wire.world().harm = Some(Box::new(move |bytes, to_servo| {
+        n += u32::from(to_servo);
+        // Three of five, never four in a row.
+        if to_servo && n % 5 > 1 {
+            bytes.clear();
+            counting.fetch_add(1, Ordering::Relaxed);
+        }
+    }));
+    let before = *rig.device.statistics();
+    let mut flagged = [0; 2];
+    for tick in 0..800 {
+        // The last is heard of.
+        if tick == 799 {
+            rig.wire.world().harm = None;
+        }
+        rig.tick();
+        let flaws = rig.device.newest().flaws;
+        flagged[0] += u32::from(flaws & UNANSWERED != 0);
+        flagged[1] += u32::from(flaws & NOT_TAKEN != 0);
+    }
+    assert_eq!(rig.fault(), None, "{}", rig.trouble());
+    let counted = rig.device.statistics().since(&before);
+    assert_eq!([counted.unanswered, counted.forces_not_taken], flagged);
+    assert_eq!(flagged, [lost.load(Ordering::Relaxed); 2]);
+    assert!(flagged[0] > 400, "{flagged:?}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ fn the_force_stays_within_the_limit_of_its_norm() {
     ));
     let most = ticks
         .iter()
-        .map(|tick| tick.force_n.norm())
+        .map(|tick| tick.commanded_force_n.norm())
         .fold(0.0, f64::max);
     let wanted = ticks.iter().map(|tick| tick.environment_force_n.norm());
     assert!(wanted.fold(0.0, f64::max) > 1.0);
@@ -59,7 +59,11 @@ fn a_wall_that_shakes_gives_the_hand_energy_and_a_guard_takes_it_back() {
         report.given_most_j
     );
     // No friction from the guard: the hand slides along the second axis.
-    assert!(ticks.iter().all(|tick| tick.force_n.as_slice()[1] == 0.0));
+    assert!(
+        ticks
+            .iter()
+            .all(|tick| tick.commanded_force_n.as_slice()[1] == 0.0)
+    );
 }
 
 #[test]
@@ -113,14 +117,19 @@ fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
     ] {
         let (report, ticks) = run(&pressed(safety));
         let run = &report.run;
-        let acting = ticks.iter().rfind(|tick| tick.force_n.norm() > 0.0);
+        let acting = ticks
+            .iter()
+            .rfind(|tick| tick.commanded_force_n.norm() > 0.0);
         let until_s = acting.expect("a force").time_s;
         let let_go = match ramps {
             true => LetGo::Ramped { until_s },
             false => LetGo::InOneSample,
         };
         assert_eq!(run.let_go, Some(let_go), "{safety}: {run:?}");
-        let norms: Vec<f64> = ticks.iter().map(|tick| tick.force_n.norm()).collect();
+        let norms: Vec<f64> = ticks
+            .iter()
+            .map(|tick| tick.commanded_force_n.norm())
+            .collect();
         let most = norms.iter().copied().fold(0.0, f64::max);
         assert!(most > 3.0, "{most} N");
         assert_eq!(run.peak_force_n, most, "{safety}");
@@ -128,7 +137,7 @@ fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
         // The last sample that counts is that before the fault; the force at the end is its, before it falls.
         let counts = |tick: &&VectorTick| tick.time_s <= run.duration_s;
         let last = ticks.iter().rfind(counts).expect("ticks");
-        assert_eq!(run.final_force_n, last.force_n.norm(), "{safety}");
+        assert_eq!(run.final_force_n, last.commanded_force_n.norm(), "{safety}");
         assert!(run.final_force_n > 3.0, "{safety}: {}", run.final_force_n);
         // The tick of the fault is the first outside, so it is deeper than all that count.
         let depths = ticks.iter().map(|tick| tick.position_m.as_slice()[0]);

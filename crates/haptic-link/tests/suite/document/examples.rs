@@ -153,6 +153,7 @@ const fn item(position_m: f32) -> BatchItem {
         environment_force_n: -500.0 * position_m,
         force_n: -500.0 * position_m,
         limiters: 0,
+        flaws: 0,
     }
 }
 
@@ -186,6 +187,7 @@ fn running() -> Vec<String> {
                 environment_force_n: -0.5,
                 force_n: -0.5,
                 limiters: 0,
+                flaws: 0,
             }),
             300,
             device,

@@ -77,6 +77,8 @@ struct Counted {
     frames_late: u32,
     bytes_overrun: u32,
     frames_of_strangers: u32,
+    unanswered: u32,
+    forces_not_taken: u32,
 }
 
 impl From<Statistics> for Counted {
@@ -98,6 +100,8 @@ impl From<Statistics> for Counted {
             frames_late: s.late,
             bytes_overrun: s.bytes_overrun,
             frames_of_strangers: s.strangers,
+            unanswered: s.unanswered,
+            forces_not_taken: s.forces_not_taken,
         }
     }
 }

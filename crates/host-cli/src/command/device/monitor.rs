@@ -359,8 +359,10 @@ impl Watch<'_> {
             contact_force_n: f64::NAN,
             position_m: f64::from(sample.position_m),
             environment_force_n: f64::from(sample.environment_force_n),
-            force_n: f64::from(sample.force_n),
+            commanded_force_n: f64::from(sample.force_n),
+            applied_force_n: f64::from(sample.force_n),
             limiters: sample.limiters,
+            flaws: sample.flaws,
             observed_energy_j: f64::NAN,
         };
         log.keep(|log| log.tick(message));

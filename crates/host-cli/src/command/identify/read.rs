@@ -113,7 +113,7 @@ impl LogColumns {
     /// `false` if there is no room for it.
     fn take(&mut self, tick: &TickMessage) -> bool {
         // The force of the safety chain, not of the tissue; at rest it is both.
-        if tick.limiters != 0 && !(self.time_s.is_empty() && tick.force_n == 0.0) {
+        if tick.limiters != 0 && !(self.time_s.is_empty() && tick.commanded_force_n == 0.0) {
             self.limited += 1;
             return true;
         }
@@ -122,7 +122,7 @@ impl LogColumns {
         }
         self.time_s.push(tick.time_s);
         self.position_m.push(tick.position_m);
-        self.force_n.push(-tick.force_n);
+        self.force_n.push(-tick.commanded_force_n);
         true
     }
 
@@ -130,7 +130,8 @@ impl LogColumns {
         let Self {
             outside, limited, ..
         } = self;
-        let mut notes = vec!["stress is the force against the motion, −force_n".to_owned()];
+        let mut notes =
+            vec!["stress is the force against the motion, −commanded_force_n".to_owned()];
         if outside > 0 {
             notes.push(format!(
                 "{outside} samples left out, outside the range asked for"
@@ -152,7 +153,7 @@ impl LogColumns {
             values: vec![
                 (Column::Time, "time_s".to_owned(), self.time_s),
                 (Column::Position, "position_m".to_owned(), self.position_m),
-                (Column::Force, "force_n".to_owned(), self.force_n),
+                (Column::Force, "commanded_force_n".to_owned(), self.force_n),
             ],
             notes,
         }

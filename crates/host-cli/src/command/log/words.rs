@@ -1,5 +1,6 @@
 //! A log in words: what is missing, and what is in it.
 
+use crate::output::in_line;
 use haptic_log::record::{EndKind, LogSummary, RECOVERED};
 use std::io::{self, Write};
 use std::path::Path;
@@ -16,6 +17,16 @@ pub(super) fn reasons(summary: &LogSummary) -> Vec<String> {
         if missing > 0 {
             reasons.push(format!("{missing} ticks missing {place}"));
         }
+    }
+    let flaws = &summary.flaws;
+    if flaws.impossible > 0 {
+        reasons.push(format!(
+            "of {} ticks the device told what cannot be",
+            flaws.impossible
+        ));
+    }
+    if flaws.is_stale(summary.samples) {
+        reasons.push(stale(summary));
     }
     if summary.out_of_order > 0 {
         reasons.push(format!("{} ticks out of order", summary.out_of_order));
@@ -37,6 +48,32 @@ pub(super) fn reasons(summary: &LogSummary) -> Vec<String> {
         }
     }
     reasons
+}
+
+/// Ticks that tell of an earlier one, in words.
+fn stale(summary: &LogSummary) -> String {
+    let flaws = &summary.flaws;
+    let parts = [
+        (flaws.unanswered, "the board did not answer"),
+        (
+            flaws.forces_not_taken,
+            "it may not have taken the force before",
+        ),
+        (
+            flaws.late_forces,
+            "the device had no late force of the host",
+        ),
+    ];
+    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = parts
+        .map(|(count, words)| format!("in {count} {words}"))
+        .collect();
+    format!(
+        "{} of {} ticks are stale: {}",
+        flaws.stale,
+        summary.samples,
+        parts.join(", ")
+    )
 }
 
 /// What helps a log that is not whole: nothing, where its file is undamaged.
@@ -78,6 +115,21 @@ pub(super) fn print_missing(out: &mut dyn Write, summary: &LogSummary) -> io::Re
     Ok(())
 }
 
+/// Ticks in the log that are not what they seem.
+pub(super) fn print_flaws(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
+    if summary.flaws.stale > 0 {
+        writeln!(out, "stale: {}", stale(summary))?;
+    }
+    if summary.flaws.impossible > 0 {
+        let impossible = summary.flaws.impossible;
+        writeln!(
+            out,
+            "impossible: of {impossible} ticks the device told what cannot be"
+        )?;
+    }
+    Ok(())
+}
+
 /// The end of a run that did not reach its planned one, and the first file of the log if it is not this one.
 pub(super) fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
     if let Some(end) = &summary.end
@@ -90,7 +142,7 @@ pub(super) fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Res
         } else {
             "made"
         };
-        let reason = &end.reason;
+        let reason = in_line(&end.reason);
         writeln!(
             out,
             "ended early: {reason}; {made} of {planned} planned samples were {known}"
@@ -99,7 +151,8 @@ pub(super) fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Res
     match &summary.continues {
         Some(first) => writeln!(
             out,
-            "this file continues a log: give its first file, `{first}`, for all of it"
+            "this file continues a log: give its first file, `{}`, for all of it",
+            in_line(first)
         ),
         None => Ok(()),
     }
@@ -108,7 +161,11 @@ pub(super) fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Res
 /// Says so if the log is what was saved of another.
 pub(super) fn recovered(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
     match &summary.missing_since_recovery {
-        Some(missing) => writeln!(out, "recovered from a log that was not whole: {missing}"),
+        Some(missing) => writeln!(
+            out,
+            "recovered from a log that was not whole: {}",
+            in_line(missing)
+        ),
         None => Ok(()),
     }
 }
@@ -139,18 +196,19 @@ pub(super) fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) 
         writeln!(out, "  time 0 is {started}")?;
     }
     for record in &summary.metadata {
-        writeln!(out, "  [{}]", record.name)?;
+        writeln!(out, "  [{}]", in_line(&record.name))?;
         for (key, value) in &record.values {
-            writeln!(out, "    {key:<26} {value}")?;
+            writeln!(out, "    {:<26} {}", in_line(key), in_line(value))?;
         }
     }
     for event in &summary.events {
-        let (kind, text) = (&event.kind, &event.text);
+        let [kind, text] = [&event.kind, &event.text].map(|text| in_line(text));
         writeln!(out, "  event at {} s: {kind}: {text}", event.time_s)?;
     }
     for damage in &summary.damage {
         writeln!(out, "  damage: {damage}")?;
     }
+    print_flaws(out, summary)?;
     print_extent(out, summary)?;
     recovered(out, summary)
 }

@@ -1,7 +1,7 @@
-//! A line between a program and an emulated device that loses what a test wants.
+//! A line between a program and an emulated device that loses or changes what a test wants.
 
 use super::Emulated;
-use haptic_link::{Direction, Receiver, Report};
+use haptic_link::{Direction, FRAME_MAX, Receiver, Report, encode};
 use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 
-type Loses = Arc<Mutex<dyn FnMut(&Report) -> bool + Send>>;
+type Passes = Arc<Mutex<dyn FnMut(Report) -> Option<Report> + Send>>;
 
 /// The line: at the socket `line`, before the device at the socket `device`.
 pub(super) struct Middle {
@@ -20,21 +20,29 @@ impl Middle {
     /// Loses the messages of the device for which this is true.
     pub(super) fn before(
         device: &Emulated,
-        loses: impl FnMut(&Report) -> bool + Send + 'static,
+        mut loses: impl FnMut(&Report) -> bool + Send + 'static,
+    ) -> Self {
+        Self::changing(device, move |report| (!loses(&report)).then_some(report))
+    }
+
+    /// Passes on what this makes of the messages of the device.
+    pub(super) fn changing(
+        device: &Emulated,
+        passes: impl FnMut(Report) -> Option<Report> + Send + 'static,
     ) -> Self {
         let there = device.place.path("device");
         let listener = UnixListener::bind(device.place.path("line")).expect("a socket");
         let deaf = Arc::new(AtomicBool::new(false));
         let heard = Arc::clone(&deaf);
-        let loses: Loses = Arc::new(Mutex::new(loses));
+        let passes: Passes = Arc::new(Mutex::new(passes));
         std::thread::spawn(move || {
             while let Ok((host, _)) = listener.accept() {
                 let device = UnixStream::connect(&there).expect("an emulator");
                 let ends = (clone(&host), clone(&device));
                 let heard = Arc::clone(&heard);
                 std::thread::spawn(move || to_device(ends.0, ends.1, &heard));
-                let loses = Arc::clone(&loses);
-                std::thread::spawn(move || to_host(device, host, &loses));
+                let passes = Arc::clone(&passes);
+                std::thread::spawn(move || to_host(device, host, &passes));
             }
         });
         Self { deaf }
@@ -72,7 +80,7 @@ fn to_device(host: UnixStream, device: UnixStream, deaf: &AtomicBool) {
 }
 
 /// A host that stands still keeps nothing of this end waiting.
-fn to_host(device: UnixStream, mut host: UnixStream, loses: &Loses) {
+fn to_host(device: UnixStream, mut host: UnixStream, passes: &Passes) {
     let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
     let mut frame = Vec::new();
     let (queue, frames) = channel::<Vec<u8>>();
@@ -86,9 +94,16 @@ fn to_host(device: UnixStream, mut host: UnixStream, loses: &Loses) {
                 return true;
             }
             let whole = std::mem::take(&mut frame);
-            let mut loses = loses.lock().expect("nobody panicked");
-            let lost = report.is_some_and(|(_, report)| (*loses)(&report));
-            lost || queue.send(whole).is_ok()
+            let Some((header, report)) = report else {
+                return queue.send(whole).is_ok();
+            };
+            let mut passes = passes.lock().expect("nobody panicked");
+            let Some(report) = (*passes)(report) else {
+                return true;
+            };
+            let mut line = [0; FRAME_MAX];
+            let length = encode(&report, header, &mut line).expect("fits");
+            queue.send(line[..length].to_vec()).is_ok()
         })
     });
 }

@@ -211,3 +211,41 @@ fn a_name_or_servo_that_cannot_be_is_said_in_one_line() {
     let ended = device.place.run("device info --device moteus:device,id=2");
     ended.refused(3, &["servo 2 did not answer", "its number (`id`)"]);
 }
+
+#[test]
+fn what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
+    // One line in two is damaged by it.
+    let mut device = Emulated::at_terminal("device", "--kind moteus --drop 1% --line-seed 5");
+    let line = "relax --device moteus:device,lost=1000,watchdog=1s --watchdog 1s --late-ticks 0 --contact rigid --ramp-time 0.2s \
+                --duration 1s --sample-time 2ms --out run --json";
+    // A busy machine may skip ticks too.
+    let ended = device.place.run(line).ended_by_the_clock();
+    let report = ended.json();
+    let of = |key: &str| number(&report, &format!("/link/{key}"));
+    let (unanswered, not_taken) = (of("unanswered"), of("forces_not_taken"));
+    assert!(unanswered > 100.0 && not_taken >= unanswered, "{report}");
+    let told = format!("{unanswered} had no answer of its board");
+    assert!(ended.stderr.contains(&told), "{ended}");
+    // The log has the ticks of the run, the link those before and after it too.
+    let check = device
+        .place
+        .run("log check run/relax.mcap --json")
+        .failed(4);
+    assert!(check.error().contains("ticks are stale"), "{check}");
+    let check = check.json();
+    let logged = number(&check, "/unanswered");
+    assert!(logged > 100.0 && logged <= unanswered, "{check}");
+    // What the servo heard, and what it was sent: each tick one frame, and those of opening it.
+    let said = device.ends();
+    let heard: f64 = said
+        .split("emulated: ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next())
+        .and_then(|number| number.parse().ok())
+        .unwrap_or_else(|| panic!("{said}"));
+    let sent = of("ticks");
+    assert!(
+        heard + not_taken >= sent,
+        "{heard} heard, {not_taken} not taken, {sent} sent"
+    );
+}

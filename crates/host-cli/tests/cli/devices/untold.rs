@@ -82,21 +82,21 @@ fn forces_that_did_not_arrive_are_in_no_log() {
     logged_as_told(&device, &told, lost);
 }
 
-/// The log of `run/relax` behind this tick, some hundred ticks and forces, N: each has the force that the device itself told.
+/// The log of `run/relax` behind this tick, some hundred ticks and forces, N. Each tick of all has the force that the device itself told.
 pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<(u32, f64)> {
     device
         .place
         .run("log export run/relax.mcap ticks.csv")
         .succeeded();
     let told = told.lock().expect("nobody panicked");
-    let mut behind = csv(&device.place.text("ticks.csv"));
-    behind.retain(|(tick, _)| *tick > after);
-    assert!(behind.len() > 400, "{}", behind.len());
+    let mut rows = csv(&device.place.text("ticks.csv"));
     let other =
         |(tick, force_n): &&(u32, f64)| (force_n - f64::from(told[tick].force_n)).abs() > 1e-9;
-    let other = behind.iter().find(other);
+    let other = rows.iter().find(other);
     assert_eq!(other, None, "{:?}", other.map(|(tick, _)| told[tick]));
-    behind
+    rows.retain(|(tick, _)| *tick > after);
+    assert!(rows.len() > 400, "{}", rows.len());
+    rows
 }
 
 /// Ticks and forces, N, of an exported log.
@@ -109,7 +109,7 @@ fn csv(text: &str) -> Vec<(u32, f64)> {
             .position(|column| *column == name)
             .expect("a column")
     };
-    let (tick, force) = (column("tick"), column("force_n"));
+    let (tick, force) = (column("tick"), column("applied_force_n"));
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         let force_n = cells[force].parse().expect("a number");

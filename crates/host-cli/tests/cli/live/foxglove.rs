@@ -125,7 +125,7 @@ fn tick(n: u32) -> TickMessage {
         tick: n.into(),
         time_s: 1e-3 * f64::from(n),
         position_m: 1e-6 * f64::from(n),
-        force_n: -f64::from(n),
+        commanded_force_n: -f64::from(n),
         limiters: (n % 16) as u8,
         ..TickMessage::default()
     }

@@ -2,7 +2,7 @@
 
 use super::with_log;
 use crate::process::{Place, number};
-use haptic_log::record::{END, EndKind, RollingLog, RunEnd, TickMessage};
+use haptic_log::record::{END, EndKind, EventMessage, RollingLog, RunEnd, TickMessage, flaw};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -17,14 +17,18 @@ fn check_finds_a_whole_log_whole() {
 
 /// A log of these ticks at 1 kHz, of a run that made 1000 of 2000.
 fn log_of(place: &Place, ticks: impl Iterator<Item = u64>, ended: EndKind, dropped: u64) {
+    let message = |tick| TickMessage {
+        tick,
+        time_s: 1e-3 * tick as f64,
+        ..TickMessage::default()
+    };
+    log_with(place, ticks.map(message), ended, dropped);
+}
+
+fn log_with(place: &Place, ticks: impl Iterator<Item = TickMessage>, ended: EndKind, dropped: u64) {
     let path = place.path("made.mcap");
     let mut log = RollingLog::create(&path, BTreeMap::new(), true).expect("starts");
-    for tick in ticks {
-        let message = TickMessage {
-            tick,
-            time_s: 1e-3 * tick as f64,
-            ..TickMessage::default()
-        };
+    for message in ticks {
         log.tick(&message).expect("writes");
     }
     let end = RunEnd {
@@ -84,4 +88,81 @@ fn check_judges_a_run_up_to_its_end_and_says_that_it_ended_early() {
     log_of(&place, 0..1000, EndKind::Finished, 3);
     let check = place.run("log check made.mcap").failed(4);
     assert!(check.error().contains("counted 3"), "{check}");
+}
+
+#[test]
+fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
+    let place = Place::new();
+    let with = |flawed: u64, flaws: u8, position_m: f64| {
+        let ticks = (0..1000).map(|tick| TickMessage {
+            tick,
+            time_s: 1e-3 * tick as f64,
+            flaws: if tick < flawed { flaws } else { 0 },
+            position_m: if tick < flawed { position_m } else { 0.0 },
+            ..TickMessage::default()
+        });
+        log_with(&place, ticks, EndKind::Interrupted, 0);
+        place.run("log check made.mcap")
+    };
+    let words = [
+        (flaw::UNANSWERED, "the board did not answer"),
+        (flaw::NOT_TAKEN, "it may not have taken the force before"),
+        (flaw::LATE_FORCE, "the device had no late force of the host"),
+    ];
+    for (flaws, words) in words {
+        let check = with(10, flaws, 0.0).succeeded();
+        let told = format!("stale: 10 of 1000 ticks are stale: in 10 {words}");
+        assert!(check.stdout.contains(&told), "{check}");
+        let check = with(11, flaws, 0.0).failed(4);
+        let told = format!("11 of 1000 ticks are stale: in 11 {words}");
+        assert!(check.error().contains(&told), "{check}");
+    }
+    let both = flaw::UNANSWERED | flaw::NOT_TAKEN;
+    with(600, both, 0.0).failed(4);
+    let check = place.run("log check made.mcap --json").failed(4).json();
+    let keys = ["stale", "unanswered", "forces_not_taken", "late_forces"];
+    let counts = keys.map(|key| number(&check, key));
+    assert_eq!(counts, [600.0, 600.0, 600.0, 0.0], "{check}");
+    // One is too many, whoever saw it.
+    for (flaws, position_m) in [(flaw::IMPOSSIBLE, 0.0), (0, f64::NAN), (0, f64::INFINITY)] {
+        let check = with(1, flaws, position_m).failed(4);
+        let told = "of 1 ticks the device told what cannot be";
+        assert!(check.error().contains(told), "{check}");
+    }
+}
+
+#[test]
+fn control_characters_of_a_log_reach_no_terminal() {
+    let place = Place::new();
+    let evil = "\u{1b}[31mred\u{7}\u{9b}2J\r\nthe end";
+    let experiment = [("device".to_owned(), evil.to_owned())];
+    let path = place.path("a\u{1b}b.mcap");
+    let mut log = RollingLog::create(&path, experiment.into(), false).expect("starts");
+    let event = EventMessage {
+        time_s: 0.5,
+        kind: evil.to_owned(),
+        text: evil.to_owned(),
+    };
+    log.event(&event).expect("writes");
+    log.metadata(evil, [(evil.to_owned(), evil.to_owned())].into())
+        .expect("writes");
+    log.finish().expect("finishes");
+    for options in ["", " --json"] {
+        let info = place.run(&format!("log info a\u{1b}b.mcap{options}"));
+        let said = info.succeeded().stdout;
+        let raw = |c: char| c.is_control() && c != '\n';
+        assert!(!said.contains(raw), "{said:?}");
+        assert!(said.contains("\\u001b[31mred\\u0007\\u009b2J"), "{said}");
+        // Nothing of it begins a line.
+        assert!(
+            !said.lines().any(|line| line.starts_with("the end")),
+            "{said}"
+        );
+    }
+    // Nor does an error.
+    let error = place.run("log check a\u{1b}c.mcap").failed(2).stderr;
+    assert!(
+        error.contains("a\\u001bc.mcap") && !error.contains('\u{1b}'),
+        "{error:?}"
+    );
 }

@@ -1,0 +1,53 @@
+//! The samples of a run, wherever they are: in memory, or in its log.
+
+use super::kept::{KeptSample, Record};
+use crate::failure::Failure;
+use haptic_log::record::{Entry, LogReader};
+use std::path::PathBuf;
+
+/// Place of the samples of a run.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a> {
+    /// In memory.
+    Whole(&'a [KeptSample]),
+    /// In the files of the log, up to this tick.
+    Logged(&'a [PathBuf], u64),
+}
+
+impl<'a> Samples<'a> {
+    /// Those of a record whose log has these files.
+    #[must_use]
+    pub fn of(record: &'a Record, logs: &'a [PathBuf]) -> Self {
+        match (&record.whole, record.last) {
+            (Some(whole), _) => Self::Whole(whole),
+            (None, Some(last)) => Self::Logged(logs, last.tick),
+            (None, None) => Self::Whole(&[]),
+        }
+    }
+
+    /// One after the other.
+    ///
+    /// # Errors
+    /// A log that cannot be read.
+    pub fn for_each(
+        self,
+        mut take: impl FnMut(&KeptSample) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        match self {
+            Self::Whole(samples) => samples.iter().try_for_each(take),
+            Self::Logged(logs, last_tick) => {
+                for log in logs {
+                    for entry in LogReader::open(log)? {
+                        match entry? {
+                            Entry::Tick(message) if message.tick <= last_tick => {
+                                take(&KeptSample::of(&message))?;
+                            }
+                            _ => {}
+                        }
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}

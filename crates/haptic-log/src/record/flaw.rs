@@ -1,0 +1,51 @@
+//! What may be wrong with a tick: bits of its field `flaws`.
+
+use serde::Serialize;
+
+use super::AnyTick;
+
+/// The board did not answer: the position is that of an earlier tick.
+pub const UNANSWERED: u8 = 1;
+/// Nothing says that the board took the force of the tick before.
+pub const NOT_TAKEN: u8 = 2;
+/// The device had none of the last forces of a loop on the host: an older one acts.
+pub const LATE_FORCE: u8 = 4;
+/// What the device told of the tick cannot be.
+pub const IMPOSSIBLE: u8 = 8;
+
+/// More stale ticks than this share are no record of what the loop did.
+pub const STALE_MOST: f64 = 0.01;
+
+/// Ticks of a log with flaws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct FlawCounts {
+    /// Ticks whose position is that of an earlier one, or in which an older force may have acted.
+    pub stale: u64,
+    /// Of them, those without an answer of the board.
+    pub unanswered: u64,
+    /// Those whose board may not have taken the force of the tick before.
+    pub forces_not_taken: u64,
+    /// Those in which the device had none of the last forces of a loop on the host.
+    pub late_forces: u64,
+    /// Ticks of which the device told what cannot be.
+    pub impossible: u64,
+}
+
+impl FlawCounts {
+    /// Takes in a tick.
+    pub(crate) fn add(&mut self, tick: &AnyTick) {
+        let flaws = tick.flaws();
+        let has = |bits: u8| u64::from(flaws & bits != 0);
+        self.stale += has(UNANSWERED | NOT_TAKEN | LATE_FORCE);
+        self.unanswered += has(UNANSWERED);
+        self.forces_not_taken += has(NOT_TAKEN);
+        self.late_forces += has(LATE_FORCE);
+        self.impossible += u64::from(flaws & IMPOSSIBLE != 0 || !tick.has_place());
+    }
+
+    /// True if more of so many ticks are stale than a record bears.
+    #[must_use]
+    pub fn is_stale(&self, samples: u64) -> bool {
+        self.stale as f64 > STALE_MOST * samples as f64
+    }
+}
