@@ -26,7 +26,7 @@ mod specification;
 mod spectrum;
 mod udp;
 
-pub use curves::TeleoperationCurves;
+pub use curves::{SideCurves, TeleoperationCurves};
 pub use pair::{PairSink, PairTick, SideTick};
 pub use place::{PlaceName, RemotePlace};
 pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};

@@ -2,7 +2,7 @@
 
 use haptic_experiment::curves::{CouplerCurves, TheoryCurves, WallCurves};
 use haptic_experiment::drive::DriveCurves;
-use haptic_experiment::teleoperation::{FeltAt, TeleoperationCurves};
+use haptic_experiment::teleoperation::{FeltAt, SideCurves, TeleoperationCurves};
 use haptic_experiment::touch::TouchCurves;
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
@@ -85,6 +85,56 @@ pub fn of_coupler(curves: &CouplerCurves) -> Result<Picture, FigureError> {
         object_m: Some(&curves.object_position_m),
         force_n: &curves.force_n,
     })
+}
+
+/// One side of a teleoperation: places and forces.
+///
+/// # Errors
+/// If there is nothing to draw.
+pub fn of_side(curves: &SideCurves) -> Result<Picture, FigureError> {
+    let over_time = |values: &[f64], scale: f64| -> Vec<(f64, f64)> {
+        let scaled = values.iter().map(|value| scale * value);
+        curves.time_s.iter().copied().zip(scaled).collect()
+    };
+    let [hand, device] = [&curves.reference_m, &curves.position_m].map(|m| over_time(m, 1e3));
+    let [force, outside] = [&curves.force_n, &curves.outside_n].map(|n| over_time(n, 1.0));
+    let (hand_is, device_is) = (
+        Series::new("hand", &hand, Look::Dashed, 2),
+        Series::new("device", &device, Look::Line, 0),
+    );
+    // There is no hand on the side of the slave.
+    let has_hand = curves.reference_m.iter().any(|place| place.is_finite());
+    let chart = |caption, y, series: Vec<_>| Chart {
+        caption,
+        x: AxisSpec::new("time / s", Scale::Linear),
+        y: AxisSpec::new(y, Scale::Linear),
+        series,
+    };
+    ChartPage {
+        title: &curves.title,
+        subtitle: &curves.subtitle,
+        columns: 1,
+        charts: vec![
+            chart(
+                "place",
+                "place / mm",
+                if has_hand {
+                    vec![hand_is, device_is]
+                } else {
+                    vec![device_is]
+                },
+            ),
+            chart(
+                "force on the device",
+                "force / N",
+                vec![
+                    Series::new("of the port", &force, Look::Line, 0),
+                    Series::new("from outside", &outside, Look::Line, 1),
+                ],
+            ),
+        ],
+    }
+    .draw()
 }
 
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.

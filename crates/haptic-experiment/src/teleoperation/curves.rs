@@ -24,3 +24,22 @@ pub struct TeleoperationCurves {
     /// What was felt.
     pub felt: Vec<FeltAt>,
 }
+
+/// What there is to draw of one side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideCurves {
+    /// Its heading.
+    pub title: String,
+    /// One line: laws and the other side.
+    pub subtitle: String,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Where the hand wants to be, m; not a number on the side without one.
+    pub reference_m: Vec<f64>,
+    /// Place of the device, m.
+    pub position_m: Vec<f64>,
+    /// Force on the device, N.
+    pub force_n: Vec<f64>,
+    /// Force of hand or place on it, N.
+    pub outside_n: Vec<f64>,
+}

@@ -2,20 +2,28 @@
 //!
 //! Both devices are simulated and paced by the clock. A port is served by one socket; nothing blocks the tick.
 
+mod kept;
 mod line;
 mod report;
 
 use super::body::Body;
+use super::curves::SideCurves;
 use super::specification::TeleoperationExperiment;
-use crate::device::Warn;
+use crate::curves::Published;
+use crate::ended::Ended;
 use crate::failure::Failure;
+use crate::folder::FolderRequest;
 use crate::realtime::RealtimeOptions;
+use crate::run::{Supervisor, told};
 use crate::schedule::{Pace, Schedule};
 use fracdiff::Operator;
 use haptic_link::{Architecture, HandSide, hand_digest};
+use haptic_log::record::TickMessage;
+use haptic_log::record::flaw::LATE_FORCE;
 use haptic_loop::realtime::Periodic;
 use haptic_loop::{Limiters, SafeForce};
 use haptic_teleoperation::{Heard, Introduction, Port};
+use kept::Kept;
 pub use line::End;
 use line::{Line, unusable};
 pub use report::{FarEnd, FarReport, SKIPPED_MOST, Terms};
@@ -23,17 +31,19 @@ use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 impl TeleoperationExperiment {
-    /// Runs a side for `duration_s` of its device, once the other is there. `opened` hears the address of this side.
+    /// Runs a side for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears the address of
+    /// this side.
     ///
     /// # Errors
-    /// A parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not fit.
+    /// A parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not fit; a log that
+    /// cannot be written.
     pub fn run_side(
         &self,
         end: End,
         terms: Terms,
         opened: &dyn Fn(SocketAddr),
-        (stop, warn): (&AtomicBool, Warn<'_>),
-    ) -> Result<FarReport, Failure> {
+        (request, supervisor): (&FolderRequest, Supervisor<'_>),
+    ) -> Result<Published<FarReport, SideCurves>, Failure> {
         let terms = terms.checked()?;
         let side = end.side();
         self.check_side(side)?;
@@ -42,17 +52,13 @@ impl TeleoperationExperiment {
         let Some(clock) = schedule.clock().map_err(Failure::input)? else {
             return Err(Failure::bad_input("two processes need a clock"));
         };
-        let mut line = Line::open(end, self.introduction(side))?;
-        opened(
-            line.socket
-                .local_addr()
-                .map_err(|error| unusable(end, &error))?,
-        );
-        if !line.meet(end, terms.patience, stop)? {
-            return Err(Failure::Run(anyhow::anyhow!(
-                "interrupted before the other side was there; no force was made"
-            )));
-        }
+        // A folder that takes no files is seen before anybody waits.
+        let folder = request.prepare()?;
+        let line = self.met(end, terms, opened, supervisor);
+        let line = line.inspect_err(|_| folder.discard())?;
+        let peer = line.peer.map_or_else(String::new, |peer| peer.to_string());
+        let kept = (folder, &request.provenance);
+        let mut kept = self.kept(end, &peer, kept, (schedule, supervisor))?;
         let mut side = Side {
             port,
             body,
@@ -61,29 +67,46 @@ impl TeleoperationExperiment {
             acted_on: 0,
             heard_tick: 0,
             at_limit: 0,
-            peak_force_n: 0.0,
             left: false,
         };
         let mut periodic = Periodic::new(clock).map_err(Failure::input)?;
-        let (ended, ticks, skipped, silent_to_zero) = side.all(
-            &mut periodic,
-            (schedule.samples, self.sample_time().0),
-            stop,
-        )?;
-        let (_, thread) = periodic.finish();
-        drop(thread);
+        let times = (schedule.samples, self.sample_time().0);
+        let run = side.all(&mut periodic, times, (&mut kept, supervisor))?;
+        told(periodic, &mut kept.record, &mut kept.recorder);
         side.line.farewell();
+        let (ended, ticks, skipped, silent_to_zero) = run;
         let ended = terms.judge(ended, skipped, ticks);
         if skipped > 0 {
-            warn(&format!(
+            (supervisor.warn)(&format!(
                 "this machine was late: {skipped} of {ticks} ticks were skipped"
             ));
         }
-        let report = self.told(&side, (ended, ticks, skipped, silent_to_zero));
+        let peak_force_n = kept.record.peak_force_n();
+        let report = self.told(&side, (ended, ticks, skipped, silent_to_zero), peak_force_n);
         if report.is_saturated() {
-            warn(&self.saturated());
+            (supervisor.warn)(&self.saturated());
         }
-        Ok(report)
+        let whole = matches!(ended, FarEnd::Done | FarEnd::Late | FarEnd::OtherLeft);
+        kept.finish(report, (whole, side.port.safety().is_at_rest()))
+    }
+
+    /// The line to the other side, once that is there.
+    fn met(
+        &self,
+        end: End,
+        terms: Terms,
+        opened: &dyn Fn(SocketAddr),
+        supervisor: Supervisor<'_>,
+    ) -> Result<Line, Failure> {
+        let mut line = Line::open(end, self.introduction(end.side()))?;
+        let address = line.socket.local_addr();
+        opened(address.map_err(|error| unusable(end, &error))?);
+        if line.meet(end, terms.patience, supervisor.stop)? {
+            return Ok(line);
+        }
+        Err(Failure::Run(anyhow::anyhow!(
+            "interrupted before the other side was there; no force was made"
+        )))
     }
 
     /// In real time, whatever the pace of a simulation is.
@@ -134,6 +157,7 @@ impl TeleoperationExperiment {
         &self,
         side: &Side,
         (ended, ticks, skipped, silent_to_zero_s): (FarEnd, u64, u64, Option<f64>),
+        peak_force_n: f64,
     ) -> FarReport {
         let t = self.sample_time().0;
         let (counts, line) = (side.port.counts(), side.line.state.counters());
@@ -158,11 +182,18 @@ impl TeleoperationExperiment {
             corrupt: line.corrupt.saturating_add(line.oversize),
             foreign: side.line.strangers + u64::from(side.line.state.other_connections()),
             ticks_at_limit: side.at_limit,
-            peak_force_n: side.peak_force_n,
+            peak_force_n,
             final_force_n: side.port.force_n(),
             given_j: side.port.given_j(),
             silent_to_zero_s,
             silent_to_zero_most_s: self.silence_s + stop_time_s + 2.0 * t,
+            log: String::new(),
+            logs: Vec::new(),
+            csv: None,
+            figure: None,
+            fault_log: None,
+            dropped_samples: 0,
+            unwritten: None,
         }
     }
 }
@@ -178,7 +209,6 @@ struct Side {
     heard_tick: u64,
     /// Ticks whose force was at its limit.
     at_limit: u64,
-    peak_force_n: f64,
     left: bool,
 }
 
@@ -188,32 +218,42 @@ impl Side {
         &mut self,
         periodic: &mut Periodic<W>,
         (samples, sample_time_s): (u64, f64),
-        stop: &AtomicBool,
+        (kept, supervisor): (&mut Kept, Supervisor<'_>),
     ) -> Result<(FarEnd, u64, u64, Option<f64>), Failure> {
-        let (mut tick, mut skipped, mut ended) = (0_u64, 0_u64, None);
+        let (mut tick, mut skipped) = (0_u64, 0_u64);
+        let (mut ended, mut silent_s) = (None, None);
         let mut force = SafeForce::zero();
         loop {
             let late = periodic.wait().skipped;
             skipped += late;
             // The device moves on meanwhile, under the last force, which a real one would hold too.
             for _ in 0..late {
+                let message = self.skipped(tick, force, kept);
+                kept.take(&message);
                 self.body.advance(tick as f64 * sample_time_s, force);
                 tick += 1;
             }
             self.listen(tick)?;
-            force = self.tick(tick)?;
+            force = self.tick(tick, kept)?;
             self.body.advance(tick as f64 * sample_time_s, force);
             tick += 1;
             if ended.is_none() {
-                ended = self.ended(tick >= samples, stop);
-                if ended.is_some() {
+                ended = self.ended(tick >= samples, supervisor.stop, kept);
+                if let Some((_, why)) = ended {
+                    if let Some(why) = why {
+                        kept.ends(why, tick - 1);
+                    }
                     self.port.stop();
                 }
             }
-            if let Some(ended) = ended.filter(|_| self.port.safety().is_at_rest()) {
+            let at_rest = self.port.safety().is_at_rest();
+            if let Some((ended, _)) = ended.filter(|_| at_rest) {
                 let silent = (tick - self.heard_tick) as f64 * sample_time_s;
-                let silent = (ended == FarEnd::Silent).then_some(silent);
-                return Ok((ended, tick, skipped, silent));
+                silent_s.get_or_insert(silent);
+                if kept.recorder.has_aftermath() {
+                    let silent_s = silent_s.filter(|_| ended == FarEnd::Silent);
+                    return Ok((ended, tick, skipped, silent_s));
+                }
             }
         }
     }
@@ -236,13 +276,21 @@ impl Side {
         Ok(())
     }
 
-    fn tick(&mut self, tick: u64) -> Result<SafeForce<f64, 1>, Failure> {
+    fn tick(&mut self, tick: u64, kept: &mut Kept) -> Result<SafeForce<f64, 1>, Failure> {
+        let observed = self.observed(tick, kept);
         let begun = self.port.begin(self.body.reading(tick));
         let force = begun.force();
         let done = begun.finish();
         let message = done.message;
         self.at_limit += u64::from(done.sample.limiters.contains(Limiters::MAGNITUDE));
-        self.peak_force_n = self.peak_force_n.max(force.newtons()[0].abs());
+        kept.take(&TickMessage {
+            environment_force_n: done.sample.environment_force_n[0],
+            commanded_force_n: force.newtons()[0],
+            applied_force_n: force.newtons()[0],
+            limiters: done.sample.limiters.bits(),
+            observed_energy_j: 0.0 - self.port.given_j(),
+            ..observed
+        });
         let Line { state, buffer, .. } = &mut self.line;
         let length = (state.sample(message, buffer)).map_err(|error| Failure::Run(error.into()))?;
         self.line.send(length);
@@ -250,17 +298,46 @@ impl Side {
         Ok(force)
     }
 
-    fn ended(&self, over: bool, stop: &AtomicBool) -> Option<FarEnd> {
-        if self.port.safety().fault().is_some() {
-            Some(FarEnd::Fault)
+    /// A tick as the log has it, without what the port does in it.
+    fn observed(&self, tick: u64, kept: &Kept) -> TickMessage {
+        let reading = self.body.reading(tick);
+        TickMessage {
+            tick,
+            time_s: reading.time_s,
+            reference_m: kept.reference_m(reading.time_s),
+            indenter_position_m: reading.position_m[0],
+            position_m: reading.position_m[0],
+            contact_force_n: 0.0 - self.body.outside_n(reading.time_s),
+            ..TickMessage::default()
+        }
+    }
+
+    /// One that this machine was too late for.
+    fn skipped(&self, tick: u64, held: SafeForce<f64, 1>, kept: &Kept) -> TickMessage {
+        TickMessage {
+            environment_force_n: f64::NAN,
+            commanded_force_n: held.newtons()[0],
+            applied_force_n: held.newtons()[0],
+            flaws: LATE_FORCE,
+            observed_energy_j: 0.0 - self.port.given_j(),
+            ..self.observed(tick, kept)
+        }
+    }
+
+    /// Why it is to end, for the report and for the log; the latter has none for a run that has reached its end.
+    fn ended(&self, over: bool, stop: &AtomicBool, kept: &Kept) -> Option<(FarEnd, Option<Ended>)> {
+        if let Some(fault) = self.port.safety().fault() {
+            Some((FarEnd::Fault, Some(Ended::Fault(fault))))
+        } else if kept.record.ended == Some(Ended::LogStopped) {
+            Some((FarEnd::Interrupted, None))
         } else if stop.load(Ordering::Relaxed) {
-            Some(FarEnd::Interrupted)
+            Some((FarEnd::Interrupted, Some(Ended::Interrupted)))
         } else if self.left {
-            Some(FarEnd::OtherLeft)
+            Some((FarEnd::OtherLeft, Some(Ended::OtherLeft)))
         } else if self.port.is_silent() {
-            Some(FarEnd::Silent)
+            Some((FarEnd::Silent, Some(Ended::Silent)))
         } else {
-            over.then_some(FarEnd::Done)
+            over.then_some((FarEnd::Done, None))
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::output::{Output, note, warn};
 use crate::parameter::with_options;
 use haptic_experiment::curves::Published;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::OutputFolder;
 use haptic_experiment::report::RunReport;
 use haptic_experiment::{Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
@@ -45,12 +46,7 @@ pub fn conduct<R: Summary, C>(
         curves,
         folder,
     } = result?;
-    let picture = curves.map(|curves| save_picture(&folder, draw(&curves)));
-    let (picture, unsaved) = match picture.transpose() {
-        Ok(picture) => (picture, Ok(())),
-        // Said after the report, which is worth more.
-        Err(failure) => (None, Err(failure)),
-    };
+    let (picture, unsaved) = drawn(curves, &folder, draw);
     report.run_mut().figure = picture;
     if let Some(reason) = &mut report.run_mut().ended_early {
         *reason = with_options(reason);
@@ -60,13 +56,39 @@ pub fn conduct<R: Summary, C>(
         note("warning", &*warning);
     }
     output.summary(&report, |out| print(out, &report))?;
-    match (report.run().lost_table(), unsaved) {
-        (Some(table), Err(picture)) => return Err(table.and(&picture.to_string())),
-        (Some(failure), Ok(())) | (None, Err(failure)) => return Err(failure),
-        (None, Ok(())) => {}
-    }
+    both_saved(report.run().lost_table(), unsaved)?;
     ended_well(report.run())?;
     Ok(report)
+}
+
+/// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.
+pub fn drawn<C>(
+    curves: Option<C>,
+    folder: &OutputFolder,
+    draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
+) -> (Option<String>, Option<Failure>) {
+    let picture = curves.map(|curves| save_picture(folder, draw(&curves)));
+    match picture.transpose() {
+        Ok(picture) => (picture, None),
+        Err(failure) => (None, Some(failure)),
+    }
+}
+
+/// # Errors
+/// A table or a picture that could not be written.
+pub fn both_saved(table: Option<Failure>, picture: Option<Failure>) -> Result<(), Failure> {
+    match (table, picture) {
+        (Some(table), Some(picture)) => Err(table.and(&picture.to_string())),
+        (Some(failure), None) | (None, Some(failure)) => Err(failure),
+        (None, None) => Ok(()),
+    }
+}
+
+/// The failure of a log that lacks samples.
+pub fn lacks(dropped: u64, log: &str) -> Failure {
+    Failure::DataLost(anyhow::anyhow!(
+        "{dropped} samples are missing from the log {log}"
+    ))
 }
 
 /// # Errors
@@ -99,9 +121,7 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
         });
     }
     if dropped > 0 {
-        return Err(Failure::DataLost(anyhow::anyhow!(
-            "{dropped} samples are missing from the log {log}"
-        )));
+        return Err(lacks(dropped, log));
     }
     Ok(())
 }

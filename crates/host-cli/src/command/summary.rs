@@ -216,26 +216,35 @@ pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
     if let Some(verdict) = &end.preflight {
         writeln!(out, "  pre-flight        {}", verdict.line())?;
     }
-    print_files(out, end)
+    print_files(out, &end.logs, [&end.fault_log, &end.csv, &end.figure])
 }
 
-/// Prints the paths of log, table and picture.
-fn print_files(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
-    writeln!(out, "  log               {}", end.log)?;
-    if let [_, .., last] = end.logs.as_slice() {
+/// Prints the paths of the files of a log, of the log of a fault, of table and picture.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_files(
+    out: &mut dyn Write,
+    logs: &[String],
+    [fault_log, csv, figure]: [&Option<String>; 3],
+) -> io::Result<()> {
+    if let Some(log) = logs.first() {
+        writeln!(out, "  log               {log}")?;
+    }
+    if let [_, .., last] = logs {
         writeln!(
             out,
             "                    in {} files, the last is {last}",
-            end.logs.len()
+            logs.len()
         )?;
     }
-    if let Some(log) = &end.fault_log {
+    if let Some(log) = fault_log {
         writeln!(out, "  fault log         {log}")?;
     }
-    if let Some(csv) = &end.csv {
+    if let Some(csv) = csv {
         writeln!(out, "  csv               {csv}")?;
     }
-    if let Some(figure) = &end.figure {
+    if let Some(figure) = figure {
         writeln!(
             out,
             "  figure            {figure}{}",

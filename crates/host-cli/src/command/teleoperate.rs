@@ -1,15 +1,19 @@
 //! `teleoperate`: one side of a teleoperation, the other in another process.
 
+use super::conduct::{both_saved, drawn, lacks};
 use super::stop::stop_on_interrupt;
-use super::summary::plain;
+use super::summary::{plain, print_files};
+use crate::files::{folder, overwrite_acts};
 use crate::output::{Output, note, warn};
+use crate::picture::of_side;
 use crate::within::within;
 use clap::Args;
+use haptic_experiment::curves::Published;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
-use haptic_experiment::teleoperation::{End, FarEnd, FarReport, Terms};
-use haptic_experiment::{ExperimentFile, TeleoperationExperiment};
+use haptic_experiment::teleoperation::{End, FarEnd, FarReport, SideCurves, Terms};
+use haptic_experiment::{ExperimentFile, Supervisor, TeleoperationExperiment};
 use haptic_quantity::{Strain, Time};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -59,6 +63,12 @@ pub struct Arguments {
     #[arg(long, value_parser = within::<Strain>(range::SHARES), value_name = "SHARE")]
     #[arg(default_value = "10%", allow_hyphen_values = true)]
     skipped_most: Strain,
+    /// Folder for log, CSV and pictures of this side [default: the next free results/master-0001 or slave-0001]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier run in the folder
+    #[arg(long)]
+    overwrite: bool,
 }
 
 impl Arguments {
@@ -96,33 +106,17 @@ impl Arguments {
                 let _ = writeln!(io::stdout(), "{what}: {address}");
             }
         };
-        let report = experiment.run_side(end, terms, &opened, (stop, &warn))?;
-        output.summary(&report, |out| print(out, &report))?;
-        let against = report.against_passive(&experiment);
-        match report.ended {
-            FarEnd::Done | FarEnd::OtherLeft => {
-                match against.filter(|_| experiment.must_be_passive) {
-                    None => Ok(()),
-                    Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
-                        "must_be_passive: {} after {} s; take must_be_passive out of the file to allow it; the force is zero",
-                        verdict.words(),
-                        plain(report.duration_s)
-                    ))),
-                }
-            }
-            FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
-                "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer `sample_time_s`, or \
-                 allow it with --skipped-most; the force is zero",
-                report.skipped,
-                report.ticks,
-                plain(100.0 * terms.skipped_most)
-            ))),
-            ended => Err(Failure::Run(anyhow::anyhow!(
-                "{} after {} s; the force is zero",
-                words(ended),
-                plain(report.duration_s)
-            ))),
-        }
+        overwrite_acts(self.out.as_deref(), self.overwrite)?;
+        let request = folder(self.out.clone(), &end.side().to_string(), self.overwrite);
+        let supervisor = Supervisor {
+            stop,
+            progress: &|_| {},
+            live: None,
+            warn: &warn,
+        };
+        let run = experiment.run_side(end, terms, &opened, (&request, supervisor))?;
+        let report = shown(run, output)?;
+        ended_well(&report, &experiment, terms)
     }
 
     fn experiment(&self) -> Result<TeleoperationExperiment, Failure> {
@@ -155,6 +149,57 @@ impl Arguments {
                  127.0.0.1:4810",
             )),
         }
+    }
+}
+
+/// Draws and prints, and then tells what could not be written.
+fn shown(run: Published<FarReport, SideCurves>, output: Output) -> Result<FarReport, Failure> {
+    let Published {
+        mut report,
+        curves,
+        folder,
+    } = run;
+    let (picture, unsaved) = drawn(curves, &folder, of_side);
+    report.figure = picture;
+    output.summary(&report, |out| print(out, &report))?;
+    let unwritten = report.unwritten.as_ref();
+    let table = unwritten.map(|lost| Failure::DataLost(anyhow::anyhow!("{lost}")));
+    both_saved(table, unsaved)?;
+    match report.dropped_samples {
+        0 => Ok(report),
+        dropped => Err(lacks(dropped, &report.log)),
+    }
+}
+
+/// # Errors
+/// A side that was not passive though it must be, that was late, or that ended early.
+fn ended_well(
+    report: &FarReport,
+    experiment: &TeleoperationExperiment,
+    terms: Terms,
+) -> Result<(), Failure> {
+    let against = report.against_passive(experiment);
+    match report.ended {
+        FarEnd::Done | FarEnd::OtherLeft => match against.filter(|_| experiment.must_be_passive) {
+            None => Ok(()),
+            Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
+                "must_be_passive: {} after {} s; take must_be_passive out of the file to allow it; the force is zero",
+                verdict.words(),
+                plain(report.duration_s)
+            ))),
+        },
+        FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
+            "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer `sample_time_s`, or \
+             allow it with --skipped-most; the force is zero",
+            report.skipped,
+            report.ticks,
+            plain(100.0 * terms.skipped_most)
+        ))),
+        ended => Err(Failure::Run(anyhow::anyhow!(
+            "{} after {} s; the force is zero",
+            words(ended),
+            plain(report.duration_s)
+        ))),
     }
 }
 
@@ -211,5 +256,7 @@ fn print(out: &mut dyn Write, report: &FarReport) -> io::Result<()> {
         out,
         "  energy            the line took {:.3e} J of this device",
         0.0 - report.given_j
-    )
+    )?;
+    let files = [&report.fault_log, &report.csv, &report.figure];
+    print_files(out, &report.logs, files)
 }

@@ -95,7 +95,38 @@ fn two_processes_meet_count_what_is_lost_and_end_with_forces_at_zero() {
         );
         assert_eq!(number(&report, "duplicate"), 0.0);
         assert_eq!(number(&report, "corrupt"), 0.0);
+        keeps_its_run(&place, side, &report);
     }
+}
+
+/// Log, table and picture of a side: each tick of its device is there, those that a busy machine skipped with their flaw.
+fn keeps_its_run(place: &Place, side: &str, report: &serde_json::Value) {
+    let file = |ending: &str| format!("results/{side}-0001/{side}.{ending}");
+    for (key, ending) in [("log", "mcap"), ("csv", "csv"), ("figure", "png")] {
+        assert_eq!(report[key], file(ending), "{report}");
+        assert!(place.path(&file(ending)).exists(), "{}", file(ending));
+    }
+    let check = place
+        .run(&format!("log check {} --json", file("mcap")))
+        .json();
+    let (ticks, skipped) = (number(report, "ticks"), number(report, "skipped"));
+    assert_eq!(number(&check, "samples"), ticks, "{check}");
+    assert_eq!(number(&check, "missing_samples"), 0.0, "{check}");
+    assert_eq!(number(&check, "late_forces"), skipped, "{check}");
+    // The forces of the table are those of the report.
+    let table = place.text(&file("csv"));
+    let mut rows = table.lines();
+    let header = "time_s,reference_m,position_m,force_n,outside_force_n,taken_j";
+    assert_eq!(rows.next(), Some(header));
+    let force_n = |row: &str| {
+        row.split(',')
+            .nth(3)
+            .and_then(|cell| cell.parse::<f64>().ok())
+    };
+    let forces = rows.map(|row| force_n(row).expect("a number").abs());
+    let (most, told) = (forces.fold(0.0, f64::max), number(report, "peak_force_n"));
+    // This reader of JSON rounds the last bit.
+    assert!((most - told).abs() <= 1e-12 * told, "{most} {report}");
 }
 
 #[test]
@@ -120,6 +151,17 @@ fn a_side_whose_partner_is_killed_is_at_zero_within_the_stated_time() {
     assert_eq!(number(&report, "final_force_n"), 0.0);
     // Device time, so a busy machine changes nothing, but for whole samples that its clock skipped in one piece.
     let most = number(&report, "silent_to_zero_most_s") + 1e-3 * number(&report, "skipped");
+    let check = place.run("log check results/master-0001/master.mcap --json");
+    let check = check.failed(4).json();
+    assert_eq!(
+        check["end"]["reason"],
+        "the other side was silent for too long"
+    );
+    assert_eq!(number(&check, "missing_samples"), 0.0, "{check}");
+    assert_eq!(
+        (&report["csv"], &report["figure"]),
+        (&().into(), &().into())
+    );
     let took = number(&report, "silent_to_zero_s");
     assert!(took <= most && took >= 0.5, "{took} s of {most} s");
 }

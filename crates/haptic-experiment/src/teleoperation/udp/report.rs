@@ -106,6 +106,21 @@ pub struct FarReport {
     pub silent_to_zero_s: Option<f64>,
     /// Most of that: silence, stop time and two samples, s.
     pub silent_to_zero_most_s: f64,
+    /// The log, or the first of its files.
+    pub log: String,
+    /// All files of the log, in order.
+    pub logs: Vec<String>,
+    /// The samples, unless the run was cut short.
+    pub csv: Option<String>,
+    /// The picture, unless the run was cut short.
+    pub figure: Option<String>,
+    /// The log of the fault; null without one.
+    pub fault_log: Option<String>,
+    /// Samples and events that did not reach the log.
+    pub dropped_samples: u64,
+    /// Why there is no table of a run that reached its end.
+    #[serde(skip)]
+    pub unwritten: Option<String>,
 }
 
 impl FarReport {

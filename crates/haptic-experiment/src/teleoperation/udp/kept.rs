@@ -1,0 +1,174 @@
+//! What a side keeps of its run: log, table, curves.
+
+use super::line::End;
+use crate::curves::Published;
+use crate::ended::Ended;
+use crate::failure::Failure;
+use crate::flight::FaultSeen;
+use crate::folder::{OutputFolder, Table};
+use crate::kept::Record;
+use crate::recorder::Recorder;
+use crate::report::Files;
+use crate::run::{Ran, Supervisor, close};
+use crate::schedule::Schedule;
+use crate::teleoperation::curves::SideCurves;
+use crate::teleoperation::specification::{HandMotion, TeleoperationExperiment};
+use crate::teleoperation::udp::report::FarReport;
+use crate::thinned::Thinned;
+use haptic_link::HandSide;
+use haptic_log::record::{END, StartTime, TickMessage};
+use serde::Serialize;
+use std::time::SystemTime;
+
+/// A row of the table.
+#[derive(Serialize)]
+struct Row {
+    time_s: f64,
+    reference_m: f64,
+    position_m: f64,
+    force_n: f64,
+    outside_force_n: f64,
+    taken_j: f64,
+}
+
+/// Log, table and curves of a side.
+pub(super) struct Kept {
+    pub(super) recorder: Recorder,
+    pub(super) record: Record,
+    folder: OutputFolder,
+    table: Table,
+    curves: Thinned<4>,
+    /// Of the hand, on the side of the master.
+    motion: Option<HandMotion>,
+    schedule: Schedule,
+}
+
+impl TeleoperationExperiment {
+    /// Begins what a side keeps.
+    pub(super) fn kept(
+        &self,
+        end: End,
+        peer: &str,
+        (folder, provenance): (OutputFolder, &std::collections::BTreeMap<String, String>),
+        (schedule, supervisor): (Schedule, Supervisor<'_>),
+    ) -> Result<Kept, Failure> {
+        let side = end.side();
+        let mut metadata = self.metadata();
+        metadata.insert("side".to_owned(), side.to_string());
+        metadata.insert("peer".to_owned(), peer.to_owned());
+        metadata.insert("pace".to_owned(), schedule.pace.to_string());
+        metadata.extend(provenance.clone());
+        let (log, live) = (folder.file("mcap"), supervisor.live_streams());
+        let started = Recorder::start(&log, metadata, false, folder.overwrite(), live);
+        let mut recorder = started.inspect_err(|_| folder.discard())?;
+        recorder.roll_at(folder.roll_bytes());
+        // A recorder that has ended is seen at the tick.
+        let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
+        let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
+        Ok(Kept {
+            recorder,
+            table: folder.table_beside_log("csv"),
+            curves: Thinned::of(&record),
+            record,
+            folder,
+            motion: (side == HandSide::Master).then(|| self.motion.clone()),
+            schedule,
+        })
+    }
+}
+
+impl Kept {
+    /// Where the hand wants to be, m; not a number on the side without one.
+    pub(super) fn reference_m(&self, time_s: f64) -> f64 {
+        let motion = self.motion.as_ref();
+        motion.map_or(f64::NAN, |motion| motion.at(time_s).0)
+    }
+
+    /// Takes a tick in.
+    pub(super) fn take(&mut self, message: &TickMessage) {
+        let logged = self.recorder.tick(*message);
+        if self.record.ended.is_some() {
+            self.record.push_after(message);
+            return;
+        }
+        self.record.push(message);
+        let &TickMessage {
+            time_s,
+            reference_m,
+            position_m,
+            applied_force_n: force_n,
+            contact_force_n,
+            observed_energy_j: taken_j,
+            ..
+        } = message;
+        let outside_force_n = 0.0 - contact_force_n;
+        self.table.row(Row {
+            time_s,
+            reference_m,
+            position_m,
+            force_n,
+            outside_force_n,
+            taken_j,
+        });
+        let values = [reference_m, position_m, force_n, outside_force_n];
+        self.curves.add(time_s, values);
+        if logged.is_err() {
+            self.record.ended = Some(Ended::LogStopped);
+        }
+    }
+
+    /// The run ends so; the log says it.
+    pub(super) fn ends(&mut self, ended: Ended, tick: u64) {
+        let time_s = self.record.duration_s();
+        if let Ended::Fault(fault) = ended {
+            self.recorder.fault(FaultSeen {
+                code: fault.code(),
+                text: fault.to_string(),
+                tick,
+                time_s,
+            });
+        }
+        let kind = if ended.is_fault() { "fault" } else { "ended" };
+        let _ = self.recorder.event(time_s, kind, ended.reason(None));
+        self.record.ended = Some(ended);
+    }
+
+    /// Closes the log, and names log and table in the report. `whole` if the run was not cut short: then there are a table and curves.
+    pub(super) fn finish(
+        mut self,
+        mut report: FarReport,
+        (whole, at_rest): (bool, bool),
+    ) -> Result<Published<FarReport, SideCurves>, Failure> {
+        self.record.dropped = self.recorder.dropped();
+        let end = self.record.end(self.schedule.samples, report.ticks);
+        self.recorder.metadata(END, end.metadata());
+        let recorded = close(self.recorder, &self.record, at_rest)?;
+        let ran = Ran {
+            record: self.record,
+            log: recorded.log,
+            folder: self.folder,
+            fault_log: recorded.fault_log,
+            preflight: None,
+            live_warnings: recorded.warnings,
+        };
+        let files = Files::of_run(&ran, whole.then_some(self.table));
+        let shown = |path: &std::path::PathBuf| path.display().to_string();
+        report.logs = ran.log.paths.iter().map(shown).collect();
+        report.log = report.logs.first().cloned().unwrap_or_default();
+        report.fault_log = ran.fault_log.as_ref().map(shown);
+        report.dropped_samples = ran.record.dropped;
+        (report.csv, report.unwritten) = (files.csv, files.unwritten);
+        self.curves.finish();
+        let [reference_m, position_m, force_n, outside_n] = self.curves.curves;
+        let curves = whole.then(|| SideCurves {
+            title: format!("A teleoperation, the {}", report.side),
+            subtitle: format!("{} · with {}", report.architecture, report.peer),
+            time_s: self.curves.time_s,
+            reference_m,
+            position_m,
+            force_n,
+            outside_n,
+        });
+        Ok(Published::new((report, curves), ran.folder))
+    }
+}
