@@ -260,7 +260,10 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
     assert_eq!(opened["events"][0]["text"], "here");
     let view = json!({"source": "feel-0001/feel", "columns": 300, "channels": ["commanded_force_n", "position_m"]});
     let shown = page.ask("view", view.clone());
-    assert_eq!(shown["channels"], json!(["commanded_force_n", "position_m"]));
+    assert_eq!(
+        shown["channels"],
+        json!(["commanded_force_n", "position_m"])
+    );
     let frame = page.frame(|frame| json!(frame.request) == shown["id"]);
     assert!(frame.least(0).iter().any(|&force| force < -0.1));
     let covered = frame.columns as f64 * frame.ticks_per_column;

@@ -128,8 +128,8 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     let name = "relax-0001/relax";
     // Two are asked for at once.
     let view = |channel| json!({"source": name, "columns": 8192, "channels": [channel]});
-    let asked =
-        ["commanded_force_n", "position_m"].map(|channel| (page.post("view", view(channel)), channel));
+    let asked = ["commanded_force_n", "position_m"]
+        .map(|channel| (page.post("view", view(channel)), channel));
     for (id, channel) in asked {
         assert_eq!(page.answer(&json!(id))["channels"], json!([channel]));
     }
@@ -151,8 +151,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
         assert_eq!(&drawn[..logged.len()], logged, "{channel}");
     }
     // Every sample of the span, with all digits, once.
-    let table =
-        json!({"name": name, "channels": ["position_m", "commanded_force_n"], "from_s": 0.25, "to_s": 1.5});
+    let table = json!({"name": name, "channels": ["position_m", "commanded_force_n"], "from_s": 0.25, "to_s": 1.5});
     let named = page.ask("runs.table", table);
     assert_documented("runs.table", &named);
     let (host, folder) = parts(server.address());
@@ -160,7 +159,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     let head = format!("Host: {host}\r\n");
     let text = body(&get(host, &path, &head));
     let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("time_s,position_m,force_n"));
+    assert_eq!(lines.next(), Some("time_s,position_m,commanded_force_n"));
     let rows: Vec<[f64; 3]> = lines
         .map(|line| {
             let numbers: Vec<f64> = line
@@ -172,7 +171,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
         .collect();
     let wanted: Vec<[f64; 3]> = (log.iter())
         .filter(|tick| (0.25..=1.5).contains(&tick.time_s))
-        .map(|tick| [tick.time_s, tick.position_m, tick.force_n])
+        .map(|tick| [tick.time_s, tick.position_m, tick.commanded_force_n])
         .collect();
     assert!(wanted.len() > 1200 && rows == wanted, "{} rows", rows.len());
     assert!(get(host, &path, &head).starts_with("HTTP/1.1 404"));
