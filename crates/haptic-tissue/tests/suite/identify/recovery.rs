@@ -1,11 +1,12 @@
 //! Synthetic records with noise: the truth lies in the 95 % interval as often as it should.
 
 use super::one;
-use haptic_tissue::identify::{Options, Record, identify};
+use haptic_tissue::identify::{IdentifyError, Options, Record, identify, identify_unless};
 use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Model and the values of its parameters; the two elements meet in the middle of the band.
 fn truths() -> [(ModelKind, Vec<f64>); 5] {
@@ -90,9 +91,9 @@ fn bootstrap_intervals_are_those_of_the_standard_errors_for_white_noise() {
         bootstrap: 300,
         ..Options::default()
     };
-    let done = std::sync::atomic::AtomicUsize::new(0);
+    let done = AtomicUsize::new(0);
     let count = |n: usize| {
-        done.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
+        done.fetch_add(n, Ordering::Relaxed);
     };
     let drawn = identify(&record, &options, &count).expect("converges");
     assert_eq!(done.into_inner(), 300);
@@ -130,7 +131,7 @@ fn a_stop_ends_an_identification() {
     assert_eq!(ended, Err(IdentifyError::Stopped));
     assert!(done.into_inner() < options.bootstrap / 10);
     // Before the first start too.
-    let never = |_| unreachable!("stopped before");
+    let never = |_: usize| panic!("stopped before");
     let ended = identify_unless(&record, &options, &stop, &never);
     assert_eq!(ended, Err(IdentifyError::Stopped));
 }
