@@ -197,8 +197,10 @@ def test_stores_that_cannot_be(tmp_path):
     (tmp_path / "full" / "thesis.tex").touch()
     with pytest.raises(ValueError, match="holds 'thesis.tex', but no sweep: name a new folder"):
         sweep(lambda x: x, grid, store=tmp_path / "full")
-    with pytest.raises(ValueError, match="holds no sweep"):
+    with pytest.raises(FileNotFoundError, match="no such store"):
         open_sweep(tmp_path / "nowhere")
+    with pytest.raises(ValueError, match="holds no sweep"):
+        open_sweep(tmp_path / "full")
     with pytest.raises(OSError, match="the store cannot be made"):
         sweep(lambda x: x, grid, store="/proc/nothing/here")
     with pytest.raises(ValueError, match="'value' is complex, which Parquet has no type for: use Zarr"):
