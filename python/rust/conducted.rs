@@ -1,21 +1,27 @@
-//! Work that takes long: on a thread of its own, while this one reports progress and listens for Ctrl-C.
+//! Work of the libraries: on a thread of its own, while the one that called reports progress and listens for Ctrl-C.
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use std::sync::Arc;
+use pyo3::{PyClass, pyclass::boolean_struct};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
 /// The longest wait for Ctrl-C to be heard, and between two reports of progress.
 const LISTENS_EVERY: Duration = Duration::from_millis(20);
 
+/// Work that takes longer has a thread of its own; what does not ends before Ctrl-C could be missed.
+pub(crate) const LONG: Duration = Duration::from_millis(20);
+
 /// What the work shares with whoever waits for it.
 #[derive(Debug, Default)]
 pub(crate) struct Conduct {
     done: AtomicU64,
     stop: AtomicBool,
+    kept: Arc<AtomicBool>,
 }
 
 impl Conduct {
@@ -34,31 +40,57 @@ impl Conduct {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// The sign itself.
+    /// A function of each, as far as it goes on.
+    pub(crate) fn each<X, Y>(&self, all: &[X], function: impl Fn(&X) -> Y) -> Vec<Y> {
+        let going = all.iter().take_while(|_| !self.stops());
+        going.map(function).collect()
+    }
+
+    /// To be set once there is nothing left that an interruption could lose.
+    pub(crate) fn kept(&self) -> &Arc<AtomicBool> {
+        &self.kept
+    }
+
+    /// The sign to stop.
     pub(crate) fn stop(&self) -> &AtomicBool {
         &self.stop
     }
 }
 
+/// What becomes of work that is interrupted: it is told to stop in any case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Interrupted {
+    /// It is waited for until all is kept, or it has ended: there is a force to bring to zero, a log to close.
+    Awaited,
+    /// It is left to end by itself, its result forgotten.
+    Forgotten,
+}
+
+/// A mistake of ours, in whatever call it shows.
+fn panicked() -> PyErr {
+    PyRuntimeError::new_err(
+        "the library panicked, which is a mistake in it: please report the call",
+    )
+}
+
 /// Does the work. `progress` is called with the number that is done, in this thread, whenever it has grown.
 ///
 /// # Errors
-/// What a signal's handler or `progress` raised: the work is told to stop, and waited for if it `listens`, left to itself
-/// and forgotten if it does not. `RuntimeError` if the work panicked.
+/// Those of the work; what a signal's handler or `progress` raised; `RuntimeError` if the work panicked or has no thread.
 pub(crate) fn conduct<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    listens: bool,
-    work: impl FnOnce(&Conduct) -> T + Send + 'static,
+    interrupted: Interrupted,
+    work: impl FnOnce(&Conduct) -> PyResult<T> + Send + 'static,
 ) -> PyResult<T> {
     let shared = Arc::new(Conduct::default());
     let (sender, receiver) = channel();
-    let (receiver, worker) = (std::sync::Mutex::new(receiver), {
-        let shared = Arc::clone(&shared);
-        thread::spawn(move || {
-            let _ = sender.send(work(&shared));
-        })
-    });
+    let own = Arc::clone(&shared);
+    thread::Builder::new().spawn(move || {
+        // Nobody listens any more where it was interrupted.
+        let _ = sender.send(work(&own));
+    })?;
+    let receiver = Mutex::new(receiver);
     let mut reported = 0;
     let mut report = |shared: &Conduct| -> PyResult<()> {
         let done = shared.done.load(Ordering::Relaxed);
@@ -70,29 +102,70 @@ pub(crate) fn conduct<T: Send + 'static>(
         }
         Ok(())
     };
-    loop {
-        let got = py.detach(|| match receiver.lock() {
+    let listened = || {
+        py.detach(|| match receiver.lock() {
             Ok(receiver) => receiver.recv_timeout(LISTENS_EVERY),
             Err(_) => Err(RecvTimeoutError::Disconnected),
-        });
-        match got {
+        })
+    };
+    loop {
+        match listened() {
             Ok(result) => {
                 report(&shared)?;
-                return Ok(result);
+                return result;
             }
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(PyRuntimeError::new_err(
-                    "the library panicked, which is a mistake in it: please report the call",
-                ));
-            }
+            Err(RecvTimeoutError::Disconnected) => return Err(panicked()),
             Err(RecvTimeoutError::Timeout) => {}
         }
         if let Err(error) = report(&shared).and_then(|()| py.check_signals()) {
             shared.stop.store(true, Ordering::Relaxed);
-            if listens {
-                py.detach(|| worker.join().ok());
-            }
+            let waits =
+                || interrupted == Interrupted::Awaited && !shared.kept.load(Ordering::Relaxed);
+            while waits() && matches!(listened(), Err(RecvTimeoutError::Timeout)) {}
             return Err(error);
         }
     }
+}
+
+/// Does work that nobody needs when it is interrupted: in this thread where it takes `about` so little that a thread would cost
+/// more, or where no signal is heard, as on the threads of a sweep.
+///
+/// # Errors
+/// As [`conduct`].
+pub(crate) fn heard<T: Send + 'static>(
+    py: Python<'_>,
+    about: Duration,
+    work: impl FnOnce(&Conduct) -> PyResult<T> + Send + 'static,
+) -> PyResult<T> {
+    if about > LONG && is_main_thread(py)? {
+        return conduct(py, None, Interrupted::Forgotten, work);
+    }
+    py.detach(|| {
+        let work = AssertUnwindSafe(|| work(&Conduct::default()));
+        catch_unwind(work).unwrap_or_else(|_| Err(panicked()))
+    })
+}
+
+/// Work of a method that may take long; the object stays alive for it.
+///
+/// # Errors
+/// As [`conduct`].
+pub(crate) fn heard_by<C, T: Send + 'static>(
+    own: &Bound<'_, C>,
+    work: impl FnOnce(&C, &Conduct) -> PyResult<T> + Send + 'static,
+) -> PyResult<T>
+where
+    C: PyClass<Frozen = boolean_struct::True> + Sync,
+{
+    let kept = own.clone().unbind();
+    heard(own.py(), Duration::MAX, move |conduct| {
+        work(kept.get(), conduct)
+    })
+}
+
+/// Python hears signals in its main thread alone.
+fn is_main_thread(py: Python<'_>) -> PyResult<bool> {
+    let threading = py.import("threading")?;
+    let main = threading.call_method0("main_thread")?;
+    Ok(threading.call_method0("current_thread")?.is(&main))
 }

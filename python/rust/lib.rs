@@ -5,12 +5,12 @@ mod arrays;
 mod conducted;
 mod control;
 mod experiment;
-mod hashed;
 mod json;
 mod log;
 mod operators;
 mod refused;
 mod tissue;
+mod value;
 
 /// The native module; use the modules of `fractional_haptics` beside it.
 #[pyo3::pymodule]
@@ -20,6 +20,8 @@ mod _native {
         PyCoupler, PyDevice, PyLinearPlant, PyLoop, PyPort, PyRegion, stability_region,
         transparency,
     };
+    #[pymodule_export]
+    use super::arrays::numbers;
     #[pymodule_export]
     use super::control::{
         PyControlPlant, PyPid, PyTransferFunction, closed_loop, simulate_loop, tune_controller,

@@ -1,25 +1,31 @@
 //! Logs of runs, whole or cut.
 
-use crate::conducted::conduct;
+use crate::conducted::{Interrupted, conduct};
 use crate::json::to_python;
-use crate::refused::OrRefused as _;
+use crate::refused::unread;
 use haptic_log::record::{
     AXES, Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
     VectorTick, column as column_of,
 };
-use numpy::{Element, PyArray1};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 
 /// All that a log holds.
 struct Log {
-    ticks: Vec<TickMessage>,
-    vectors: Vec<VectorTick>,
+    columns: Vec<(String, Column)>,
     events: Vec<EventMessage>,
     metadata: Vec<MetadataRecord>,
     condition: Condition,
     started: Option<String>,
+}
+
+/// The values of a column.
+enum Column {
+    Numbers(Vec<f64>),
+    Counts(Vec<u64>),
+    Bits(Vec<u8>),
 }
 
 fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
@@ -39,8 +45,10 @@ fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
         }
     }
     Ok(Log {
-        ticks,
-        vectors,
+        columns: match vectors.first() {
+            Some(first) if ticks.is_empty() => vector_columns(&vectors, first.axes()),
+            _ => columns(&ticks),
+        },
         events,
         metadata,
         condition: files.condition(),
@@ -51,15 +59,18 @@ fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
 /// The columns of a log, its metadata, its events and its condition.
 #[pyfunction]
 pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
-    let log = conduct(py, None, true, move |conduct| {
-        read(&path, || conduct.stops())
-    })?
-    .or_refused()?;
+    let log = conduct(py, None, Interrupted::Forgotten, move |conduct| {
+        read(&path, || conduct.stops()).map_err(|error| unread(&error))
+    })?;
     let result = PyDict::new(py);
-    let columns = match log.vectors.first() {
-        Some(first) if log.ticks.is_empty() => vector_columns(py, &log.vectors, first.axes())?,
-        _ => columns(py, &log.ticks)?,
-    };
+    let columns = PyDict::new(py);
+    for (name, values) in log.columns {
+        match values {
+            Column::Numbers(values) => columns.set_item(name, PyArray1::from_vec(py, values)),
+            Column::Counts(values) => columns.set_item(name, PyArray1::from_vec(py, values)),
+            Column::Bits(values) => columns.set_item(name, PyArray1::from_vec(py, values)),
+        }?;
+    }
     result.set_item("columns", columns)?;
     let metadata = PyDict::new(py);
     for record in &log.metadata {
@@ -82,54 +93,46 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
 }
 
 /// A column for each field of a tick, in their order.
-fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, PyDict>> {
-    fn column<'py, T: Element>(
-        py: Python<'py>,
-        ticks: &[TickMessage],
-        field: impl Fn(&TickMessage) -> T,
-    ) -> Bound<'py, PyArray1<T>> {
-        PyArray1::from_iter(py, ticks.iter().map(field))
-    }
-    let columns = PyDict::new(py);
-    columns.set_item("tick", column(py, ticks, |tick| tick.tick))?;
-    for (name, field) in TickMessage::NUMBERS {
-        columns.set_item(name, column(py, ticks, field))?;
-    }
-    columns.set_item("limiters", column(py, ticks, |tick| tick.limiters))?;
-    columns.set_item("flaws", column(py, ticks, |tick| tick.flaws))?;
-    Ok(columns)
+fn columns(ticks: &[TickMessage]) -> Vec<(String, Column)> {
+    let number = |(name, field): &(&str, fn(&TickMessage) -> f64)| {
+        let values = ticks.iter().map(field).collect();
+        ((*name).to_owned(), Column::Numbers(values))
+    };
+    let tick = Column::Counts(ticks.iter().map(|tick| tick.tick).collect());
+    let limiters = Column::Bits(ticks.iter().map(|tick| tick.limiters).collect());
+    let flaws = Column::Bits(ticks.iter().map(|tick| tick.flaws).collect());
+    let first = std::iter::once(("tick".to_owned(), tick));
+    let numbers = TickMessage::NUMBERS.iter().map(number);
+    first
+        .chain(numbers)
+        .chain([
+            ("limiters".to_owned(), limiters),
+            ("flaws".to_owned(), flaws),
+        ])
+        .collect()
 }
 
 /// A column for each axis of each vector, and for the other fields, in their order.
-fn vector_columns<'py>(
-    py: Python<'py>,
-    ticks: &[VectorTick],
-    axes: usize,
-) -> PyResult<Bound<'py, PyDict>> {
-    let columns = PyDict::new(py);
-    let number = |field: fn(&VectorTick) -> f64| PyArray1::from_iter(py, ticks.iter().map(field));
-    columns.set_item(
-        "tick",
-        PyArray1::from_iter(py, ticks.iter().map(|tick| tick.tick)),
-    )?;
-    columns.set_item("time_s", number(|tick| tick.time_s))?;
+fn vector_columns(ticks: &[VectorTick], axes: usize) -> Vec<(String, Column)> {
+    let number = |field: fn(&VectorTick) -> f64| Column::Numbers(ticks.iter().map(field).collect());
+    let tick = Column::Counts(ticks.iter().map(|tick| tick.tick).collect());
+    let limiters = Column::Bits(ticks.iter().map(|tick| tick.limiters).collect());
+    let flaws = Column::Bits(ticks.iter().map(|tick| tick.flaws).collect());
+    let mut columns = vec![("tick".to_owned(), tick)];
+    columns.push(("time_s".to_owned(), number(|tick| tick.time_s)));
     for (name, field) in VectorTick::VECTORS {
         for (axis, letter) in AXES.iter().enumerate().take(axes) {
             let values = ticks.iter().map(|tick| {
                 let vector = field(tick);
                 vector.as_slice().get(axis).copied().unwrap_or(f64::NAN)
             });
-            columns.set_item(column_of(name, letter), PyArray1::from_iter(py, values))?;
+            let values = Column::Numbers(values.collect());
+            columns.push((column_of(name, letter), values));
         }
     }
-    columns.set_item("observed_energy_j", number(|tick| tick.observed_energy_j))?;
-    columns.set_item(
-        "limiters",
-        PyArray1::from_iter(py, ticks.iter().map(|tick| tick.limiters)),
-    )?;
-    columns.set_item(
-        "flaws",
-        PyArray1::from_iter(py, ticks.iter().map(|tick| tick.flaws)),
-    )?;
-    Ok(columns)
+    let energy = number(|tick| tick.observed_energy_j);
+    columns.push(("observed_energy_j".to_owned(), energy));
+    columns.push(("limiters".to_owned(), limiters));
+    columns.push(("flaws".to_owned(), flaws));
+    columns
 }

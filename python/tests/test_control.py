@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import erfc, gamma
 
+from fractional_haptics.analysis import Device, Loop
 from fractional_haptics.control import (
     Pid,
     TransferFunction,
@@ -16,6 +17,7 @@ from fractional_haptics.control import (
     simulate,
     tune,
 )
+from fractional_haptics.operators import Operator, to_control
 
 
 def test_a_function_is_read_printed_kept_and_evaluated() -> None:
@@ -58,6 +60,34 @@ def test_whole_orders_go_to_python_control_and_back() -> None:
     fractional = TransferFunction("1/(s^0.5+1)").to_control([1.0, 2.0, 4.0])
     assert isinstance(fractional, ct.FrequencyResponseData)
     assert np.isclose(fractional(2j), 1 / (np.sqrt(2j) + 1))
+
+
+@pytest.mark.parametrize(
+    ("system", "has_steps"),
+    [
+        (lambda: to_control(Operator(0.5, 1e-3)), True),
+        (lambda: to_control(Operator(-0.5, 1e-3, "grunwald:20")), True),
+        (lambda: to_control(Operator(0.5, 1e-3, "oustaloup:5:0.1:100")), True),
+        (lambda: TransferFunction("(2s+1)/(s^2+s+1)").to_control(), True),
+        (lambda: TransferFunction("1/(s^0.5+1)").to_control(), False),
+        (lambda: Loop(Device(0.065, 3.5), 1000.0, 3.0, 0.5, 1e-3).to_control(), False),
+        (lambda: Loop(Device(0.065, 3.5), 1000.0, 3.0, 0.5, 1e-3).to_control([1.0, 10.0, 100.0]), False),
+    ],
+)
+# Of a pole next to 1, and of data that do not reach down to 0: remarks of the figure, which is right.
+@pytest.mark.filterwarnings("ignore:indented contour:UserWarning", "ignore:number of encirclements:UserWarning")
+def test_what_goes_to_python_control_is_drawn_and_steps(system, has_steps: bool) -> None:
+    own = system()
+    bode = ct.bode_plot(own)
+    magnitude = bode.lines[0, 0][0]
+    omega = magnitude.get_xdata()[1]
+    want = own(np.exp(1j * omega * own.dt)) if own.isdtime(strict=True) else own(1j * omega)
+    assert np.isclose(magnitude.get_ydata()[1], abs(want), rtol=1e-6)
+    assert ct.nyquist_plot(own).lines.size > 0
+    if has_steps:
+        response = ct.step_response(own)
+        assert np.isfinite(response.outputs).all()
+        assert len(response.time) > 10
 
 
 def test_every_way_to_a_plant_gives_the_same_one() -> None:

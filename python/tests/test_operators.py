@@ -74,6 +74,9 @@ def test_channels_lie_along_any_axis() -> None:
         for k in range(2):
             np.testing.assert_allclose(y[i, :, k], differintegrate(x[i, :, k], 0.3, T), rtol=1e-13, atol=1e-10)
     assert np.array_equal(differintegrate(x, 0.3, T, axis=-2), y)
+    # By default along the last one, as NumPy and SciPy have it.
+    for i, k in np.ndindex(3, 50):
+        np.testing.assert_allclose(differintegrate(x, 0.3, T)[i, k], differintegrate(x[i, k], 0.3, T), rtol=1e-13, atol=1e-10)
 
 
 def test_an_empty_record_has_an_empty_derivative() -> None:
@@ -121,7 +124,7 @@ def test_a_full_memory_holds_its_tolerance() -> None:
 @pytest.mark.parametrize("scheme", ["muir:7", "tustin-muir:9", "oustaloup:5:0.1:100"])
 def test_a_recursion_over_a_record_is_its_stream(scheme: str) -> None:
     x = noise(100, 2)
-    y = differintegrate(x, 0.4, T, scheme, reference=None)
+    y = differintegrate(x, 0.4, T, scheme, axis=0, reference=None)
     for k in range(2):
         operator = Operator(0.4, T, scheme)
         operator.reset(x[0, k])
@@ -247,8 +250,8 @@ def test_what_is_no_number_at_all_is_a_type_error() -> None:
         Operator("half", T)
     with pytest.raises(TypeError):
         Operator(0.5, T).step("x")
-    with pytest.raises((TypeError, OverflowError)):
-        Operator(0.5, T).weights(-1)
+    with pytest.raises(TypeError):
+        Operator(0.5, T).weights(1.5)
 
 
 def test_an_operator_in_two_threads_at_once_is_refused_not_torn() -> None:

@@ -38,6 +38,25 @@ def test_a_name_that_is_none_says_so() -> None:
     assert "operators" in dir(fractional_haptics)
 
 
+def test_the_modules_of_the_package_are_known_to_type_checkers_and_editors() -> None:
+    import jedi
+    from mypy import api
+
+    begin = "import fractional_haptics as fh\n"
+    lines = (
+        "x: float = fh.operators.Operator(0.5, 1e-3).step(1.0)",
+        "fh.sweep.Grid(x=[1.0])",
+        # An ignored mistake that is none would be told.
+        "fh.operators.Operater  # type: ignore[attr-defined]",
+    )
+    said, _errors, code = api.run(["--strict", "--config-file=", "-c", begin + "\n".join(lines)])
+    assert code == 0, said
+    for module in (*MODULES, "sweep"):
+        script = jedi.Script(begin + f"fh.{module}.")
+        public = importlib.import_module(f"fractional_haptics.{module}").__all__
+        assert set(public) <= {one.name for one in script.complete(2, len(f"fh.{module}."))}, module
+
+
 @pytest.mark.parametrize("name", MODULES)
 def test_examples_in_the_documentation_are_right(name: str) -> None:
     module = importlib.import_module(f"fractional_haptics.{name}")

@@ -2,11 +2,14 @@
 
 use super::operator;
 use super::plant::PyDevice;
+use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
+use crate::value;
 use fracdiff::Order;
 use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LeastDamping};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::time::Duration;
 
 /// A fractional virtual coupler between a device and any passive environment; velocity in, force out.
 ///
@@ -68,6 +71,7 @@ fn number(least: LeastDamping) -> f64 {
 impl PyCoupler {
     #[new]
     fn new(
+        py: Python<'_>,
         order: f64,
         sample_time: f64,
         stiffness_n_s_per_m: f64,
@@ -79,14 +83,17 @@ impl PyCoupler {
             stiffness: stiffness_n_s_per_m,
             dissipation: dissipation_n_s_1mu_per_m,
         };
-        coupler.coupler()?;
-        Ok(coupler)
+        heard(py, Duration::MAX, move |_| {
+            coupler.coupler()?;
+            Ok(coupler)
+        })
     }
 
     /// Least damping of a device under Tustin's rule that fulfils Llewellyn's conditions, N·s/m; infinite if none does.
-    fn least_damping(&self, py: Python<'_>) -> PyResult<f64> {
-        let least = py.detach(|| -> PyResult<_> { self.coupler()?.least_damping().or_refused() });
-        least.map(number)
+    fn least_damping(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        heard_by(slf, |own, _| {
+            own.coupler()?.least_damping().map(number).or_refused()
+        })
     }
 
     /// Least damping of the really sampled device that is passive with the coupler and every passive object.
@@ -101,16 +108,19 @@ impl PyCoupler {
     /// float
     ///     N·s/m; infinite if none is enough.
     #[pyo3(signature = (delay_s = 0.0, current_lag_s = 0.0))]
-    fn sampled_damping(&self, py: Python<'_>, delay_s: f64, current_lag_s: f64) -> PyResult<f64> {
+    fn sampled_damping(slf: &Bound<'_, Self>, delay_s: f64, current_lag_s: f64) -> PyResult<f64> {
         let dynamics = Dynamics {
             delay_s,
             current_lag_s,
             ..Dynamics::ideal(1.0, 0.0)
         };
-        let path = dynamics.path(self.sample_time).or_refused()?;
-        let least =
-            py.detach(|| -> PyResult<_> { self.coupler()?.sampled_damping(path).or_refused() });
-        least.map(number)
+        heard_by(slf, move |own, _| {
+            let path = dynamics.path(own.sample_time).or_refused()?;
+            own.coupler()?
+                .sampled_damping(path)
+                .map(number)
+                .or_refused()
+        })
     }
 
     /// The damping that Corollary 2 of the dissertation asks for, N·s/m.
@@ -120,33 +130,56 @@ impl PyCoupler {
 
     /// The really sampled loop of a device, this coupler and an object, as a dictionary.
     fn _with_object<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         device: &PyDevice,
         object: (f64, f64, f64),
-        scheme: &str,
+        scheme: String,
         horizon: f64,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let difference = operator(1.0 - self.order.get(), self.sample_time, scheme, horizon)?;
+        let (py, sample_time) = (slf.py(), slf.get().sample_time);
+        let dynamics = device.dynamics();
         let object = CoupledObject {
             mass_kg: object.0,
             damping_n_s_per_m: object.1,
             stiffness_n_per_m: object.2,
         };
-        let coupled = CoupledLoop::new(&device.dynamics(), &self.coupler()?, &object, &difference)
-            .or_refused()?;
-        let unstable = py.detach(|| coupled.unstable_poles());
-        let margin = match unstable {
-            Some(0) => py.detach(|| coupled.gain_margin()).or_refused()?,
-            _ => None,
-        };
+        let (unstable, margin) = heard_by(slf, move |own, _| {
+            let difference = operator(1.0 - own.order.get(), sample_time, &scheme, horizon)?;
+            let coupled = CoupledLoop::new(&dynamics, &own.coupler()?, &object, &difference);
+            let coupled = coupled.or_refused()?;
+            let unstable = coupled.unstable_poles();
+            let margin = match unstable {
+                Some(0) => coupled.gain_margin().or_refused()?,
+                _ => None,
+            };
+            Ok((unstable, margin))
+        })?;
         let report = PyDict::new(py);
         report.set_item("stable", unstable == Some(0))?;
         report.set_item("unstable_poles", unstable)?;
         report.set_item(
             "gain_up",
-            margin.map(|margin| super::at(margin, self.sample_time)),
+            margin.map(|margin| super::at(margin, sample_time)),
         )?;
         Ok(report)
+    }
+
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64, f64, f64)) {
+        let own = slf.get();
+        let arguments = (
+            own.order.get(),
+            own.sample_time,
+            own.stiffness,
+            own.dissipation,
+        );
+        (slf.get_type().into_any(), arguments)
     }
 }

@@ -14,8 +14,9 @@ pub(crate) use port::PyPort;
 pub(crate) use region::{PyRegion, stability_region};
 pub(crate) use sampled_loop::PyLoop;
 
+use crate::operators::scheme_of;
 use crate::refused::OrRefused as _;
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Order, Seconds};
 use haptic_analysis::{Environment, LoopOperator};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -69,10 +70,7 @@ fn environment(
 }
 
 fn designed(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<LoopOperator> {
-    let (order, scheme) = (
-        Order::new(order).or_refused()?,
-        scheme.parse::<Scheme>().or_refused()?,
-    );
+    let (order, scheme) = (Order::new(order).or_refused()?, scheme_of(scheme)?);
     let sample_time = Seconds(sample_time);
     sample_time.rate_to_the(order).or_refused()?;
     fracdiff::parameter::positive("horizon", horizon, "s").or_refused()?;

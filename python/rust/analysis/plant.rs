@@ -2,9 +2,12 @@
 
 use crate::arrays::{matrix, vector};
 use crate::refused::{OrRefused as _, refused};
+use crate::value;
 use haptic_analysis::{Dynamics, ForcePath, SampledPlant};
 use numpy::PyArray1;
+use pyo3::Borrowed;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 /// A device as every analysis takes it: mass, damper, hand, delay and lag of the force.
 ///
@@ -27,7 +30,12 @@ use pyo3::prelude::*;
 ///
 /// Notes
 /// -----
-/// Ranges are checked where it is used, since they depend on the sample time.
+/// The longest delay and lag, 10 000 and 1e6 sample times, are checked where it is used.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter outside its range.
 ///
 /// Examples
 /// --------
@@ -76,14 +84,24 @@ impl PyDevice {
         hand_stiffness_n_per_m: f64,
         delay_s: f64,
         current_lag_s: f64,
-    ) -> Self {
-        Self {
+    ) -> PyResult<Self> {
+        let own = Self {
             mass_kg,
             damping_n_s_per_m,
             hand_stiffness_n_per_m,
             delay_s,
             current_lag_s,
-        }
+        };
+        own.dynamics().checked().or_refused()?;
+        Ok(own)
+    }
+
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
     }
 
     fn __repr__(&self) -> String {
@@ -128,7 +146,7 @@ impl PyDevice {
 /// Raises
 /// ------
 /// ValueError
-///     Sizes that do not fit.
+///     Sizes that do not fit; a delay, lag or mass outside its range.
 #[pyclass(name = "LinearPlant", module = "fractional_haptics.analysis", frozen)]
 #[derive(Clone, Debug)]
 pub(crate) struct PyLinearPlant {
@@ -167,6 +185,13 @@ impl PyLinearPlant {
                 c.len()
             )));
         }
+        Dynamics {
+            delay_s,
+            current_lag_s,
+            ..Dynamics::ideal(mass_kg, 0.0)
+        }
+        .checked()
+        .or_refused()?;
         Ok(Self {
             a,
             b,
@@ -175,6 +200,31 @@ impl PyLinearPlant {
             current_lag_s,
             mass_kg,
         })
+    }
+
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, own) = (slf.py(), slf.get());
+        let rows = own.a.chunks(own.b.len().max(1));
+        let rows: Vec<_> = rows
+            .map(|row| PyTuple::new(py, row))
+            .collect::<PyResult<_>>()?;
+        let arguments = (
+            PyTuple::new(py, rows)?,
+            PyTuple::new(py, &own.b)?,
+            PyTuple::new(py, &own.c)?,
+            own.delay_s,
+            own.current_lag_s,
+            own.mass_kg,
+        );
+        Ok((slf.get_type(), arguments).into_pyobject(py)?.into_any())
     }
 
     /// A, in rows: n² numbers.
@@ -205,14 +255,35 @@ impl PyLinearPlant {
     }
 }
 
-/// Any of them.
-#[derive(FromPyObject)]
-pub(crate) enum AnyPlant<'py> {
-    Device(Bound<'py, PyDevice>),
-    Linear(Bound<'py, PyLinearPlant>),
+/// Any of them; alive as long as work with it.
+#[derive(Debug)]
+pub(crate) enum AnyPlant {
+    Device(Py<PyDevice>),
+    Linear(Py<PyLinearPlant>),
 }
 
-impl AnyPlant<'_> {
+impl FromPyObject<'_, '_> for AnyPlant {
+    type Error = PyErr;
+
+    fn extract(plant: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        if let Ok(device) = plant.cast::<PyDevice>() {
+            return Ok(Self::Device(device.to_owned().unbind()));
+        }
+        Ok(Self::Linear(
+            plant.cast::<PyLinearPlant>()?.to_owned().unbind(),
+        ))
+    }
+}
+
+impl AnyPlant {
+    /// As Python has it.
+    pub(super) fn as_python<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        match self {
+            Self::Device(device) => device.bind(py).clone().into_any(),
+            Self::Linear(plant) => plant.bind(py).clone().into_any(),
+        }
+    }
+
     /// As the loop sees it once a sample.
     pub(super) fn sampled(&self, sample_time: f64) -> PyResult<SampledPlant> {
         match self {

@@ -1,11 +1,14 @@
 //! Passivity of a device under a wall.
 
-use super::operator;
+use super::{operator, scheme_of};
+use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
+use crate::value;
 use fracdiff::Seconds;
 use haptic_analysis::{Dynamics, ForcePath, Largest, LoopOperator, OnePort, RequiredDamping};
 use pyo3::prelude::*;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The port of an actuator under a sampled wall ``K + B D^order``, for passivity.
 ///
@@ -44,6 +47,8 @@ pub(crate) struct PyPort {
     operator: Arc<LoopOperator>,
     path: ForcePath,
     sample_time: Seconds,
+    /// What else it is made of: scheme, delay and lag in s, horizon.
+    made: (String, f64, f64, f64),
 }
 
 impl PyPort {
@@ -70,6 +75,7 @@ impl PyPort {
     #[new]
     #[pyo3(signature = (order, sample_time, scheme = "exact", delay_s = 0.0, current_lag_s = 0.0, horizon = 3600.0))]
     fn new(
+        py: Python<'_>,
         order: f64,
         sample_time: f64,
         scheme: &str,
@@ -82,13 +88,22 @@ impl PyPort {
             current_lag_s,
             ..Dynamics::ideal(1.0, 0.0)
         };
-        let port = Self {
-            operator: operator(order, sample_time, scheme, horizon)?,
-            path: dynamics.path(sample_time).or_refused()?,
-            sample_time: Seconds(sample_time),
-        };
-        port.port()?;
-        Ok(port)
+        let scheme = scheme.to_owned();
+        heard(py, Duration::MAX, move |_| {
+            let port = Self {
+                operator: operator(order, sample_time, &scheme, horizon)?,
+                path: dynamics.path(sample_time).or_refused()?,
+                sample_time: Seconds(sample_time),
+                made: (
+                    scheme_of(&scheme)?.to_string(),
+                    delay_s,
+                    current_lag_s,
+                    horizon,
+                ),
+            };
+            port.port()?;
+            Ok(port)
+        })
     }
 
     /// Damping that passivity takes.
@@ -104,25 +119,20 @@ impl PyPort {
     ///     The wall is passive on a device with more than this, N·s/m; infinite where none is enough, as with a negative
     ///     spring at rest.
     fn required_damping(
-        &self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         stiffness_n_per_m: f64,
         dissipation_n_s_mu_per_m: f64,
     ) -> PyResult<f64> {
-        let port = self.port()?;
-        let required: RequiredDamping = py
-            .detach(|| {
-                port.required_damping(
-                    self.sample_time,
-                    stiffness_n_per_m,
-                    dissipation_n_s_mu_per_m,
-                )
+        heard_by(slf, move |own, _| {
+            let port = own.port()?;
+            let required: RequiredDamping = port
+                .required_damping(own.sample_time, stiffness_n_per_m, dissipation_n_s_mu_per_m)
+                .or_refused()?;
+            Ok(if required.negative_at_rest {
+                f64::INFINITY
+            } else {
+                required.damping_n_s_per_m
             })
-            .or_refused()?;
-        Ok(if required.negative_at_rest {
-            f64::INFINITY
-        } else {
-            required.damping_n_s_per_m
         })
     }
 
@@ -141,20 +151,18 @@ impl PyPort {
     ///     N/m; infinite if any is passive, NaN if none is.
     #[pyo3(signature = (damping_n_s_per_m, dissipation_n_s_mu_per_m = 0.0))]
     fn largest_stiffness(
-        &self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         damping_n_s_per_m: f64,
         dissipation_n_s_mu_per_m: f64,
     ) -> PyResult<f64> {
-        let port = self.port()?;
-        let largest = py.detach(|| {
-            port.largest_stiffness(
-                self.sample_time,
+        heard_by(slf, move |own, _| {
+            let largest = own.port()?.largest_stiffness(
+                own.sample_time,
                 damping_n_s_per_m,
                 dissipation_n_s_mu_per_m,
-            )
-        });
-        largest.map(number).or_refused()
+            );
+            largest.map(number).or_refused()
+        })
     }
 
     /// Largest dissipation that stays passive.
@@ -172,15 +180,37 @@ impl PyPort {
     ///     N·s^order/m; infinite if any is passive, NaN if none is.
     #[pyo3(signature = (damping_n_s_per_m, stiffness_n_per_m = 0.0))]
     fn largest_dissipation(
-        &self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         damping_n_s_per_m: f64,
         stiffness_n_per_m: f64,
     ) -> PyResult<f64> {
-        let port = self.port()?;
-        let largest = py.detach(|| {
-            port.largest_dissipation(self.sample_time, damping_n_s_per_m, stiffness_n_per_m)
-        });
-        largest.map(number).or_refused()
+        heard_by(slf, move |own, _| {
+            let largest = own.port()?.largest_dissipation(
+                own.sample_time,
+                damping_n_s_per_m,
+                stiffness_n_per_m,
+            );
+            largest.map(number).or_refused()
+        })
+    }
+
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Made) {
+        let own = slf.get();
+        let (scheme, delay_s, current_lag_s, horizon) = own.made.clone();
+        let order = own.operator.order().get();
+        let sample_time = own.sample_time.0;
+        let made = (order, sample_time, scheme, delay_s, current_lag_s, horizon);
+        (slf.get_type().into_any(), made)
     }
 }
+
+/// The arguments of a port.
+type Made = (f64, f64, String, f64, f64, f64);

@@ -1,14 +1,16 @@
 //! Regions of stable walls.
 
-use super::operator;
 use super::plant::AnyPlant;
-use crate::arrays::any_shape;
+use super::{operator, scheme_of};
+use crate::arrays::{Whole, any_shape, unmasked};
+use crate::conducted::{heard, heard_by};
 use crate::refused::{OrRefused as _, refused};
-use fracdiff::Order;
+use crate::value;
 use haptic_analysis::{Nondimensional, StabilityRegion, StableArea};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
+use std::time::Duration;
 
 /// All stable walls of an order on a plant, made by `region`.
 ///
@@ -23,7 +25,21 @@ pub(crate) struct PyRegion {
     stiffness: f64,
     dissipation: f64,
     sample_time: f64,
+    made: Made,
 }
+
+/// What a region is made of beside its sample time.
+#[derive(Debug)]
+struct Made {
+    plant: AnyPlant,
+    order: f64,
+    scheme: String,
+    points: usize,
+    horizon: f64,
+}
+
+/// Beyond this a picture has nothing to gain, and memory much to lose.
+const POINTS_MOST: usize = 10_000_000;
 
 impl PyRegion {
     fn area(&self) -> Option<&StableArea> {
@@ -35,37 +51,40 @@ impl PyRegion {
 #[pyfunction]
 pub(crate) fn stability_region(
     py: Python<'_>,
-    plant: AnyPlant<'_>,
+    plant: AnyPlant,
     order: f64,
     sample_time: f64,
-    scheme: &str,
-    points: usize,
+    scheme: String,
+    points: Whole,
     horizon: f64,
 ) -> PyResult<PyRegion> {
-    let operator = operator(order, sample_time, scheme, horizon)?;
-    let sampled = plant.sampled(sample_time)?;
-    let one = Nondimensional {
-        alpha: 1.0,
-        beta: 1.0,
-        delta: 0.0,
-        gamma: 0.0,
-    };
-    let order = Order::new(order).or_refused()?;
-    let unit = one
-        .with_units(plant.mass_kg(), sample_time, order)
-        .or_refused()?;
-    // Beyond this a picture has nothing to gain, and memory much to lose.
-    if points > 10_000_000 {
-        return Err(refused(format_args!(
-            "{points} points are not in [0, 10000000]"
-        )));
-    }
-    let region = py.detach(|| StabilityRegion::new(sampled, &operator, 0, points));
-    Ok(PyRegion {
-        region: region.or_refused()?,
-        stiffness: unit.stiffness_n_per_m,
-        dissipation: unit.dissipation_n_s_mu_per_m,
-        sample_time,
+    let points = points.within("points", 0..=POINTS_MOST)?;
+    heard(py, Duration::MAX, move |_| {
+        let operator = operator(order, sample_time, &scheme, horizon)?;
+        let sampled = plant.sampled(sample_time)?;
+        let one = Nondimensional {
+            alpha: 1.0,
+            beta: 1.0,
+            delta: 0.0,
+            gamma: 0.0,
+        };
+        let unit = one
+            .with_units(plant.mass_kg(), sample_time, operator.order())
+            .or_refused()?;
+        let region = StabilityRegion::new(sampled, &operator, 0, points);
+        Ok(PyRegion {
+            region: region.or_refused()?,
+            stiffness: unit.stiffness_n_per_m,
+            dissipation: unit.dissipation_n_s_mu_per_m,
+            sample_time,
+            made: Made {
+                plant,
+                order,
+                scheme: scheme_of(&scheme)?.to_string(),
+                points,
+                horizon,
+            },
+        })
     })
 }
 
@@ -146,11 +165,13 @@ impl PyRegion {
     /// -------
     /// ndarray of bool
     fn contains<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         stiffness_n_per_m: &Bound<'py, PyAny>,
         dissipation_n_s_mu_per_m: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let py = stiffness_n_per_m.py();
+        let py = slf.py();
+        unmasked("stiffness_n_per_m", stiffness_n_per_m)?;
+        unmasked("dissipation_n_s_mu_per_m", dissipation_n_s_mu_per_m)?;
         let both = (stiffness_n_per_m, dissipation_n_s_mu_per_m);
         let numpy = py.import("numpy")?;
         let both = numpy
@@ -158,16 +179,36 @@ impl PyRegion {
             .map_err(refused)?;
         let (stiffness, shape) = any_shape("stiffness_n_per_m", &both.get_item(0)?)?;
         let (dissipation, _) = any_shape("dissipation_n_s_mu_per_m", &both.get_item(1)?)?;
-        let inside: Vec<bool> = py.detach(|| {
-            let walls = stiffness.iter().zip(&dissipation);
-            walls
-                .map(|(k, b)| {
-                    self.region
-                        .contains(k / self.stiffness, b / self.dissipation)
-                })
-                .collect()
-        });
+        let inside: Vec<bool> = heard_by(slf, move |own, _| {
+            let within = |(k, b): (&f64, &f64)| {
+                (own.region).contains(k / own.stiffness, b / own.dissipation)
+            };
+            Ok(stiffness.iter().zip(&dissipation).map(within).collect())
+        })?;
         inside.into_pyarray(py).reshape(shape)
+    }
+
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, own) = (slf.py(), slf.get());
+        let native = py.import("fractional_haptics._native")?;
+        let arguments = (
+            own.made.plant.as_python(py),
+            own.made.order,
+            own.sample_time,
+            own.made.scheme.as_str(),
+            own.made.points,
+            own.made.horizon,
+        );
+        let made = (native.getattr("stability_region")?, arguments);
+        Ok(made.into_pyobject(py)?.into_any())
     }
 
     fn __repr__(&self) -> String {

@@ -1,14 +1,17 @@
 //! A loop closed over a virtual wall: verdict, margins, sensitivity.
 
 use super::plant::AnyPlant;
-use super::{at, environment, operator};
+use super::{at, environment, operator, scheme_of};
 use crate::arrays::any_shape;
+use crate::conducted::{heard, heard_by};
 use crate::refused::{OrRefused as _, refused};
+use crate::value;
 use haptic_analysis::{Dynamics, LoopOperator, SampledLoop, SampledPlant};
 use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A plant under a sampled virtual wall ``K + B D^order``.
 ///
@@ -60,6 +63,17 @@ pub(crate) struct PyLoop {
     beta: f64,
     operator: Arc<LoopOperator>,
     sample_time: f64,
+    made: Made,
+}
+
+/// What a loop is made of beside its sample time.
+#[derive(Debug)]
+struct Made {
+    plant: AnyPlant,
+    /// K, B and order.
+    wall: (f64, f64, f64),
+    scheme: String,
+    horizon: f64,
 }
 
 impl PyLoop {
@@ -68,94 +82,106 @@ impl PyLoop {
     }
 
     /// A function of θ at frequencies in rad/s up to half the sample rate, above 0.
-    fn over<'py, T: Element>(
-        &self,
+    fn over<'py, T: Element + 'static>(
+        slf: &Bound<'py, Self>,
         omega: &Bound<'py, PyAny>,
-        function: impl Fn(&SampledLoop<'_>, f64) -> T + Sync,
+        function: impl Fn(&SampledLoop<'_>, f64) -> T + Send + 'static,
     ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-        let py = omega.py();
         let (omega, shape) = any_shape("omega", omega)?;
-        let nyquist = std::f64::consts::PI / self.sample_time * (1.0 + 4.0 * f64::EPSILON);
+        let sample_time = slf.get().sample_time;
+        let nyquist = std::f64::consts::PI / sample_time * (1.0 + 4.0 * f64::EPSILON);
         if let Some(index) = omega.iter().position(|&w| !(w > 0.0 && w <= nyquist)) {
             return Err(refused(format_args!(
                 "omega[{index}] = {} rad/s is not in (0, {nyquist}] rad/s, that is up to half the sample rate",
                 omega[index]
             )));
         }
-        let own = self.sampled()?;
-        let values: Vec<T> = py.detach(|| {
-            omega
-                .iter()
-                .map(|w| function(&own, w * self.sample_time))
-                .collect()
-        });
-        values.into_pyarray(py).reshape(shape)
+        let values: Vec<T> = heard_by(slf, move |own, conduct| {
+            let own = own.sampled()?;
+            Ok(conduct.each(&omega, |w| function(&own, w * sample_time)))
+        })?;
+        values.into_pyarray(slf.py()).reshape(shape)
     }
 }
 
 #[pymethods]
 impl PyLoop {
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the wrapper in Python names them"
+    )]
     #[new]
     fn new(
-        plant: AnyPlant<'_>,
+        py: Python<'_>,
+        plant: AnyPlant,
         stiffness_n_per_m: f64,
         dissipation_n_s_mu_per_m: f64,
         order: f64,
         sample_time: f64,
-        scheme: &str,
+        scheme: String,
         horizon: f64,
     ) -> PyResult<Self> {
-        let operator = operator(order, sample_time, scheme, horizon)?;
-        let wall = (stiffness_n_per_m, dissipation_n_s_mu_per_m, order);
-        let wall = environment(wall, sample_time)?;
-        let unit = Dynamics::ideal(plant.mass_kg(), 0.0)
-            .nondimensional(&wall)
-            .or_refused()?;
-        Ok(Self {
-            plant: plant.sampled(sample_time)?,
-            alpha: unit.alpha,
-            beta: unit.beta,
-            operator,
-            sample_time,
+        heard(py, Duration::MAX, move |_| {
+            let operator = operator(order, sample_time, &scheme, horizon)?;
+            let wall = (stiffness_n_per_m, dissipation_n_s_mu_per_m, order);
+            let unit = Dynamics::ideal(plant.mass_kg(), 0.0)
+                .nondimensional(&environment(wall, sample_time)?)
+                .or_refused()?;
+            Ok(Self {
+                plant: plant.sampled(sample_time)?,
+                alpha: unit.alpha,
+                beta: unit.beta,
+                operator,
+                sample_time,
+                made: Made {
+                    plant,
+                    wall,
+                    scheme: scheme_of(&scheme)?.to_string(),
+                    horizon,
+                },
+            })
         })
     }
 
     /// The verdict as a dictionary.
-    fn _verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let own = self.sampled()?;
-        let (verdict, drifts) = py.detach(|| (own.held().verdict(), own.drifts()));
-        let report = PyDict::new(py);
+    fn _verdict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (verdict, drifts) = heard_by(slf, |own, _| {
+            let own = own.sampled()?;
+            Ok((own.held().verdict(), own.drifts()))
+        })?;
+        let report = PyDict::new(slf.py());
         report.set_item("stable", verdict.stable)?;
         report.set_item("unstable_poles", verdict.unstable_poles)?;
         report.set_item("distance", verdict.distance)?;
-        report.set_item("omega_rad_s", verdict.theta / self.sample_time)?;
+        report.set_item("omega_rad_s", verdict.theta / slf.get().sample_time)?;
         report.set_item("spectral_radius", verdict.spectral_radius)?;
         report.set_item("drifts", drifts)?;
         Ok(report)
     }
 
     /// The margins as a dictionary of pairs.
-    fn _margins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let own = self.sampled()?.held();
-        let margins = py.detach(|| own.margins()).or_refused()?;
-        let pair = |value| at(value, self.sample_time);
-        let report = PyDict::new(py);
+    fn _margins<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let margins = heard_by(slf, |own, _| own.sampled()?.held().margins().or_refused())?;
+        let sample_time = slf.get().sample_time;
+        let pair = |value| at(value, sample_time);
+        let report = PyDict::new(slf.py());
         report.set_item("gain_up", margins.gain_up.map(pair))?;
         report.set_item("gain_down", margins.gain_down.map(pair))?;
         let delay = margins.delay.map(pair);
         report.set_item(
             "delay_s",
-            delay.map(|(samples, omega)| (samples * self.sample_time, omega)),
+            delay.map(|(samples, omega)| (samples * sample_time, omega)),
         )?;
         report.set_item("sensitivity", pair(margins.sensitivity))?;
         Ok(report)
     }
 
     /// The peak of the sensitivity as a pair.
-    fn _sensitivity_peak(&self, py: Python<'_>) -> PyResult<(f64, f64)> {
-        let own = self.sampled()?.held();
-        let peak = py.detach(|| own.sensitivity_peak()).or_refused()?;
-        Ok(at(peak, self.sample_time))
+    fn _sensitivity_peak(slf: &Bound<'_, Self>) -> PyResult<(f64, f64)> {
+        let peak = heard_by(slf, |own, _| {
+            own.sampled()?.held().sensitivity_peak().or_refused()
+        })?;
+        Ok(at(peak, slf.get().sample_time))
     }
 
     /// Loop gain.
@@ -175,10 +201,10 @@ impl PyLoop {
     /// ValueError
     ///     A frequency above half the sample rate, with its index.
     fn loop_gain<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         omega: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
-        self.over(omega, |own, theta| own.loop_gain(theta))
+        Self::over(slf, omega, |own, theta| own.loop_gain(theta))
     }
 
     /// Sensitivity.
@@ -192,8 +218,11 @@ impl PyLoop {
     /// -------
     /// ndarray, same shape
     ///     abs(1/(1 + GH)): how much a disturbance of the position is amplified.
-    fn sensitivity<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.over(omega, |own, theta| own.sensitivity(theta))
+    fn sensitivity<'py>(
+        slf: &Bound<'py, Self>,
+        omega: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        Self::over(slf, omega, |own, theta| own.sensitivity(theta))
     }
 
     /// Poles in z, for operators that are polynomials or rational; those at 0 left out.
@@ -201,15 +230,37 @@ impl PyLoop {
     /// Returns
     /// -------
     /// ndarray of complex, or None for the other operators
-    fn poles<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<Complex64>>>> {
-        let own = self.sampled()?;
-        let poles = py.detach(|| own.poles());
-        Ok(poles.map(|poles| PyArray1::from_vec(py, poles)))
+    fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArray1<Complex64>>>> {
+        let poles = heard_by(slf, |own, _| Ok(own.sampled()?.poles()))?;
+        Ok(poles.map(|poles| PyArray1::from_vec(slf.py(), poles)))
     }
 
     /// T in s.
     #[getter]
     fn sample_time(&self) -> f64 {
         self.sample_time
+    }
+
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, own) = (slf.py(), slf.get());
+        let (stiffness, dissipation, order) = own.made.wall;
+        let arguments = (
+            own.made.plant.as_python(py),
+            stiffness,
+            dissipation,
+            order,
+            own.sample_time,
+            own.made.scheme.as_str(),
+            own.made.horizon,
+        );
+        Ok((slf.get_type(), arguments).into_pyobject(py)?.into_any())
     }
 }

@@ -4,6 +4,7 @@ use super::controller::PyPid;
 use super::rule;
 use super::transfer::PyControlPlant;
 use crate::arrays::vector;
+use crate::conducted::heard;
 use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
 use fractional_control::tuning::{
@@ -13,6 +14,8 @@ use fractional_control::{ControlError, Crossing, Plant, SampledLoop, SampledPlan
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::Arc;
+use std::time::Duration;
 
 /// Wishes by their names.
 #[derive(FromPyObject)]
@@ -61,11 +64,11 @@ pub(crate) fn tune_controller<'py>(
         }),
         None => None,
     };
-    let plant = &plant.get().0;
+    let plant = Arc::clone(&plant.get().plant);
     let search = if integer { tune_integer } else { tune };
-    let tuned = py
-        .detach(|| search(plant, sampling, &specification))
-        .or_refused()?;
+    let tuned = heard(py, Duration::MAX, move |_| {
+        search(&plant, sampling, &specification).or_refused()
+    })?;
     report(py, &tuned)
 }
 
@@ -106,19 +109,17 @@ pub(crate) fn closed_loop<'py>(
         controller.memory,
         controller.sample_time,
     );
-    let plant = &plant.get().0;
-    let (verdict, margins) = py
-        .detach(|| {
-            let closed = |plant: &Plant| -> Result<SampledLoop, ControlError> {
-                let plant = SampledPlant::new(plant, memory, sample_time)?;
-                Ok(SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain))
-            };
-            let own = closed(plant)?;
-            let later = |delay_s: f64| closed(&plant.clone().delayed(delay_s)?);
-            let margins = own.margins_of_plant(own.margins(), later);
-            Ok::<_, ControlError>((own.verdict(), margins))
-        })
-        .or_refused()?;
+    let plant = Arc::clone(&plant.get().plant);
+    let (verdict, margins) = heard(py, Duration::MAX, move |_| {
+        let closed = |plant: &Plant| -> Result<SampledLoop, ControlError> {
+            let plant = SampledPlant::new(plant, memory, sample_time)?;
+            Ok(SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain))
+        };
+        let own = closed(&plant).or_refused()?;
+        let later = |delay_s: f64| closed(&plant.as_ref().clone().delayed(delay_s)?);
+        let margins = own.margins_of_plant(own.margins(), later);
+        Ok((own.verdict(), margins))
+    })?;
     let pair = |crossing: Crossing| (crossing.value, crossing.omega_rad_s);
     let report = PyDict::new(py);
     report.set_item("stable", verdict.stable)?;
@@ -145,18 +146,12 @@ pub(crate) fn simulate_loop<'py>(
     let py = controller.py();
     let own = controller.try_borrow()?;
     let reference = vector("reference", reference)?;
-    let (controller, memory, sample_time) = (&own.controller, own.memory, own.sample_time);
-    let plant = &plant.get().0;
-    let run = py.detach(|| {
-        let plant = SampledPlant::new(plant, memory, sample_time)?;
+    let (controller, memory, sample_time) = (own.controller.clone(), own.memory, own.sample_time);
+    let plant = Arc::clone(&plant.get().plant);
+    let run = heard(py, Duration::MAX, move |_| {
+        let plant = SampledPlant::new(&plant, memory, sample_time).or_refused()?;
         let samples = reference.len();
-        Ok::<_, fractional_control::ControlError>(simulate(
-            controller,
-            &plant,
-            |n| reference[n],
-            samples,
-        ))
-    });
-    let run = run.or_refused()?;
+        Ok(simulate(&controller, &plant, |n| reference[n], samples))
+    })?;
     Ok((run.measured.into_pyarray(py), run.command.into_pyarray(py)))
 }

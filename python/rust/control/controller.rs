@@ -2,12 +2,14 @@
 
 use super::memory;
 use super::transfer::responses;
+use crate::conducted::heard;
 use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
 use fractional_control::{
     Actuator, Controller as _, FractionalPid, Memory, ParallelHistory, PidParameters, SetPoint,
 };
 use pyo3::prelude::*;
+use std::time::Duration;
 
 /// Modes of each memory: enough for 1e-9 over a day at 1 kHz.
 pub(super) const MODES: usize = 64;
@@ -71,6 +73,7 @@ impl PyPid {
         derivative_order = 1.0, low = f64::NEG_INFINITY, high = f64::INFINITY, proportional_weight = 1.0,
         derivative_weight = 0.0, rule = "bdf2", tolerance = 1e-6, horizon = 3600.0))]
     fn new(
+        py: Python<'_>,
         sample_time: f64,
         proportional: f64,
         integral: f64,
@@ -98,8 +101,9 @@ impl PyPid {
         };
         let actuator = Actuator::new(low, high).or_refused()?;
         let (memory, sample_time) = (memory(rule, tolerance, horizon)?, Seconds(sample_time));
-        let controller = FractionalPid::new(parameters, set_point, actuator, memory, sample_time)
-            .or_refused()?;
+        let controller = heard(py, Duration::MAX, move |_| {
+            FractionalPid::new(parameters, set_point, actuator, memory, sample_time).or_refused()
+        })?;
         Ok(Self {
             history: controller.at_rest(),
             controller,
@@ -137,7 +141,8 @@ impl PyPid {
 
     /// C(j omega) in continuous time, for frequencies in rad/s of any shape.
     fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        responses(omega, |omega| self.parameters.response(omega))
+        let parameters = self.parameters;
+        responses(omega, move |omega| parameters.response(omega))
     }
 
     /// T in s.

@@ -1,9 +1,10 @@
 //! Fractional transfer functions and plants.
 
 use super::memory;
-use crate::arrays::{any_shape, complex_vector, matrix, vector};
-use crate::hashed::hashed;
+use crate::arrays::{Whole, any_shape, complex_vector, matrix, vector};
+use crate::conducted::{heard, heard_by};
 use crate::refused::{OrRefused as _, refused};
+use crate::value;
 use fracdiff::Seconds;
 use fractional_control::{
     FractionalTransferFunction, Plant, Term, impulse_response, respond, step_response,
@@ -11,7 +12,9 @@ use fractional_control::{
 use nalgebra::{DMatrix, DVector, RowDVector};
 use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
-use std::hash::Hash as _;
+use pyo3::types::{PyComplex, PyTuple};
+use std::sync::Arc;
+use std::time::Duration;
 
 /// A fractional transfer function ``G(s) = sum b_j s^beta_j / sum a_i s^alpha_i``.
 ///
@@ -114,7 +117,8 @@ impl PyTransferFunction {
     /// complex or ndarray of complex, same shape
     ///     G(j omega).
     fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        responses(omega, |omega| self.0.response(omega))
+        let own = self.0.clone();
+        responses(omega, move |omega| own.response(omega))
     }
 
     /// Poles of a commensurate function on the principal sheet.
@@ -128,14 +132,14 @@ impl PyTransferFunction {
     /// ------
     /// ValueError
     ///     Orders without a common unit.
-    fn poles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
-        let commensurate = self.0.commensurate().or_refused()?;
-        Ok(PyArray1::from_vec(py, py.detach(|| commensurate.poles())))
+    fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+        let poles = heard_by(slf, |own, _| Ok(own.0.commensurate().or_refused()?.poles()))?;
+        Ok(PyArray1::from_vec(slf.py(), poles))
     }
 
     /// Number of poles in the right half-plane; None where the count is not certain.
-    fn unstable_poles(&self, py: Python<'_>) -> Option<usize> {
-        py.detach(|| self.0.unstable_poles())
+    fn unstable_poles(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
+        heard_by(slf, |own, _| Ok(own.0.unstable_poles()))
     }
 
     /// Response to a unit step.
@@ -156,31 +160,37 @@ impl PyTransferFunction {
     /// ndarray, shape (samples,)
     #[pyo3(signature = (sample_time, samples, rule = "bdf2", tolerance = 1e-9))]
     fn step_response<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         sample_time: f64,
-        samples: usize,
+        samples: Whole,
         rule: &str,
         tolerance: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        // Input, output and what lies between.
+        let samples = samples.with_room("samples", 4)?;
         let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
-        let y = py.detach(|| step_response(&self.0, memory, Seconds(sample_time), samples));
-        Ok(y.or_refused()?.into_pyarray(py))
+        let y = heard_by(slf, move |own, _| {
+            step_response(&own.0, memory, Seconds(sample_time), samples).or_refused()
+        })?;
+        Ok(y.into_pyarray(slf.py()))
     }
 
     /// Response to a unit impulse; as `step_response`.
     #[pyo3(signature = (sample_time, samples, rule = "bdf2", tolerance = 1e-9))]
     fn impulse_response<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         sample_time: f64,
-        samples: usize,
+        samples: Whole,
         rule: &str,
         tolerance: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        // Input, output and what lies between.
+        let samples = samples.with_room("samples", 4)?;
         let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
-        let y = py.detach(|| impulse_response(&self.0, memory, Seconds(sample_time), samples));
-        Ok(y.or_refused()?.into_pyarray(py))
+        let y = heard_by(slf, move |own, _| {
+            impulse_response(&own.0, memory, Seconds(sample_time), samples).or_refused()
+        })?;
+        Ok(y.into_pyarray(slf.py()))
     }
 
     /// Response to a record, from rest.
@@ -197,41 +207,45 @@ impl PyTransferFunction {
     /// ndarray, shape (n,)
     #[pyo3(signature = (u, sample_time, rule = "bdf2", tolerance = 1e-9))]
     fn respond<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         u: &Bound<'py, PyAny>,
         sample_time: f64,
         rule: &str,
         tolerance: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let py = u.py();
         let u = vector("u", u)?;
         let memory = memory(rule, tolerance, horizon(sample_time, u.len()))?;
-        let y = py.detach(|| respond(&self.0, memory, Seconds(sample_time), &u));
-        Ok(y.or_refused()?.into_pyarray(py))
+        let y = heard_by(slf, move |own, _| {
+            respond(&own.0, memory, Seconds(sample_time), &u).or_refused()
+        })?;
+        Ok(y.into_pyarray(slf.py()))
     }
 
     fn __str__(&self) -> String {
         self.0.to_string()
     }
 
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        other
-            .cast::<Self>()
-            .is_ok_and(|other| other.get().0 == self.0)
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
     }
 
-    fn __hash__(&self) -> u64 {
-        hashed(|hasher| self.0.to_string().hash(hasher))
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (Pairs, Pairs)) {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Terms<'py>)> {
+        let py = slf.py();
         let own = slf.get();
-        (
-            slf.get_type().into_any(),
-            (own.numerator(), own.denominator()),
-        )
+        let terms = (
+            PyTuple::new(py, own.numerator())?,
+            PyTuple::new(py, own.denominator())?,
+        );
+        Ok((slf.get_type().into_any(), terms))
     }
 }
+
+/// Terms of numerator and denominator, which cannot change.
+type Terms<'py> = (Bound<'py, PyTuple>, Bound<'py, PyTuple>);
 
 /// As long as a record, and never shorter than a memory can be.
 fn horizon(sample_time: f64, samples: usize) -> f64 {
@@ -241,11 +255,14 @@ fn horizon(sample_time: f64, samples: usize) -> f64 {
 /// Responses at frequencies of any shape; a number for a number.
 pub(super) fn responses<'py>(
     omega: &Bound<'py, PyAny>,
-    response: impl Fn(f64) -> Complex64 + Sync,
+    response: impl Fn(f64) -> Complex64 + Send + 'static,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = omega.py();
     let (omega, shape) = any_shape("omega", omega)?;
-    let values: Vec<Complex64> = py.detach(|| omega.iter().map(|&omega| response(omega)).collect());
+    let about = Duration::from_micros(5 * omega.len() as u64);
+    let values: Vec<Complex64> = heard(py, about, move |conduct| {
+        Ok(conduct.each(&omega, |&omega| response(omega)))
+    })?;
     let values: Bound<'_, PyArrayDyn<Complex64>> = values.into_pyarray(py).reshape(shape)?;
     values.get_item(pyo3::types::PyTuple::empty(py))
 }
@@ -253,22 +270,39 @@ pub(super) fn responses<'py>(
 /// A plant with a dead time, made by `fractional_haptics.control.plant`.
 #[pyclass(name = "Plant", module = "fractional_haptics.control", frozen)]
 #[derive(Debug)]
-pub(crate) struct PyControlPlant(pub(super) Plant);
+pub(crate) struct PyControlPlant {
+    pub(super) plant: Arc<Plant>,
+    /// The function that made it, and its arguments.
+    made: (&'static str, Py<PyTuple>),
+}
+
+impl PyControlPlant {
+    fn new<'py>(
+        py: Python<'py>,
+        plant: Plant,
+        by: &'static str,
+        arguments: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,
+    ) -> PyResult<Self> {
+        Ok(Self {
+            plant: Arc::new(plant),
+            made: (by, arguments.into_pyobject(py)?.unbind()),
+        })
+    }
+}
 
 #[pymethods]
 impl PyControlPlant {
     /// From the usual notation, dead time included.
     #[staticmethod]
-    fn _from_text(text: &str) -> PyResult<Self> {
-        text.parse().map(Self).or_refused()
+    fn _from_text(py: Python<'_>, text: &str) -> PyResult<Self> {
+        Self::new(py, text.parse().or_refused()?, "_from_text", (text,))
     }
 
     /// From a transfer function and a dead time in s.
     #[staticmethod]
     fn _from_function(function: &Bound<'_, PyTransferFunction>, delay_s: f64) -> PyResult<Self> {
-        Plant::transfer(function.get().0, delay_s)
-            .map(Self)
-            .or_refused()
+        let plant = Plant::transfer(function.get().0, delay_s).or_refused()?;
+        Self::new(function.py(), plant, "_from_function", (function, delay_s))
     }
 
     /// From matrices and a dead time in s.
@@ -279,21 +313,30 @@ impl PyControlPlant {
         c: &Bound<'_, PyAny>,
         delay_s: f64,
     ) -> PyResult<Self> {
+        let py = a.py();
         let (a, [rows, columns]) = matrix("a", a)?;
         let (b, c) = (vector("b", b)?, vector("c", c)?);
+        let in_rows = a.chunks(columns.max(1)).map(|row| PyTuple::new(py, row));
+        let in_rows = PyTuple::new(py, in_rows.collect::<PyResult<Vec<_>>>()?)?;
+        let numbers = (
+            in_rows,
+            PyTuple::new(py, &b)?,
+            PyTuple::new(py, &c)?,
+            delay_s,
+        );
         let states = fractional_control::StateSpace::new(
             DMatrix::from_row_slice(rows, columns, &a),
             DVector::from_vec(b),
             RowDVector::from_vec(c),
         );
-        Plant::state_space(states.or_refused()?, delay_s)
-            .map(Self)
-            .or_refused()
+        let plant = Plant::state_space(states.or_refused()?, delay_s).or_refused()?;
+        Self::new(py, plant, "_from_matrices", numbers)
     }
 
     /// From a measured response.
     #[staticmethod]
     fn _from_response(omega: &Bound<'_, PyAny>, response: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let py = omega.py();
         let (omega, response) = (
             vector("omega", omega)?,
             complex_vector("response", response)?,
@@ -305,19 +348,41 @@ impl PyControlPlant {
                 response.len()
             )));
         }
+        let complex = response
+            .iter()
+            .map(|g| PyComplex::from_doubles(py, g.re, g.im));
+        let numbers = (PyTuple::new(py, &omega)?, PyTuple::new(py, complex)?);
         let points: Vec<(f64, Complex64)> = omega.into_iter().zip(response).collect();
-        Plant::measured(&points).map(Self).or_refused()
+        let plant = Plant::measured(&points).or_refused()?;
+        Self::new(py, plant, "_from_response", numbers)
     }
 
     /// Frequency response; NaN outside the band of a measured one.
     fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let nan = Complex64::new(f64::NAN, f64::NAN);
-        responses(omega, |omega| self.0.response(omega).unwrap_or(nan))
+        let plant = Arc::clone(&self.plant);
+        responses(omega, move |omega| plant.response(omega).unwrap_or(nan))
     }
 
     /// Dead time in s; that of a measured response is in the response.
     #[getter]
     fn delay_s(&self) -> f64 {
-        self.0.delay_s()
+        self.plant.delay_s()
+    }
+
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (by, arguments) = &slf.get().made;
+        let by = slf.get_type().getattr(*by)?;
+        Ok((by, arguments.bind(slf.py()).clone()))
     }
 }

@@ -6,7 +6,7 @@ mod search;
 pub(crate) use run::{experiment_parameters, run_experiment};
 pub(crate) use search::{design, zwidth};
 
-use crate::refused::refused;
+use crate::refused::{refused, unread};
 use haptic_experiment::{ExperimentFile, Failure};
 use pyo3::PyErr;
 use pyo3::exceptions::PyRuntimeError;
@@ -17,16 +17,16 @@ use std::path::Path;
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
 fn failed(failure: &Failure) -> PyErr {
     match failure {
-        Failure::Input(_) => refused(failure),
+        Failure::Input(error) => unread(error.as_ref()),
         _ => PyRuntimeError::new_err(failure.to_string()),
     }
 }
 
-/// The experiment of a kind with these parameters, as if a file had them.
+/// The parameters of a kind as the file that would have them.
 ///
 /// # Errors
-/// `ValueError` in the words of the reader of files, without the name of a file.
-fn parsed(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<ExperimentFile> {
+/// `ValueError` for a value that no file can have.
+fn written(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<String> {
     let mut table = toml::Table::new();
     for (key, value) in parameters.iter() {
         let key: String = key.extract()?;
@@ -35,7 +35,15 @@ fn parsed(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<ExperimentFile
     }
     let mut file = toml::Table::new();
     file.insert(kind.to_owned(), toml::Value::Table(table));
-    ExperimentFile::parse(Path::new(kind), &file.to_string()).map_err(|error| {
+    Ok(file.to_string())
+}
+
+/// The experiment of a kind from that file.
+///
+/// # Errors
+/// `ValueError` in the words of the reader of files, without the name of a file.
+fn parsed(kind: &str, text: &str) -> PyResult<ExperimentFile> {
+    ExperimentFile::parse(Path::new(kind), text).map_err(|error| {
         let text = error.to_string();
         let reason = text.strip_prefix(kind).and_then(|rest| {
             let rest = rest

@@ -1,19 +1,22 @@
 //! Runs: relaxation, creep, a wall, a coupler, a touch.
 
-use super::{failed, parsed};
-use crate::conducted::{Conduct, conduct};
+use super::{failed, parsed, written};
+use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
 use haptic_experiment::curves::Published;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{COUPLER_REQUIRED, Parameter, Value, WALL_REQUIRED, of_kind};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
+use haptic_log::live::{Live, LiveStreams};
+use haptic_log::record::{EventMessage, TickMessage, VectorTick};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// Section, key, default (None without one), whether it has to be given, range and help of each parameter of a kind.
 #[pyfunction]
@@ -55,6 +58,23 @@ fn default<'py>(py: Python<'py>, parameter: &Parameter) -> PyResult<Bound<'py, P
     })
 }
 
+/// Tells that a log is closed.
+#[derive(Debug)]
+struct Closed(Arc<AtomicBool>);
+
+impl Live for Closed {
+    fn tick(&mut self, _: &TickMessage) {}
+
+    fn vector_tick(&mut self, _: &VectorTick) {}
+
+    fn event(&mut self, _: &EventMessage) {}
+
+    fn finish(self: Box<Self>) -> Option<String> {
+        self.0.store(true, Ordering::Relaxed);
+        None
+    }
+}
+
 /// A finished run.
 struct Finished {
     report: serde_json::Value,
@@ -73,7 +93,8 @@ pub(crate) fn run_experiment<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>, Vec<String>)> {
     let py = parameters.py();
-    let experiment = prepared(parsed(kind, parameters)?, force_unstable)?;
+    let text = written(kind, parameters)?;
+    let name = kind.to_owned();
     let request = FolderRequest {
         out: Some(out),
         stem: kind.to_owned(),
@@ -84,10 +105,10 @@ pub(crate) fn run_experiment<'py>(
             concat!("fractional-haptics (Python) ", env!("CARGO_PKG_VERSION")).to_owned(),
         )]),
     };
-    let finished = conduct(py, progress, true, move |conduct| {
-        run(&experiment, &request, conduct)
+    let finished = conduct(py, progress, Interrupted::Awaited, move |conduct| {
+        let experiment = prepared(parsed(&name, &text)?, force_unstable)?;
+        run(&experiment, &request, conduct).map_err(|failure| failed(&failure))
     })?;
-    let finished = finished.map_err(|failure| failed(&failure))?;
     let columns = PyDict::new(py);
     for (name, values) in finished.columns {
         columns.set_item(name, PyArray1::from_vec(py, values))?;
@@ -127,10 +148,15 @@ fn run(
             heard.push(text.to_owned());
         }
     };
+    // A device is to be let go too. Of what is simulated only the log is kept: report and table of an interrupted run are not seen.
+    let closed: Vec<Box<dyn Live>> = match experiment.remote() {
+        Some(_) => Vec::new(),
+        None => vec![Box::new(Closed(Arc::clone(conduct.kept())))],
+    };
     let supervisor = Supervisor {
         stop: conduct.stop(),
         progress: &|done| conduct.set(done),
-        live: None,
+        live: Some(&LiveStreams::new(closed)),
         warn: &warn,
     };
     let (report, table) = match experiment {

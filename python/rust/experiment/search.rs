@@ -1,7 +1,8 @@
 //! Searches: the Z-width of a device, and the best wall for it.
 
-use super::{failed, parsed};
-use crate::conducted::conduct;
+use super::{failed, parsed, written};
+use crate::arrays::Whole;
+use crate::conducted::{Interrupted, conduct, heard};
 use crate::json::to_python;
 use crate::refused::{OrRefused as _, refused};
 use crate::tissue::PyMaterial;
@@ -12,6 +13,7 @@ use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::time::Duration;
 
 /// Device, trial and operator, read as those of a wall; the wall itself plays no part.
 fn bench(parameters: &Bound<'_, PyDict>, realistic: bool) -> PyResult<WallExperiment> {
@@ -35,7 +37,9 @@ fn bench(parameters: &Bound<'_, PyDict>, realistic: bool) -> PyResult<WallExperi
         given("current_lag_s")?,
         given("encoder_resolution_m")?,
     ];
-    let ExperimentFile::Wall(mut wall) = parsed("wall", &parameters)? else {
+    let text = written("wall", &parameters)?;
+    let read = move |_: &_| parsed("wall", &text);
+    let ExperimentFile::Wall(mut wall) = heard(parameters.py(), Duration::MAX, read)? else {
         return Err(refused("not a wall"));
     };
     if realistic {
@@ -85,7 +89,7 @@ fn orders_of(orders: Vec<f64>) -> PyResult<Vec<Order>> {
 pub(crate) fn zwidth<'py>(
     parameters: &Bound<'py, PyDict>,
     orders: Vec<f64>,
-    points: usize,
+    points: Whole,
     realistic: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
@@ -97,14 +101,20 @@ pub(crate) fn zwidth<'py>(
         one_sided: wall.one_sided,
         scheme: wall.scheme,
         orders: orders_of(orders)?,
-        points,
+        points: points.within("points", ZWidth::POINTS)?,
         plan: wall.setup.plan,
         remote: wall.setup.remote,
     };
-    let report = conduct(py, progress, true, move |conduct| {
-        experiment.run(&|cells| conduct.add(cells), conduct.stop(), &|_| ())
+    // A device is brought to rest; what is simulated has nothing to lose.
+    let interrupted = match experiment.remote {
+        Some(_) => Interrupted::Awaited,
+        None => Interrupted::Forgotten,
+    };
+    let report = conduct(py, progress, interrupted, move |conduct| {
+        let report = experiment.run(&|cells| conduct.add(cells), conduct.stop(), &|_| ());
+        report.map_err(|failure| failed(&failure))
     })?;
-    to_python(py, &report.map_err(|failure| failed(&failure))?)
+    to_python(py, &report)
 }
 
 /// A tissue and the area and thickness of its specimen in m² and m.
@@ -183,8 +193,9 @@ pub(crate) fn design<'py>(
         wish,
         force_noise_limit_n,
     };
-    let report = conduct(py, progress, false, move |conduct| {
-        design.answer(&|orders| conduct.add(orders))
+    let report = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
+        let report = design.answer_unless(conduct.stop(), &|orders| conduct.add(orders));
+        report.map_err(|failure| failed(&failure))
     })?;
-    to_python(py, &report.map_err(|failure| failed(&failure))?)
+    to_python(py, &report)
 }

@@ -14,6 +14,10 @@ pub(crate) use stream::PyOperator;
 /// The axis of a stream.
 type Axis = Channel<f64, Operator<f64>>;
 
-fn scheme_of(text: &str) -> PyResult<Scheme> {
+/// A scheme from its words.
+///
+/// # Errors
+/// `ValueError` for words that are none.
+pub(crate) fn scheme_of(text: &str) -> PyResult<Scheme> {
     text.parse().or_refused()
 }

@@ -1,11 +1,13 @@
 //! Operators of whole records, and the weights of differences.
 
 use super::{Axis, scheme_of};
-use crate::arrays::vector;
+use crate::arrays::{Whole, room, vector};
+use crate::conducted::heard;
 use crate::refused::OrRefused as _;
 use fracdiff::{Channel, Order, Scheme, Seconds};
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
+use std::time::Duration;
 
 /// D^μ of the columns of records, each a vector of samples; `first_sample` takes x₀ from the record.
 #[pyfunction]
@@ -21,7 +23,9 @@ pub(crate) fn differintegrate<'py>(
     let scheme = scheme_of(scheme)?;
     let columns = columns.iter().map(|column| vector("x", column));
     let columns: Vec<Vec<f64>> = columns.collect::<PyResult<_>>()?;
-    let outputs = py.detach(|| records(&columns, order, sample_time, scheme, reference));
+    let outputs = heard(py, Duration::MAX, move |_| {
+        records(&columns, order, sample_time, scheme, reference)
+    });
     Ok(outputs?.into_iter().map(|y| y.into_pyarray(py)).collect())
 }
 
@@ -57,9 +61,16 @@ fn records(
 pub(crate) fn grunwald_weights(
     py: Python<'_>,
     order: f64,
-    count: usize,
+    count: Whole,
 ) -> PyResult<Bound<'_, PyArray1<f64>>> {
     let order = Order::new(order).or_refused()?;
-    let weights = py.detach(|| fracdiff::grunwald_weights(order).take(count).collect());
-    Ok(PyArray1::from_vec(py, weights))
+    let count = count.with_room("count", 1)?;
+    let about = Duration::from_nanos(10 * count as u64);
+    let weights = heard(py, about, move |conduct| {
+        let mut weights = room("count", count, 1)?;
+        let going = fracdiff::grunwald_weights(order).take_while(|_| !conduct.stops());
+        weights.extend(going.take(count));
+        Ok(weights)
+    });
+    Ok(PyArray1::from_vec(py, weights?))
 }

@@ -2,10 +2,12 @@
 
 use super::{PyOperator, scheme_of};
 use crate::arrays::any_shape;
+use crate::conducted::heard;
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::{ExactDifference, FrequencyResponse as _, Order, Scheme, Seconds};
 use numpy::{Complex64, IntoPyArray as _, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
+use std::time::Duration;
 
 /// T^(−μ)·P(e^(−jωT)) of any scheme, `exact` too.
 #[pyfunction]
@@ -17,20 +19,22 @@ pub(crate) fn frequency_response<'py>(
     horizon: f64,
 ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
     if scheme_of(scheme)? != Scheme::Exact {
-        let operator = PyOperator::new(order, sample_time, scheme, horizon)?;
+        let operator = PyOperator::new(omega.py(), order, sample_time, scheme, horizon)?;
         return operator.frequency_response(omega);
     }
     let order = Order::new(order).or_refused()?;
     let rate = Seconds(sample_time).rate_to_the(order).or_refused()?;
     let exact = ExactDifference(order);
-    response(omega, sample_time, |theta| exact.response(theta) * rate)
+    response(omega, sample_time, move |theta| {
+        exact.response(theta) * rate
+    })
 }
 
 /// A response at each of some frequencies in rad/s, which must be up to half the sample rate.
 pub(super) fn response<'py>(
     omega: &Bound<'py, PyAny>,
     sample_time: f64,
-    at: impl Fn(f64) -> Complex64 + Sync,
+    at: impl Fn(f64) -> Complex64 + Send + 'static,
 ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
     let py = omega.py();
     let (omega, shape) = any_shape("omega", omega)?;
@@ -42,9 +46,8 @@ pub(super) fn response<'py>(
             omega[index]
         )));
     }
-    let values: Vec<Complex64> = py.detach(|| {
-        let angles = omega.iter().map(|omega| omega * sample_time);
-        angles.map(&at).collect()
-    });
+    let values: Vec<Complex64> = heard(py, Duration::MAX, move |conduct| {
+        Ok(conduct.each(&omega, |omega| at(omega * sample_time)))
+    })?;
     values.into_pyarray(py).reshape(shape)
 }

@@ -2,13 +2,15 @@
 
 use super::response::response;
 use super::{Axis, scheme_of};
-use crate::arrays::vector;
+use crate::arrays::{Whole, room, vector};
+use crate::conducted::{Conduct, LONG, heard};
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::parameter::positive;
 use fracdiff::{Channel, FrequencyResponse as _, OperatorHistory, Order, Scheme, Seconds};
 use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use std::time::Duration;
 
 /// D^μ of one signal, sample by sample or block by block.
 ///
@@ -77,18 +79,46 @@ fn run(axis: &mut Axis, samples: &mut [f64]) {
     }
 }
 
+/// The same, until it is to stop.
+fn run_unless(conduct: &Conduct, axis: &mut Axis, samples: &mut [f64]) {
+    for block in samples.chunks_mut(1 << 12) {
+        if conduct.stops() {
+            return;
+        }
+        run(axis, block);
+    }
+}
+
+impl PyOperator {
+    /// About how long so many samples take: 1 ns for each sample of memory, up to where sums go by FFT; 50 ns for a recursion.
+    fn time_of(&self, samples: usize) -> Duration {
+        use fracdiff::Differintegrator as _;
+        let memory = self.axis.operator().memory_length().unwrap_or(50);
+        Duration::from_nanos((samples as u64).saturating_mul(memory.clamp(10, 4000) as u64))
+    }
+}
+
 #[pymethods]
 impl PyOperator {
     #[new]
     #[pyo3(signature = (order, sample_time, scheme = "full", horizon = 3600.0))]
-    pub(super) fn new(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<Self> {
+    pub(super) fn new(
+        py: Python<'_>,
+        order: f64,
+        sample_time: f64,
+        scheme: &str,
+        horizon: f64,
+    ) -> PyResult<Self> {
         let (order, sample_time) = (Order::new(order).or_refused()?, Seconds(sample_time));
         let scheme = scheme_of(scheme)?;
         sample_time.rate_to_the(order).or_refused()?;
         positive("horizon", horizon, "s").or_refused()?;
-        let operator = scheme.build(order, sample_time, horizon / sample_time.0);
+        let axis = heard(py, Duration::MAX, move |_| {
+            let operator = scheme.build(order, sample_time, horizon / sample_time.0);
+            Ok(Channel::new(operator.or_refused()?))
+        })?;
         Ok(Self {
-            axis: Channel::new(operator.or_refused()?),
+            axis,
             order,
             sample_time,
             scheme,
@@ -162,8 +192,19 @@ impl PyOperator {
         block: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mut samples = vector("block", block)?;
-        let axis = &mut self.axis;
-        py.detach(|| run(axis, &mut samples));
+        let about = self.time_of(samples.len());
+        if about <= LONG {
+            let axis = &mut self.axis;
+            py.detach(|| run(axis, &mut samples));
+            return Ok(samples.into_pyarray(py));
+        }
+        // What is interrupted leaves the operator as it was.
+        let mut axis = self.axis.clone();
+        let (axis, samples) = heard(py, about, move |conduct| {
+            run_unless(conduct, &mut axis, &mut samples);
+            Ok((axis, samples))
+        })?;
+        self.axis = axis;
         Ok(samples.into_pyarray(py))
     }
 
@@ -189,14 +230,19 @@ impl PyOperator {
     /// -------
     /// ndarray, shape (count,)
     ///     T^(-order) w_j in s^(-order), newest sample first: ``np.convolve`` with them is `process` from rest.
-    fn weights<'py>(&self, py: Python<'py>, count: usize) -> Bound<'py, PyArray1<f64>> {
-        let operator = self.axis.operator();
-        let weights = py.detach(|| {
-            let mut axis = Channel::new(operator);
-            let impulse = std::iter::once(1.0).chain(std::iter::repeat(0.0));
-            impulse.take(count).map(|x| axis.step(x)).collect()
+    fn weights<'py>(&self, py: Python<'py>, count: Whole) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let count = count.with_room("count", 1)?;
+        let mut axis = Channel::new(self.axis.operator().clone());
+        let weights = heard(py, self.time_of(count), move |conduct| {
+            let mut weights = room("count", count, 1)?;
+            weights.resize(count, 0.0);
+            if let Some(first) = weights.first_mut() {
+                *first = 1.0;
+            }
+            run_unless(conduct, &mut axis, &mut weights);
+            Ok(weights)
         });
-        PyArray1::from_vec(py, weights)
+        Ok(PyArray1::from_vec(py, weights?))
     }
 
     /// The frequency response of the operator as it is made.
@@ -219,9 +265,9 @@ impl PyOperator {
         &self,
         omega: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
-        let operator = self.axis.operator();
+        let operator = self.axis.operator().clone();
         let rate = self.sample_time.rate_to_the(self.order).or_refused()?;
-        response(omega, self.sample_time.0, |theta| {
+        response(omega, self.sample_time.0, move |theta| {
             operator.response(theta) * rate
         })
     }

@@ -2,8 +2,8 @@
 
 use super::model::PyModel;
 use super::parameters::kind_of;
-use crate::arrays::{complex_vector, vector};
-use crate::conducted::conduct;
+use crate::arrays::{Whole, complex_vector, vector};
+use crate::conducted::{Interrupted, conduct};
 use crate::refused::{OrRefused as _, refused};
 use haptic_tissue::identify::{self, CANDIDATES, Identification, Options, Record, Weighting};
 use numpy::PyArray1;
@@ -56,11 +56,11 @@ pub(crate) struct IdentifyOptions {
     #[pyo3(item)]
     weights: String,
     #[pyo3(item)]
-    starts: usize,
+    starts: Whole,
     #[pyo3(item)]
-    bootstrap: usize,
+    bootstrap: Whole,
     #[pyo3(item)]
-    seed: u64,
+    seed: Whole,
 }
 
 impl IdentifyOptions {
@@ -85,9 +85,11 @@ impl IdentifyOptions {
             candidates,
             chosen: self.chosen.as_deref().map(kind_of).transpose()?,
             weighting,
-            starts: self.starts,
-            bootstrap: self.bootstrap,
-            seed: self.seed,
+            starts: self.starts.within("starts", Options::STARTS_ALLOWED)? as usize,
+            bootstrap: self
+                .bootstrap
+                .within("bootstrap", Options::BOOTSTRAP_ALLOWED)? as usize,
+            seed: self.seed.within("seed", 0..=u64::MAX)?,
         })
     }
 }
@@ -104,10 +106,11 @@ pub(crate) fn identify_record<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = t.py();
     let (record, options) = (record(kind, t, y, strain)?, options.options()?);
-    let found = conduct(py, progress, false, move |conduct| {
-        identify::identify(&record, &options, &|records| conduct.add(records as u64))
+    let found = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
+        let done = |records| conduct.add(records as u64);
+        identify::identify_unless(&record, &options, conduct.stop(), &done).or_refused()
     })?;
-    report(py, &found.or_refused()?)
+    report(py, &found)
 }
 
 fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, PyDict>> {

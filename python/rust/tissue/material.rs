@@ -1,11 +1,14 @@
 //! A tissue by name, and the library.
 
 use super::model::PyModel;
+use crate::conducted::heard;
 use crate::json::{from_python, to_python};
-use crate::refused::OrRefused as _;
+use crate::refused::{OrRefused as _, unread};
+use crate::value;
 use haptic_tissue::{Library, Material};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A tissue by name: a model, where its parameters come from, and where they hold.
 ///
@@ -105,10 +108,12 @@ impl PyMaterial {
         to_python(py, &self.0.range)
     }
 
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        other
-            .cast::<Self>()
-            .is_ok_and(|other| other.get().0.to_toml() == self.0.to_toml())
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        value::equal(slf, other)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
     }
 
     fn __repr__(&self) -> String {
@@ -127,19 +132,24 @@ impl PyMaterial {
 
 /// The tissues that come with the package, and those of a folder.
 #[pyfunction]
-pub(crate) fn library(folder: Option<PathBuf>) -> PyResult<Vec<PyMaterial>> {
-    let library = Library::load(folder.as_deref()).or_refused()?;
-    Ok(library
-        .materials()
-        .iter()
-        .cloned()
-        .map(PyMaterial)
-        .collect())
+pub(crate) fn library(py: Python<'_>, folder: Option<PathBuf>) -> PyResult<Vec<PyMaterial>> {
+    heard(py, Duration::MAX, move |_| {
+        let library = Library::load(folder.as_deref()).map_err(|error| unread(&error))?;
+        let materials = library.materials().iter().cloned();
+        Ok(materials.map(PyMaterial).collect())
+    })
 }
 
 /// A tissue by name, or from a file.
 #[pyfunction]
-pub(crate) fn find_material(name: &str, folder: Option<PathBuf>) -> PyResult<PyMaterial> {
-    let library = Library::load(folder.as_deref()).or_refused()?;
-    Ok(PyMaterial(library.find(name).or_refused()?))
+pub(crate) fn find_material(
+    py: Python<'_>,
+    name: String,
+    folder: Option<PathBuf>,
+) -> PyResult<PyMaterial> {
+    heard(py, Duration::MAX, move |_| {
+        let library = Library::load(folder.as_deref()).map_err(|error| unread(&error))?;
+        let found = library.find(&name).map_err(|error| unread(&error))?;
+        Ok(PyMaterial(found))
+    })
 }

@@ -2,14 +2,15 @@
 
 use super::parameters::{kind_of, values_of};
 use super::records::{checked_history, each};
-use crate::arrays::vector;
-use crate::hashed::hashed;
+use crate::arrays::{Whole, vector};
+use crate::conducted::heard;
 use crate::refused::{OrRefused as _, refused};
+use crate::value;
 use haptic_tissue::{ExportFormat, Model, PronyFit};
 use numpy::{Complex64, IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use std::hash::Hash as _;
+use pyo3::types::{PyDict, PyTuple};
+use std::time::Duration;
 
 /// A model of viscoelastic matter: springs, dashpots and spring-pots, side by side and in series.
 ///
@@ -48,6 +49,22 @@ use std::hash::Hash as _;
 #[pyclass(name = "Model", module = "fractional_haptics.tissue", frozen)]
 #[derive(Debug)]
 pub(crate) struct PyModel(pub(crate) Model);
+
+impl PyModel {
+    fn fit(
+        &self,
+        py: Python<'_>,
+        branches: &Whole,
+        shortest_s: f64,
+        horizon_s: f64,
+    ) -> PyResult<PronyFit> {
+        let branches = branches.within("branches", PronyFit::BRANCHES)?;
+        let model = self.0.clone();
+        heard(py, Duration::MAX, move |_| {
+            PronyFit::new(&model, branches, shortest_s, horizon_s).or_refused()
+        })
+    }
+}
 
 #[pymethods]
 impl PyModel {
@@ -94,7 +111,8 @@ impl PyModel {
     /// float or ndarray, same shape
     ///     Pa; 0 before the step.
     fn relaxation_modulus<'py>(&self, time_s: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        each("time_s", time_s, |t| self.0.relaxation_moduli(t))
+        let model = self.0.clone();
+        each("time_s", time_s, move |t| model.relaxation_moduli(t))
     }
 
     /// Creep compliance J(t): strain over a step of stress.
@@ -109,7 +127,8 @@ impl PyModel {
     /// float or ndarray, same shape
     ///     1/Pa; 0 before the step.
     fn creep_compliance<'py>(&self, time_s: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        each("time_s", time_s, |t| self.0.creep_compliances(t))
+        let model = self.0.clone();
+        each("time_s", time_s, move |t| model.creep_compliances(t))
     }
 
     /// Complex modulus M(i omega): storage modulus, and i times the loss modulus.
@@ -124,11 +143,10 @@ impl PyModel {
     /// complex or ndarray of complex, same shape
     ///     Pa.
     fn complex_modulus<'py>(&self, omega_rad_s: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        each("omega_rad_s", omega_rad_s, |omega| -> Vec<Complex64> {
-            omega
-                .iter()
-                .map(|&omega| self.0.complex_modulus(omega))
-                .collect()
+        let model = self.0.clone();
+        each("omega_rad_s", omega_rad_s, move |omega| {
+            let modulus = |&omega: &f64| -> Complex64 { model.complex_modulus(omega) };
+            omega.iter().map(modulus).collect()
         })
     }
 
@@ -158,7 +176,10 @@ impl PyModel {
         let py = time_s.py();
         let (time_s, strain) = (vector("time_s", time_s)?, vector("strain", strain)?);
         checked_history(&time_s, &strain, "strain")?;
-        let stress = py.detach(|| self.0.stress(&time_s, &strain));
+        let model = self.0.clone();
+        let stress = heard(py, Duration::MAX, move |_| {
+            Ok(model.stress(&time_s, &strain))
+        })?;
         Ok(stress.into_pyarray(py))
     }
 
@@ -188,7 +209,10 @@ impl PyModel {
         let py = time_s.py();
         let (time_s, stress_pa) = (vector("time_s", time_s)?, vector("stress_pa", stress_pa)?);
         checked_history(&time_s, &stress_pa, "stress_pa")?;
-        let strain = py.detach(|| self.0.strain(&time_s, &stress_pa));
+        let model = self.0.clone();
+        let strain = heard(py, Duration::MAX, move |_| {
+            Ok(model.strain(&time_s, &stress_pa))
+        })?;
         Ok(strain.into_pyarray(py))
     }
 
@@ -227,12 +251,11 @@ impl PyModel {
     fn prony(
         &self,
         py: Python<'_>,
-        branches: usize,
+        branches: Whole,
         shortest_s: f64,
         horizon_s: f64,
     ) -> PyResult<(Self, f64)> {
-        let fit = py.detach(|| PronyFit::new(&self.0, branches, shortest_s, horizon_s));
-        let fit = fit.or_refused()?;
+        let fit = self.fit(py, &branches, shortest_s, horizon_s)?;
         Ok((Self(fit.model().or_refused()?), fit.max_relative_error))
     }
 
@@ -260,7 +283,7 @@ impl PyModel {
         &self,
         py: Python<'_>,
         program: &str,
-        branches: usize,
+        branches: Whole,
         shortest_s: f64,
         horizon_s: f64,
         title: &str,
@@ -271,8 +294,8 @@ impl PyModel {
             let known = ExportFormat::ALL.map(ExportFormat::name).join(", ");
             refused(format_args!("program \"{program}\" is not one of {known}"))
         })?;
-        let fit = py.detach(|| PronyFit::new(&self.0, branches, shortest_s, horizon_s));
-        fit.or_refused()?.text(format, title).or_refused()
+        let fit = self.fit(py, &branches, shortest_s, horizon_s)?;
+        fit.text(format, title).or_refused()
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
@@ -281,13 +304,8 @@ impl PyModel {
             .is_ok_and(|other| other.get().0 == self.0)
     }
 
-    fn __hash__(&self) -> u64 {
-        hashed(|hasher| {
-            self.0.kind().hash(hasher);
-            for (_, value) in self.0.parameters() {
-                value.to_bits().hash(hasher);
-            }
-        })
+    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
+        value::hash(slf)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -304,13 +322,15 @@ impl PyModel {
             .import("fractional_haptics._native")?
             .getattr("restore_model")?;
         let own = slf.get();
-        let arguments = (own.kind(), own.parameters(py)?);
+        let values = own.0.parameters().into_iter().map(|(_, value)| value);
+        let arguments = (own.kind(), PyTuple::new(py, values.collect::<Vec<f64>>())?);
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 }
 
-/// For pickles: a model from its kind and its parameters.
+/// For pickles: a model from its kind and the values of its parameters, in the order of its table.
 #[pyfunction]
-pub(crate) fn restore_model(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<PyModel> {
-    PyModel::new(kind, Some(parameters))
+pub(crate) fn restore_model(kind: &str, values: Vec<f64>) -> PyResult<PyModel> {
+    let model = Model::from_parameters(kind_of(kind)?, &values).or_refused()?;
+    Ok(PyModel(model))
 }

@@ -1,19 +1,22 @@
 //! Functions of arrays of any shape, and records of a motion.
 
 use crate::arrays::any_shape;
+use crate::conducted::heard;
 use crate::refused::refused;
 use numpy::{Element, IntoPyArray as _, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
+use std::time::Duration;
 
 /// A function of each number of an array, in the array's shape.
-pub(super) fn each<'py, T: Element>(
+pub(super) fn each<'py, T: Element + 'static>(
     name: &str,
     x: &Bound<'py, PyAny>,
-    function: impl FnOnce(&[f64]) -> Vec<T> + Send,
+    function: impl FnOnce(&[f64]) -> Vec<T> + Send + 'static,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = x.py();
     let (x, shape) = any_shape(name, x)?;
-    let values = py.detach(|| function(&x));
+    let about = Duration::from_micros(5 * x.len() as u64);
+    let values = heard(py, about, move |_| Ok(function(&x)))?;
     let values: Bound<'_, PyArrayDyn<T>> = values.into_pyarray(py).reshape(shape)?;
     // An array without dimensions becomes a number, as NumPy's own functions do.
     values.get_item(pyo3::types::PyTuple::empty(py))

@@ -23,8 +23,19 @@ sweep
 """
 
 from importlib import import_module as _import_module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from fractional_haptics._native import __version__
+
+if _TYPE_CHECKING:  # editors and type checkers see them all
+    from fractional_haptics import analysis as analysis
+    from fractional_haptics import control as control
+    from fractional_haptics import experiment as experiment
+    from fractional_haptics import log as log
+    from fractional_haptics import operators as operators
+    from fractional_haptics import plot as plot
+    from fractional_haptics import sweep as sweep
+    from fractional_haptics import tissue as tissue
 
 _MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "sweep", "tissue")
 

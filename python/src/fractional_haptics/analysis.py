@@ -13,6 +13,7 @@ import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Coupler, Device, LinearPlant, Port, Region
+from fractional_haptics._values import HoldsArrays
 
 if TYPE_CHECKING:
     import control
@@ -79,8 +80,8 @@ class Margins:
     """Largest ``abs(1/(1 + GH))``; 1 over it is the distance from -1."""
 
 
-@dataclass(frozen=True)
-class Felt:
+@dataclass(frozen=True, eq=False)
+class Felt(HoldsArrays):
     """The closed loop as a hand feels it."""
 
     omega_rad_s: NDArray[np.float64]
@@ -219,13 +220,14 @@ class Loop(_native.Loop):
         Returns
         -------
         control.FrequencyResponseData
-            GH, without unit, at the sample time of the loop.
+            GH, without unit; without a time base, so that it combines with systems of any sample time. Data have no step response.
         """
         import control
 
         nyquist = np.pi / self.sample_time
-        grid = np.geomspace(1e-5 * nyquist, nyquist, 1000) if omega is None else np.asarray(omega, dtype=float)
-        return control.FrequencyResponseData(self.loop_gain(grid), grid, self.sample_time)
+        grid = np.geomspace(1e-5 * nyquist, nyquist, 1000) if omega is None else _native.numbers("omega", omega)
+        # Its figures of data want a name, and have no frequencies of a sampled system.
+        return control.FrequencyResponseData(self.loop_gain(grid), grid, None, name="loop gain")
 
 
 def region(
@@ -315,7 +317,7 @@ def transparency(
     >>> round(float(felt.stiffness_n_per_m[0]), 1), round(float(felt.damping_n_s_per_m[0]), 2)
     (493.5, 3.25)
     """
-    frequencies = np.atleast_1d(np.asarray(omega, dtype=float))
+    frequencies = np.atleast_1d(_native.numbers("omega", omega))
     own = _plant(plant)
     stiffness, damping = _native.transparency(
         frequencies,

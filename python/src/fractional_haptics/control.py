@@ -12,6 +12,7 @@ import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Pid, Plant
+from fractional_haptics._values import same
 
 if TYPE_CHECKING:
     import control
@@ -82,6 +83,7 @@ class TransferFunction(_native._TransferFunction):
         Returns
         -------
         control.TransferFunction or control.FrequencyResponseData
+            Data have no step response: `step_response` has that of any function.
         """
         import control
 
@@ -95,8 +97,8 @@ class TransferFunction(_native._TransferFunction):
                 return values
 
             return control.TransferFunction(coefficients(parts[0]), coefficients(parts[1]))
-        grid = np.geomspace(1e-4, 1e4, 1000) if omega is None else np.asarray(omega, dtype=float)
-        return control.FrequencyResponseData(self.response(grid), grid)
+        grid = np.geomspace(1e-4, 1e4, 1000) if omega is None else _native.numbers("omega", omega)
+        return control.FrequencyResponseData(self.response(grid), grid, name="transfer function")
 
     def __repr__(self) -> str:
         return f"TransferFunction({str(self)!r})"
@@ -298,6 +300,15 @@ class Response(NamedTuple):
 
     measured: NDArray[np.float64]
     command: NDArray[np.float64]
+
+    def __hash__(self) -> int:
+        raise TypeError("unhashable type: 'Response' holds arrays")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Response) and same(tuple(self), tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
 
 def simulate(controller: Pid, plant: Plant, reference: ArrayLike) -> Response:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from fractional_haptics import _native
+from fractional_haptics._values import HoldsArrays
 
 if TYPE_CHECKING:
     import numpy as np
@@ -44,8 +45,8 @@ _DEFAULTS = {row[1]: row[2] for row in _native.experiment_parameters("relax")}
 _NEEDED_BY_BENCH = {"order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m", "must_be_stable"}
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, eq=False)
+class Run(HoldsArrays):
     """A finished run."""
 
     kind: str
@@ -91,7 +92,7 @@ def _run(
         report, columns, heard = _native.run_experiment(kind, given, folder, overwrite, force_unstable, progress)
     else:
         folder = None
-        with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as temporary:
+        with tempfile.TemporaryDirectory(prefix="fractional-haptics-", ignore_cleanup_errors=True) as temporary:
             report, columns, heard = _native.run_experiment(
                 kind, given, Path(temporary) / kind, False, force_unstable, progress
             )

@@ -41,8 +41,10 @@ def read_log(path: str | os.PathLike[str]) -> pandas.DataFrame:
 
     Raises
     ------
+    FileNotFoundError, PermissionError, OSError
+        A file that is not there or cannot be read.
     ValueError
-        A file that cannot be read or is no log. A cut or damaged log is no error: see ``complete``.
+        A file that is no log. A cut or damaged log is no error: see ``complete``.
     """
     import pandas
 

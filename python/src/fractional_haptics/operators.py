@@ -43,7 +43,7 @@ def differintegrate(
     order: float,
     sample_time: float,
     scheme: str = "exact",
-    axis: int = 0,
+    axis: int = -1,
     *,
     reference: float | None = 0.0,
 ) -> NDArray[np.float64]:
@@ -52,7 +52,7 @@ def differintegrate(
     Parameters
     ----------
     x : array_like
-        Samples along `axis`; every other axis is a channel. Integers are converted.
+        Samples along `axis`; every other axis is a channel. Integers are converted, masked arrays refused.
     order : float
         Order, -2 to 2: positive differentiates, negative integrates.
     sample_time : float
@@ -60,8 +60,8 @@ def differintegrate(
     scheme : str, default "exact"
         See the module. Full memories are summed over the whole record, by FFT, so a tolerance plays no part; ``grunwald:N``
         over its N newest samples. The others are run sample by sample.
-    axis : int, default 0
-        Axis of time.
+    axis : int, default -1
+        Axis of time: the last, as in NumPy and SciPy.
     reference : float or None, default 0
         The value at which the signal stood before the record; None takes the first sample of each channel (Caputo).
 
@@ -93,7 +93,8 @@ def differintegrate(
     >>> bool(abs(y[-1] - 2 * np.sqrt(t[-1] / np.pi)) < 1e-10)
     True
     """
-    samples = np.asarray(x)
+    # The mask stays, for the refusal.
+    samples = x if isinstance(x, np.ma.MaskedArray) else np.asarray(x)
     if samples.ndim == 0:
         raise ValueError("x is a single number, and must have an axis of time")
     if not -samples.ndim <= axis < samples.ndim:
@@ -101,8 +102,11 @@ def differintegrate(
     last = np.moveaxis(samples, axis, -1)
     channels = list(last.reshape(-1, last.shape[-1])) if last.size else []
     outputs = _native.differintegrate(channels, order, sample_time, scheme, reference)
-    y = np.reshape(outputs, last.shape) if outputs else np.empty(last.shape)
-    return np.moveaxis(y, -1, axis)
+    if not outputs:
+        return np.empty(samples.shape)
+    # One channel as it is: a copy of a long record costs as much as a tenth of its derivative.
+    y = outputs[0] if len(outputs) == 1 else np.stack(outputs)
+    return np.moveaxis(y.reshape(last.shape), -1, axis)
 
 
 def grunwald_weights(order: float, count: int) -> NDArray[np.float64]:
@@ -123,7 +127,7 @@ def grunwald_weights(order: float, count: int) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        The order is outside its range.
+        The order is outside its range; a negative count, or one that memory has no room for.
 
     References
     ----------

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 from fractional_haptics import _native
 from fractional_haptics._native import Material, Model
+from fractional_haptics._values import HoldsArrays
 
 if TYPE_CHECKING:
     import os
@@ -84,6 +85,8 @@ def library(folder: str | os.PathLike[str] | None = None) -> dict[str, Material]
 
     Raises
     ------
+    FileNotFoundError
+        No such folder.
     ValueError
         A file that is wrong, with line and reason; a name that is there twice.
 
@@ -111,6 +114,8 @@ def find(name: str | os.PathLike[str], folder: str | os.PathLike[str] | None = N
 
     Raises
     ------
+    FileNotFoundError
+        No such file or folder.
     ValueError
         None of that name (all that are known are named), or a file that is wrong.
     """
@@ -137,8 +142,8 @@ class Estimate:
     """High end."""
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, eq=False)
+class Fit(HoldsArrays):
     """A model fitted to a record."""
 
     kind: str
@@ -161,8 +166,8 @@ class Fit:
     """False if a standard error is many times its value."""
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, eq=False)
+class Identification(HoldsArrays):
     """Models fitted to a record, the best first."""
 
     kind: str
