@@ -6,7 +6,7 @@
 //! - *Start-up*: the signal stood at x₀ before the first sample: 0, a value, or the first sample itself (Caputo).
 //! - *Accuracy*: rounding of about 1e-15 of the largest value, 1e-12 at most of T^(−μ)·Σ|`w_j`|·max|x|. Same bits on
 //!   every machine.
-//! - *Cost*: O(n log N) time, 100 to 200 bytes a sample for the full history, much less for a short one.
+//! - *Cost*: O(n log N) time, 70 to 120 bytes a sample for the full history, much less for a short one.
 //! - *Not finite*: a NaN or infinity makes exactly those outputs NaN that it reaches, itself first; see [`Batch::mask`].
 
 use crate::error::check_length;
