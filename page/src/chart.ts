@@ -59,7 +59,7 @@ export class Chart {
   }
 
   /** Draws points over `x`, of which `range` is shown; the value axis spans them, or `within`. */
-  draw(x: number[], lines: Points[], range: [number, number], within?: [number, number]): void {
+  draw(x: number[], lines: Points[], range: readonly [number, number], within?: [number, number]): void {
     const y = this.span(within === undefined ? lines : [[...within]]);
     this.y = y;
     this.plot.batch(() => {

@@ -18,7 +18,7 @@ const EDGE = { left: 84, right: 16, top: 34, bottom: 44 };
 const LEGEND = { height: 18, stroke: 30, letter: 7 };
 
 /** All samples of a run over its closed form in a span, with all their digits. */
-export function csvOf(curves: RunCurves, span: [number, number] | null): string {
+export function csvOf(curves: RunCurves, span: readonly [number, number] | null): string {
   const rows = [`time_s,${curves.quantity ?? "value"},closed_form`];
   curves.time_s.forEach((time, index) => {
     if (span === null || (time >= span[0] && time <= span[1])) rows.push([time, curves.values?.[index] ?? "", curves.closed_form?.[index] ?? ""].join(","));

@@ -46,14 +46,13 @@ class Part {
   readonly holder = el("div", { class: "chart-holder" });
   curves: Curve[] = [];
   chart: Chart | null = null;
-  chosen = false;
   /** What the chart is made for. */
   key = "";
   /** What is drawn, with the curves that it is of. */
   drawn: { curves: Curve[]; x: number[]; points: Points[] } | null = null;
 
-  constructor(name: string, readonly prefers: string[]) {
-    this.select.setAttribute("aria-label", name);
+  constructor(readonly place: "above" | "below", readonly prefers: string[]) {
+    this.select.setAttribute("aria-label", `Channel ${place}`);
   }
 }
 
@@ -61,10 +60,9 @@ export class Overlay {
   readonly root: HTMLElement;
   /** Of runs with several axes. */
   readonly plane: PlaneView;
-  private readonly parts = [new Part("Channel above", ["commanded_force_n", "contact_force_n"]), new Part("Channel below", ["position_m", "indenter_position_m"])];
+  private readonly parts = [new Part("above", ["commanded_force_n", "contact_force_n"]), new Part("below", ["position_m", "indenter_position_m"])];
   private readonly all_ = el("button", { type: "button", class: "small", hidden: true }, "show all");
   private runs: OpenRun[] = [];
-  private zoom: [number, number] | null = null;
   private readonly moment = el("span");
   private round = 0;
 
@@ -83,10 +81,7 @@ export class Overlay {
       file("CSV", () => this.tables()),
     );
     const parts = [above, below].map((part) => {
-      part?.select.addEventListener("change", () => {
-        part.chosen = true;
-        this.load();
-      });
+      part?.select.addEventListener("change", () => app.dispatch({ do: "runs", part: { [part.place]: part.select.value } }));
       return el("div", { class: "overlay-part" }, part?.select ?? "", part?.holder ?? "");
     });
     this.root = el("section", { class: "card overlay" }, el("h2", {}, "Curves", this.moment, this.all_, files), ...parts);
@@ -97,18 +92,18 @@ export class Overlay {
   /** Draws these runs; true if one of them has a plane to show. */
   show(runs: OpenRun[]): boolean {
     this.runs = runs;
-    this.zoom = null;
     const judged = runs.filter(hasTheory).map((run) => `${run.curves?.quantity ?? "force"} ${JUDGED}`);
     const channels = choices([...runs.flatMap((run) => run.channels), ...judged]);
     for (const part of this.parts) {
-      const before = part.select.value;
-      part.select.replaceChildren(...channels.map((name) => el("option", { value: name }, readable(name))));
+      // A list in use keeps its lines.
+      if (channels.join() !== [...part.select.options].map(({ value }) => value).join()) part.select.replaceChildren(...channels.map((name) => el("option", { value: name }, readable(name))));
       const best = channels.find((name) => part === this.parts[0] && name.endsWith(JUDGED)) ?? part.prefers.find((name) => channels.includes(name)) ?? channels.find((name) => name !== this.parts[0]?.select.value);
       // A choice of one's own stays; what was best for other runs need not be now.
-      part.select.value = part.chosen && channels.includes(before) ? before : (best ?? "");
+      const chosen = this.app.state.runs[part.place];
+      part.select.value = channels.includes(chosen) ? chosen : (best ?? "");
     }
     this.load();
-    return this.plane.show(runs);
+    return this.plane.show(runs, this.zoom);
   }
 
   /** Draws anew what goes on. */
@@ -124,10 +119,12 @@ export class Overlay {
     return true;
   }
 
-  private zoomTo(zoom: [number, number] | null): void {
-    this.zoom = zoom;
-    this.load();
-    this.plane.zoomTo(zoom);
+  private get zoom(): readonly [number, number] | null {
+    return this.app.state.runs.span;
+  }
+
+  private zoomTo(span: [number, number] | null): void {
+    this.app.dispatch({ do: "runs", part: { span } });
   }
 
   themed(): void {
@@ -232,7 +229,7 @@ export class Overlay {
       return points as Points;
     });
     part.drawn = { curves, x, points: drawn };
-    const range = this.zoom ?? [Math.min(...this.runs.map((run) => run.first_s)), Math.max(...this.runs.map((run) => run.last_s))];
+    const range: readonly [number, number] = this.zoom ?? [Math.min(...this.runs.map((run) => run.first_s)), Math.max(...this.runs.map((run) => run.last_s))];
     chart.draw(x, drawn, range[0] < range[1] ? range : [0, 1]);
   }
 

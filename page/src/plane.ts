@@ -53,7 +53,7 @@ export class PlaneView {
   private readonly place = svg("circle", { class: "ball", r: 5 });
   private run: OpenRun | null = null;
   private shape: Shape | null = null;
-  private zoom: [number, number] | null = null;
+  private zoom: readonly [number, number] | null = null;
   private cursor: number | null = null;
   private all: Track | null = null;
   private part: Track | null = null;
@@ -76,26 +76,21 @@ export class PlaneView {
     this.select.addEventListener("change", () => void this.load());
   }
 
-  /** Shows the first of these runs that has several axes; true if there is one. */
-  show(runs: OpenRun[]): boolean {
+  /** Shows the first of these runs that has several axes, the visible part of its time strongly; true if there is one. */
+  show(runs: OpenRun[], zoom: readonly [number, number] | null): boolean {
     const run = runs.find(({ axes }) => (axes ?? 1) > 1) ?? null;
     this.root.hidden = run === null;
     if (run?.name !== this.run?.name || run?.axes !== this.run?.axes) {
       const pairs = run?.axes === 3 ? ["x–y", "x–z", "y–z"] : ["x–y"];
       this.select.replaceChildren(...pairs.map((pair) => el("option", { value: pair }, pair)));
       this.select.disabled = pairs.length === 1;
-      [this.all, this.part, this.cursor, this.zoom] = [null, null, null, null];
+      [this.all, this.part, this.cursor] = [null, null, null];
     }
     this.run = run;
+    this.zoom = zoom;
     this.shape = run === null ? null : shapeOf(run.metadata);
     void this.load();
     return run !== null;
-  }
-
-  /** Draws this part of the time strongly; null for all of it. */
-  zoomTo(zoom: [number, number] | null): void {
-    this.zoom = zoom;
-    void this.load();
   }
 
   /** The cursor of the charts is at a time, s. */
@@ -129,7 +124,7 @@ export class PlaneView {
     }
   }
 
-  private async fetch(run: OpenRun, zoom: [number, number] | null): Promise<Track> {
+  private async fetch(run: OpenRun, zoom: readonly [number, number] | null): Promise<Track> {
     const { across, up, through } = this.axes();
     const pair = (field: string): string[] => [across, up].map((axis) => field.replace("*", NAMES[axis] ?? "x"));
     const channels = [...pair("position_*_m"), ...pair("reference_*_m"), ...pair("commanded_force_*_n"), `position_${NAMES[Math.max(0, through)]}_m`, "commanded_force_norm_n"];

@@ -136,7 +136,7 @@ export class RunsView implements ViewPart {
       this.drawList();
       return;
     }
-    this.change({ open: wanted ? [...others, name] : others, answer: "" });
+    this.change({ open: wanted ? [...others, name] : others, answer: "", span: null });
   }
 
   /** Asks for what is to be shown and is not there yet, and draws it; comes to the fore if it was `chosen`. */
@@ -224,7 +224,7 @@ export class RunsView implements ViewPart {
     }
     // With its first word it is drawn.
     this.awaited = name;
-    this.change({ open: [], answer: "" });
+    this.change({ open: [], answer: "", span: null });
     this.show("curves");
   }
 

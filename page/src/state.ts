@@ -40,6 +40,11 @@ export interface Shown {
   open: readonly string[];
   /** The answer of a question. */
   answer: string;
+  /** Channels that were chosen; empty for those that suit the runs best. */
+  above: string;
+  below: string;
+  /** The part of the time that is visible, s; null for all of it. */
+  span: readonly [number, number] | null;
 }
 
 export interface State {
@@ -103,7 +108,7 @@ export const START: State = {
   met: false,
   // The device of the dissertation's section 4.4, with a wall of order 0.5.
   design: { K: 3000, B: 100, mu: 0.5, T: 1e-3, m: 0.065, b: 3.5, delay: 0, lag: 0, noise: 1e-5, operator: "exact" },
-  runs: { open: [], answer: "" },
+  runs: { open: [], answer: "", above: "", below: "", span: null },
 };
 
 export function reduce(state: State, event: PageEvent): State {
@@ -188,7 +193,7 @@ function addressed(state: State, fragment: string): State {
   const { view, values } = readFragment(fragment);
   const next = { ...state, view };
   if (view === "feel") return settled(values) && !same(values, feelAddress(state)) ? { ...next, asked: values, edits: null } : next;
-  if (view === "runs") return { ...next, runs: { open: (values.get("open") ?? "").split(",").filter((name) => name !== ""), answer: values.get("answer") ?? "" } };
+  if (view === "runs") return { ...next, runs: runsOf(values) };
   return { ...next, design: designOf(values, state.design) };
 }
 
@@ -206,7 +211,8 @@ export function address(state: State): string {
   const { view, design, runs } = state;
   if (view === "feel") return writeFragment({ view, values: feelAddress(state) });
   if (view === "design") return writeFragment({ view, values: new Map(Object.entries(design).map(([key, value]) => [key, String(value)])) });
-  return writeFragment({ view, values: new Map([["open", runs.open.join(",")], ["answer", runs.answer]]) });
+  const [from, to] = (runs.span ?? ["", ""]).map(String);
+  return writeFragment({ view, values: new Map(Object.entries({ open: runs.open.join(","), answer: runs.answer, above: runs.above, below: runs.below, from: from ?? "", to: to ?? "" })) });
 }
 
 function feelAddress(state: State): ReadonlyMap<string, string> {
@@ -246,6 +252,13 @@ export function startOf(values: ReadonlyMap<string, string>, tissues: Tissue[]):
   if (stiffness !== undefined && stiffness !== named.stiffness_n_per_m) start.stiffness_n_per_m = stiffness;
   if (dissipation !== undefined && dissipation !== named.dissipation_n_s_mu_per_m) start.dissipation_n_s_mu_per_m = dissipation;
   return start;
+}
+
+function runsOf(values: ReadonlyMap<string, string>): Shown {
+  const text = (key: string): string => values.get(key) ?? "";
+  const [from, to] = [numberOf(values, "from"), numberOf(values, "to")];
+  const span = from !== undefined && to !== undefined && from < to ? ([from, to] as const) : null;
+  return { open: text("open").split(",").filter((name) => name !== ""), answer: text("answer"), above: text("above"), below: text("below"), span };
 }
 
 function designOf(values: ReadonlyMap<string, string>, design: Design): Design {

@@ -317,7 +317,7 @@ test("an edit that is refused is taken back with a sentence, the others stay", a
 });
 
 test("space stops wherever the focus is but in a text field, where Escape gives up the edit", async () => {
-  const { page, context, errors } = await begin();
+  const { page, context, errors } = await begin({}, "#feel?tissue=prostate-cancerous&order=0.2247&K=0&B=173&scale=1&m=0.065&b=3.5&ghosts=short,a3");
   const stops = async (what) => {
     await page.keyboard.press(" ");
     await until(() => page.locator(".device.stopped").count(), `space does not stop with the focus on ${what}`);
@@ -502,11 +502,12 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
     await page.locator("button", { hasText: "New run" }).click();
     await page.selectOption("select[aria-label='Experiment']", "wall");
     await page.locator(".form input").first().waitFor();
+    const field = (name) => page.locator(".form .fields label", { hasText: name }).locator("input[type=text]").first();
     if (round === 0) {
+      await field(/^order/).fill("");
       await page.locator(".form button[type=submit]").click();
       await until(async () => (await page.locator(".form .trouble").textContent()).length > 10, "a form that lacks something is not refused");
     }
-    const field = (name) => page.locator(".form .fields label", { hasText: name }).locator("input[type=text]").first();
     await page.evaluate(() => document.querySelectorAll(".form details").forEach((each) => (each.open = true)));
     await field(/^order/).fill(round === 0 ? "0.5" : "1");
     if (REAL) await field(/^dissipation/).fill("10");
@@ -555,6 +556,13 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
   const part = (await kept("CSV")).trim().split("\n").slice(1).map((line) => Number(line.split(",")[0]));
   assert.ok(Math.abs(part.length / samples - 0.25) < 0.03, `${part.length} of ${samples}`);
   assert.ok(Math.abs(part[0] - at) < 0.02 * (last - first) && part.at(-1) < last);
+  // The address opens the same runs, channels and span.
+  await until(() => Promise.resolve(/above=contact_force_n.*from=[\d.]+&to=/.test(page.url())), page.url());
+  const copied = await begin({}, new URL(page.url()).hash);
+  await until(async () => (await copied.page.locator(".overlay .legend").first().textContent().catch(() => "")).startsWith("contact force, N"), "another channel");
+  await until(() => copied.page.locator("text=show all").isVisible(), "another span");
+  assert.equal(await copied.page.locator(".facts h3").textContent(), opened[0]);
+  await copied.context.close();
   assert.deepEqual(errors, []);
   await context.close();
 });
