@@ -55,7 +55,7 @@ impl FrequencyResponse for CouplerOperator<'_> {
 /// poles, none cancels unseen. They are counted with a certificate, as for a wall.
 ///
 /// *Nothing that holds it*: where device or object can drift, F has a zero at w = 1. That is no instability; such a loop is
-/// judged with springs of 1e-4 of the coupler on both, as [`SampledLoop::held`].
+/// judged beside it, as by [`SampledLoop::beside_rest`].
 ///
 /// *Llewellyn's criterion is another question.* It asks for every passive hand and object, but of a device under Tustin's rule,
 /// whose force acts half a sample earlier than a held one does. [`Coupler::sampled_damping`] asks the same of the sampled
@@ -78,7 +78,6 @@ impl FrequencyResponse for CouplerOperator<'_> {
 pub struct CoupledLoop<'a> {
     inner: SampledLoop<'a>,
     behind: Behind,
-    held: bool,
 }
 
 impl<'a> CoupledLoop<'a> {
@@ -105,7 +104,7 @@ impl<'a> CoupledLoop<'a> {
         let mass = not_negative("object mass", object.mass_kg, "kg")?;
         let damping = not_negative("object damping", object.damping_n_s_per_m, "N·s/m")?;
         let stiffness = not_negative("object stiffness", object.stiffness_n_per_m, "N/m")?;
-        let mut shares = [mass / m, damping * t / m, stiffness * t * t / m];
+        let shares = [mass / m, damping * t / m, stiffness * t * t / m];
         positive("impedance of the object", shares.iter().sum(), "")?;
         // α = k_c·T/m and β = b_c·T^(1+μ)/m, of v and Q.
         let (damper, per_sample) = coupler.gains();
@@ -115,24 +114,14 @@ impl<'a> CoupledLoop<'a> {
         let hand = device.hand_stiffness_n_per_m * t * t / m;
         let firm = hand * between + hand * shares[2] + between * shares[2];
         let all = hand + between + shares[2];
-        let held = firm <= 1e-18 * all * all;
-        let mut device = *device;
-        if held {
-            let spring = SampledLoop::HOLDING_SPRING * (alpha + beta);
-            device.hand_stiffness_n_per_m += spring * m / (t * t);
-            shares[2] += spring;
-        }
         let behind = Behind::new(shares);
         let mut inner = SampledLoop::with_plant(device.plant(t)?, alpha, beta, difference)?;
         inner.characteristic = Characteristic {
             behind: Some(behind),
             ..inner.characteristic
         };
-        Ok(Self {
-            inner,
-            behind,
-            held,
-        })
+        inner.beside_rest = firm <= 1e-18 * all * all;
+        Ok(Self { inner, behind })
     }
 
     /// The same with a coupler this many times as large, `k_c` and `b_c` alike.
@@ -143,10 +132,10 @@ impl<'a> CoupledLoop<'a> {
         self
     }
 
-    /// True if weak springs hold device and object, which could drift otherwise.
+    /// True if nothing holds device or object at rest.
     #[must_use]
-    pub const fn is_held(&self) -> bool {
-        self.held
+    pub const fn drifts(&self) -> bool {
+        self.inner.beside_rest
     }
 
     /// `k_c·T/m` and `b_c·T^(1+μ)/m`.
@@ -172,7 +161,8 @@ impl<'a> CoupledLoop<'a> {
     #[must_use]
     pub fn unstable_poles(&self) -> Option<usize> {
         let circle = self.inner.characteristic.circle();
-        let Count { zeros, .. } = circle.count(self.inner.alpha, self.inner.beta, 0.0);
+        let gains = (self.inner.alpha, self.inner.beta);
+        let Count { zeros, .. } = circle.count(gains, 0.0, self.inner.beside_rest);
         zeros
     }
 

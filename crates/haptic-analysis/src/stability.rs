@@ -36,6 +36,8 @@ pub struct SampledLoop<'a> {
     pub(crate) characteristic: Characteristic<'a>,
     pub(crate) alpha: f64,
     pub(crate) beta: f64,
+    /// Judged beside the zeros of F at w = 1.
+    pub(crate) beside_rest: bool,
 }
 
 /// The verdict on a loop, stable or not, with its distance from the edge.
@@ -48,11 +50,12 @@ pub struct StabilityVerdict {
     /// |F| ≤ 1e-9·(n₁ + n₀) was met on the circle: a change of α by 1e-9 could take it there.
     pub unstable_poles: Option<usize>,
     /// The least |F|/(n₁ + n₀) met on the circle. It would take about this change of α, as a complex
-    /// number, to reach the boundary. The margins proper are in [`Margins`](crate::Margins).
+    /// number, to reach the boundary. The margins proper are in [`Margins`](crate::Margins). Of a loop that
+    /// [drifts](SampledLoop::beside_rest) over |v|^p too, as F falls towards rest.
     pub distance: f64,
     /// The angle at which that was, rad/sample.
     pub theta: f64,
-    /// The largest |z| of a pole; for polynomial and rational operators with a characteristic
+    /// The largest |z| of a pole, that of a drift left out; for polynomial and rational operators with a characteristic
     /// polynomial of degree up to [`EIGENVALUE_DEGREE`](SampledLoop::EIGENVALUE_DEGREE).
     pub spectral_radius: Option<f64>,
 }
@@ -69,8 +72,6 @@ fn flushed(value: f64) -> f64 {
 impl<'a> SampledLoop<'a> {
     /// Longest delay, samples.
     pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
-    /// Share of β of the spring that holds a loop without any spring.
-    pub const HOLDING_SPRING: f64 = 1e-4;
     /// Largest degree for which a verdict takes the trouble to find all poles.
     pub const EIGENVALUE_DEGREE: usize = 64;
 
@@ -120,6 +121,7 @@ impl<'a> SampledLoop<'a> {
             },
             alpha: flushed(alpha),
             beta: flushed(beta),
+            beside_rest: false,
         })
     }
 
@@ -168,20 +170,16 @@ impl<'a> SampledLoop<'a> {
         self.characteristic(0.0).norm() <= BOUNDARY * scale
     }
 
-    /// A loop that [drifts](Self::drifts), with a spring of [`HOLDING_SPRING`](Self::HOLDING_SPRING)·β that holds it; any
-    /// other loop as it is. The drift is no instability, and the spring is too soft to make or to cure one: judge such a loop
-    /// by this one.
+    /// The same, judged beside the pole at rest if it [drifts](Self::drifts); any other loop as it is. The drift is no instability.
     #[must_use]
-    pub fn held(mut self) -> Self {
-        if self.drifts() {
-            self.alpha = Self::HOLDING_SPRING * self.beta;
-        }
+    pub fn beside_rest(mut self) -> Self {
+        self.beside_rest = self.drifts();
         self
     }
 
     pub(crate) fn count(&self) -> Count {
         let circle = self.characteristic.circle();
-        circle.count(self.alpha, self.beta, BOUNDARY)
+        circle.count((self.alpha, self.beta), BOUNDARY, self.beside_rest)
     }
 
     /// F·D in powers of w, of w⁰ first, where P = N/D is polynomial or rational; its zeros are those
@@ -223,11 +221,12 @@ impl<'a> SampledLoop<'a> {
         if polynomial.len() > Self::EIGENVALUE_DEGREE + 1 {
             return None;
         }
-        let poles = poles(polynomial)?;
-        Some(
-            poles
-                .iter()
-                .fold(0.0, |most: f64, pole| most.max(pole.norm())),
-        )
+        let mut poles = poles(polynomial)?;
+        if self.beside_rest {
+            poles.sort_by(|a, b| (a - 1.0).norm().total_cmp(&(b - 1.0).norm()));
+            poles.drain(..1);
+        }
+        let sizes = poles.iter().map(|pole| pole.norm());
+        Some(sizes.fold(0.0, f64::max))
     }
 }

@@ -9,7 +9,7 @@
 //!   Safety chain, friction and the end of the contact are not in it; they make a loop no less stable, but may
 //!   turn an unstable one into a limit cycle.
 //! - *Without any spring* (a tissue that only dissipates) the loop has a pole at rest, z = 1, and the device drifts, as it
-//!   should. Such a loop is judged held by a spring of 1e-4·β, see `SampledLoop::held`.
+//!   should. Such a loop is judged beside that pole, see `SampledLoop::beside_rest`.
 //! - *Delay*: that of the device, whole samples or not, as simulated or as known of a real one; in a loop on the host
 //!   the round trip beside it that nine of ten keep-alives do not exceed, plus the tick that the force waits for,
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
@@ -140,7 +140,7 @@ impl Preflight<'_> {
         })?;
         let scaled = |factor: f64| {
             SampledLoop::with_plant(plant, factor * wall.alpha, factor * wall.beta, operator)
-                .map(SampledLoop::held)
+                .map(SampledLoop::beside_rest)
         };
         let sampled = scaled(1.0)?;
         let stable = sampled.is_stable();

@@ -46,7 +46,7 @@ impl Judgement {
     ) -> Result<Self, AnalysisError> {
         let t = wall.sample_time_s;
         // Without any spring the device only drifts.
-        let closed = dynamics.closed(wall, operator)?.held();
+        let closed = dynamics.closed(wall, operator)?.beside_rest();
         let margins = closed.is_stable().then(|| closed.margins()).transpose()?;
         let required = dynamics.port(t, operator)?.required_damping(
             Seconds(t),

@@ -147,7 +147,7 @@ impl PyLoop {
     fn _verdict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (verdict, drifts) = heard_by(slf, |own, _| {
             let own = own.sampled()?;
-            Ok((own.held().verdict(), own.drifts()))
+            Ok((own.beside_rest().verdict(), own.drifts()))
         })?;
         let report = PyDict::new(slf.py());
         report.set_item("stable", verdict.stable)?;
@@ -161,7 +161,7 @@ impl PyLoop {
 
     /// The margins as a dictionary of pairs.
     fn _margins<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let margins = heard_by(slf, |own, _| own.sampled()?.held().margins().or_refused())?;
+        let margins = heard_by(slf, |own, _| own.sampled()?.beside_rest().margins().or_refused())?;
         let sample_time = slf.get().sample_time;
         let pair = |value| at(value, sample_time);
         let report = PyDict::new(slf.py());
@@ -179,7 +179,7 @@ impl PyLoop {
     /// The peak of the sensitivity as a pair.
     fn _sensitivity_peak(slf: &Bound<'_, Self>) -> PyResult<(f64, f64)> {
         let peak = heard_by(slf, |own, _| {
-            own.sampled()?.held().sensitivity_peak().or_refused()
+            own.sampled()?.beside_rest().sensitivity_peak().or_refused()
         })?;
         Ok(at(peak, slf.get().sample_time))
     }

@@ -63,7 +63,7 @@ class Verdict:
     spectral_radius: float | None
     """Largest pole in magnitude, for polynomial and rational operators of moderate degree."""
     drifts: bool
-    """Nothing holds the plant at rest: it was judged with a weak spring beside."""
+    """Nothing holds the plant at rest, which is no instability: it was judged beside that pole."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ impl Subject<'_> {
             ..self.device
         };
         let closed = device.closed(&self.wall, self.operator);
-        closed.expect("in range").held()
+        closed.expect("in range").beside_rest()
     }
 
     fn is_stable(&self, samples: f64) -> bool {

@@ -52,9 +52,10 @@ impl Design {
 }
 
 impl Bench<'_> {
-    /// The loop with this wall; held, where there is no spring at all and the device only drifts.
+    /// The loop with this wall; where there is no spring at all the device only drifts.
     pub(super) fn closed(&self, alpha: f64, beta: f64) -> Result<SampledLoop<'_>, AnalysisError> {
-        SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).map(SampledLoop::held)
+        SampledLoop::with_plant(self.plant, alpha, beta, &self.operator)
+            .map(SampledLoop::beside_rest)
     }
 
     pub(super) fn port(&self) -> Result<OnePort<'_, LoopOperator>, AnalysisError> {

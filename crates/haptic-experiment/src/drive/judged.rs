@@ -171,6 +171,7 @@ mod tests {
         let verdict = DriveVerdict {
             free: None,
             in_contact: stable,
+            holding_stiffness_n_per_m: None,
         };
         let record = Record::with_room_for(500).expect("room");
         let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");

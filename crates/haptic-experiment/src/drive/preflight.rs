@@ -119,6 +119,8 @@ pub struct DriveVerdict {
     pub free: Option<LoopVerdict>,
     /// In contact with the tissue.
     pub in_contact: LoopVerdict,
+    /// The spring that holds a tissue without one in this judgement, N/m; null if it is judged as it is.
+    pub holding_stiffness_n_per_m: Option<f64>,
 }
 
 impl DriveVerdict {
@@ -202,13 +204,10 @@ impl TissueLaw {
         }
     }
 
-    /// The same, held by a weak spring if it has none.
-    fn held(self) -> Self {
+    /// The weak spring that holds a tissue without one.
+    fn holding(&self) -> Option<f64> {
         let least = 1e-4 * self.dissipation * self.operator.direct_gain();
-        Self {
-            stiffness: self.stiffness.max(least),
-            ..self
-        }
+        Some(least).filter(|least| self.stiffness < *least)
     }
 }
 
@@ -230,7 +229,7 @@ impl Drive {
     pub(crate) fn verdict(
         &self,
         rig: &RigConfig,
-        tissue: TissueLaw,
+        mut tissue: TissueLaw,
     ) -> Result<DriveVerdict, Failure> {
         let free = match rig.drive {
             RigDrive::Position(_) => {
@@ -240,14 +239,17 @@ impl Drive {
             }
             RigDrive::Force(_) => None,
         };
-        let tissue: Arc<dyn SampledLaw> = Arc::new(match rig.drive {
-            RigDrive::Position(_) => tissue,
-            RigDrive::Force(_) => tissue.held(),
-        });
+        let holding = match rig.drive {
+            RigDrive::Position(_) => None,
+            RigDrive::Force(_) => tissue.holding(),
+        };
+        tissue.stiffness = holding.unwrap_or(tissue.stiffness);
+        let tissue: Arc<dyn SampledLaw> = Arc::new(tissue);
         let later = |delay_s: f64| self.in_contact(rig, &tissue, delay_s);
         Ok(DriveVerdict {
             free,
             in_contact: LoopVerdict::of(&later(0.0)?, later),
+            holding_stiffness_n_per_m: holding,
         })
     }
 

@@ -229,6 +229,8 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
         "{}",
         verdict.line()
     );
+    // The tissue has no spring of its own; what holds it in the judgement is named.
+    assert!(verdict.holding_stiffness_n_per_m.is_some_and(|k| k > 0.0));
     let (mut force, mut depth) = (0.0, 0.0);
     creep
         .simulate(&mut |sample| {

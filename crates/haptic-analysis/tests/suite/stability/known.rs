@@ -2,7 +2,10 @@
 
 use super::stiffest;
 use fracdiff::FrequencyResponse as _;
-use haptic_analysis::SampledLoop;
+use haptic_analysis::{SampledLoop, SampledPlant};
+use num_complex::Complex;
+use std::f64::consts::PI;
+use testkit::assert_relative;
 use testkit::operator::{operator, wall};
 
 #[test]
@@ -38,7 +41,7 @@ fn the_boundary_itself_is_not_stable() {
 }
 
 #[test]
-fn a_tissue_without_a_spring_drifts_and_held_it_is_stable() {
+fn a_tissue_without_a_spring_drifts_and_beside_that_it_is_stable() {
     for scheme in ["full", "full:1e-3", "piecewise-linear", "exact"] {
         for order in [0.2154, 0.35, 0.4, 0.45, 0.7, 0.8, 1.0] {
             let operator = operator(scheme, order);
@@ -50,17 +53,97 @@ fn a_tissue_without_a_spring_drifts_and_held_it_is_stable() {
             let closed =
                 SampledLoop::new(wall(0.0, 0.2, 0.05, 0.0), &operator, 0).expect("in range");
             assert!(closed.drifts() && !closed.is_stable(), "{scheme} {order}");
-            let verdict = closed.held().verdict();
+            let verdict = closed.beside_rest().verdict();
             assert!(verdict.stable, "{scheme} {order}: {verdict:?}");
             // A spring of its own is left alone.
             let walled =
                 SampledLoop::new(wall(0.1, 0.2, 0.05, 0.0), &operator, 0).expect("in range");
             assert!(!walled.drifts());
-            assert_eq!(walled.held().verdict(), walled.verdict());
+            assert_eq!(walled.beside_rest().verdict(), walled.verdict());
             // What shakes is still told.
             let shaking =
                 SampledLoop::new(wall(0.0, 40.0, 0.05, 0.0), &operator, 0).expect("in range");
-            assert!(!shaking.held().is_stable(), "{scheme} {order}");
+            assert!(!shaking.beside_rest().is_stable(), "{scheme} {order}");
+        }
+    }
+}
+
+/// GH of β·v^μ alone on 1/(s(s + δ)), by itself; the least gain above 1 at which it is −1.
+fn edge_without_a_spring(plant: &SampledPlant, beta: f64, mu: f64) -> f64 {
+    let gain = |theta: f64| {
+        let w = Complex::from_polar(1.0, -theta);
+        let v = -w + 1.0;
+        let moved = w * (w * plant.n0() + plant.n1());
+        moved * v.powf(mu) * beta / (v * (-w * plant.pole_product() + 1.0))
+    };
+    let mut edge = -1.0 / gain(PI).re;
+    if edge < 1.0 {
+        edge = f64::INFINITY;
+    }
+    let angles = (1..=4000).map(|k| PI * f64::from(k) / 4000.0);
+    for (a, b) in angles.clone().zip(angles.skip(1)) {
+        let (mut low, mut high) = (a, b.min(PI - 1e-9));
+        if gain(low).im.signum() == gain(high).im.signum() {
+            continue;
+        }
+        while high - low > 1e-15 * high {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if gain(middle).im.signum() == gain(low).im.signum() {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let value = -1.0 / gain(low).re;
+        if value > 1.0 {
+            edge = edge.min(value);
+        }
+    }
+    edge
+}
+
+#[test]
+fn margins_of_a_loop_without_any_spring_are_exact() {
+    for order in [0.2154, 0.5, 0.8, 1.0, 1.3] {
+        let operator = operator("exact", order);
+        for delta in [0.0, 0.01, 0.1, 1.0] {
+            let plant = SampledPlant::new(delta, 0.0).expect("in range");
+            for beta in [1e-3, 0.05, 0.3] {
+                let what = format!("order {order}, delta {delta}, beta {beta}");
+                let closed = SampledLoop::with_plant(plant, 0.0, beta, &operator);
+                let closed = closed.expect("in range").beside_rest();
+                assert!(closed.is_stable(), "{what}");
+                let up = closed.margins().expect("stable").gain_up.expect("an edge");
+                let want = edge_without_a_spring(&plant, beta, order);
+                assert_relative(&what, up.value, want, 1e-9);
+                // The verdict turns there, and nowhere else.
+                let scaled = |gain: f64| {
+                    let closed = SampledLoop::with_plant(plant, 0.0, gain * beta, &operator);
+                    closed.expect("in range").beside_rest().is_stable()
+                };
+                assert!(scaled((1.0 - 1e-7) * up.value), "{what}");
+                assert!(!scaled((1.0 + 1e-7) * up.value), "{what}");
+            }
+        }
+    }
+}
+
+/// A damper: F/(1 − w) = 1 − cw + β(n₁w + n₀w²), stable for βn₀ < 1 and β(n₁ − n₀) < 1 + c.
+#[test]
+fn the_margin_of_a_damper_alone_is_its_closed_form() {
+    let operator = operator("exact", 1.0);
+    for delta in [0.0, 0.01, 0.1, 1.0, 3.0] {
+        let plant = SampledPlant::new(delta, 0.0).expect("in range");
+        let least = (1.0 + plant.pole_product()) / (plant.n1() - plant.n0()).max(1e-300);
+        let edge = least.min(1.0 / plant.n0());
+        for share in [1e-3, 0.1, 0.9] {
+            let closed = SampledLoop::with_plant(plant, 0.0, share * edge, &operator);
+            let margins = closed.expect("in range").beside_rest().margins();
+            let up = margins.expect("stable").gain_up.expect("an edge");
+            assert_relative("gain margin", up.value, 1.0 / share, 1e-9);
         }
     }
 }

@@ -31,7 +31,7 @@ struct StabilityVerdict {
     gamma: f64,
     #[serde(flatten)]
     path: PathResult,
-    /// There is no spring, or one too weak to tell: the device stays where it is left, and the loop is judged held by a stronger one.
+    /// There is no spring, or one too weak to tell: the device stays where it is left, and the loop is judged beside that pole.
     drifts: bool,
     stable: bool,
     /// Largest |z| of a pole; null if P is irrational or the polynomial too long.
@@ -55,7 +55,7 @@ impl VerdictArguments {
         let parameters = resolved.parameters;
         // Without any spring there is a pole at z = 1, which is no instability.
         let sampled = resolved.sampled()?;
-        let (drifts, sampled) = (sampled.drifts(), sampled.held());
+        let (drifts, sampled) = (sampled.drifts(), sampled.beside_rest());
         let verdict = sampled.verdict();
         // Only a stable loop has margins; the edge is not stable.
         let margins = if verdict.stable {
@@ -115,7 +115,7 @@ impl StabilityVerdict {
             };
             writeln!(
                 out,
-                "  {spring}: the device stays where it is left; judged with one of 1e-4 beta"
+                "  {spring}: the device stays where it is left, which is no instability"
             )?;
         }
         if let Some(poles) = self.encirclements.filter(|poles| *poles > 0) {
