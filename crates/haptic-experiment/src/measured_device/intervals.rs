@@ -12,7 +12,7 @@
 //! Source: H. White, Econometrica 48, 1980, with sums over blocks; R. M. Bell and D. F. `McCaffrey`, Survey Methodology 28, 2002, the jackknife.
 
 use super::fit::Fitted;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVD};
 use std::ops::Range;
 
 /// Length of a block, about, s, and at least so many samples.
@@ -22,6 +22,8 @@ const BLOCK_SAMPLES: usize = 20;
 pub(super) const SIDES: f64 = 2.0;
 /// Directions that the other blocks of a piece tell this much less of, as a share, are told by this block alone.
 const ALONE: f64 = 1e-6;
+/// Turns of a matrix of a few rows at most.
+const TURNS: usize = 1000;
 
 /// Standard errors and correlations of the numbers of a fit.
 #[derive(Clone, Debug)]
@@ -136,8 +138,11 @@ fn score(
             _ => 0.0,
         }
     });
-    let elsewhere = (whole - &inner).pseudo_inverse(ALONE);
-    let drawn_down = elsewhere.map_or_else(|_| DVector::zeros(p + 2), |inverse| inverse * &seen);
+    // Bounded: numbers that are none would be turned for ever.
+    let rounding = 5.0 * f64::EPSILON;
+    let elsewhere = SVD::try_new_unordered(whole - &inner, true, true, rounding, TURNS)
+        .and_then(|turned| turned.pseudo_inverse(ALONE).ok());
+    let drawn_down = elsewhere.map_or_else(|| DVector::zeros(p + 2), |inverse| inverse * &seen);
     let score = &seen + &inner * drawn_down;
     DVector::from_fn(p, |n, _| score[n] * size(n))
 }
