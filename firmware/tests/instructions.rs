@@ -13,7 +13,8 @@ use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use haptic_link::{
-    Capabilities, Configuration, Limits, OperatorForm, OperatorShape, Refusal, Simulation, Start,
+    Capabilities, Configuration, Guard, GuardKind, Limits, OperatorForm, OperatorShape, Refusal,
+    Simulation, Start,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, prepare};
@@ -123,6 +124,21 @@ fn configuration(list: &lists::List, limits: Limits) -> Configuration {
     }
 }
 
+/// Energy bounding with all that it can be told of a device.
+const BOUNDED: Limits = Limits {
+    guard: Guard {
+        kind: GuardKind::EnergyBounding,
+        damping_n_s_per_m: 1.0,
+        share: 0.8,
+        forget_s: 0.5,
+        delay_least_samples: 0.3,
+        delay_most_samples: 0.5,
+        lag_s: 2e-4,
+        noise_m: 1e-6,
+    },
+    ..Limits::bare(2.0, 1000.0)
+};
+
 fn measure(list: &lists::List, name: &str, limits: Limits) {
     let mut values = [0.0; 256];
     for (value, bits) in values.iter_mut().zip(list.bits) {
@@ -166,6 +182,7 @@ fn main() -> ! {
         measure(list, list.name, Limits::bare(2.0, 1000.0));
         if list.name == "full 24 h" {
             measure(list, "full 24 h, whole chain", Limits::DEFAULT);
+            measure(list, "full 24 h, energy bounding", BOUNDED);
         }
     }
     support::pass()

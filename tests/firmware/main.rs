@@ -48,6 +48,8 @@ const CONTROLLER_MAX: u32 = 1500;
 const PATH_MAX: u32 = 200;
 /// The same with start-up ramp, speed limit and braking too.
 const WHOLE_PATH_MAX: u32 = 300;
+/// The same as the first with energy bounding, told a delay, a lag and a noise.
+const BOUNDED_PATH_MAX: u32 = 800;
 
 /// The folder of the firmware.
 fn firmware() -> PathBuf {
@@ -128,10 +130,10 @@ fn a_tick_takes_the_instructions_of_the_table() {
             "{name}: a tick {}, from sensor to force {}",
             count.tick, count.path
         );
-        let most = if name.ends_with("whole chain") {
-            WHOLE_PATH_MAX
-        } else {
-            PATH_MAX
+        let most = match name.rsplit(", ").next() {
+            Some("whole chain") => WHOLE_PATH_MAX,
+            Some("energy bounding") => BOUNDED_PATH_MAX,
+            _ => PATH_MAX,
         };
         assert!(
             count.path <= most,

@@ -145,8 +145,8 @@ pub(crate) fn check_instructions(told: &BTreeMap<String, String>) -> BTreeMap<St
             (name.clone(), Count { tick, path })
         })
         .collect();
-    // Each list, one of them again behind the whole safety chain, and the controllers.
-    assert_eq!(counts.len(), LISTED.len() + 2 + CONTROLLERS, "{told:?}");
+    // Each list, one of them again behind the whole safety chain and with energy bounding, and the controllers.
+    assert_eq!(counts.len(), LISTED.len() + 3 + CONTROLLERS, "{told:?}");
     let path = firmware().join("instructions.toml");
     if updating() {
         let mut text = HEADER.to_owned();

@@ -43,6 +43,8 @@ pub trait Real:
     /// True if slow recursions need a second word to keep their increments: true for `f32`,
     /// false for `f64`.
     const COMPENSATED: bool;
+    /// The step from 1 to the next number: a sum or product is off by half of this share of itself at most.
+    const EPSILON: Self;
     /// A decayed state below this counts as zero: 2^(−90), 8e-28, or 2^(−900), 1e-271. Far above the subnormal
     /// numbers, so that its products with weights are none either, and far below any signal.
     const NEGLIGIBLE: Self;
@@ -69,6 +71,7 @@ macro_rules! real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const COMPENSATED: bool = $compensated;
+            const EPSILON: Self = <$float>::EPSILON;
             const NEGLIGIBLE: Self = $negligible;
 
             #[inline]

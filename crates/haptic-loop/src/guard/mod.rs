@@ -13,7 +13,7 @@
 //!
 //! *Where*: the observer acts on the wanted force. Energy bounding is the last stage of the safety chain, after every
 //! limit, so that nothing can keep up a force that it takes away.
-//! *Start-up*: no energy. *Cost*: see each. *Precision*: all in the loop's number type.
+//! *Start-up*: no energy. *Cost*: see each. *Precision*: all in the loop's number type, the sum compensated.
 
 mod bounding;
 mod observer;
@@ -95,8 +95,8 @@ impl<F: Real> GuardLaw<F> {
     }
 
     /// Bounds the force that is about to be sent, and keeps it; says whether it was made smaller. `moved` is Δ, m;
-    /// `None` if it is not known.
-    #[inline]
+    /// `None` if it is not known. Not inlined: it would lengthen the path of loops without a guard.
+    #[inline(never)]
     pub(crate) fn settle<const D: usize>(
         &self,
         state: &mut GuardState<F, D>,

@@ -1,7 +1,7 @@
 //! Time-domain passivity observer and controller.
 
 use super::profile::dot;
-use super::state::{GuardState, keep};
+use super::state::{GuardState, forgotten};
 use crate::error::Checks;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use core::array;
@@ -54,8 +54,8 @@ impl PassivityObserver {
 pub(crate) struct Observer<F> {
     /// The most damping, over T: N/m.
     damping_max: F,
-    /// 1 − T/τ.
-    keep: F,
+    /// T/τ.
+    forgotten: F,
 }
 
 impl<F: Real> Observer<F> {
@@ -66,7 +66,7 @@ impl<F: Real> Observer<F> {
         checks.positive("time in which the guard forgets", observer.forget.0, "s");
         Self {
             damping_max: checks.rounded(what, damping / sample_time, "N/m"),
-            keep: keep(observer.forget, sample_time, checks),
+            forgotten: forgotten(observer.forget, sample_time, checks),
         }
     }
 
@@ -79,11 +79,9 @@ impl<F: Real> Observer<F> {
         wanted: &SVector<F, D>,
     ) -> (SVector<F, D>, bool) {
         state.add(-dot(&state.sent[0].force, moved));
-        if state.energy > F::ZERO {
-            state.energy = state.energy * self.keep;
-        }
+        state.forget(state.energy(), self.forgotten);
         // g = f·Δ − E
-        let owed = dot(wanted, moved) - state.energy;
+        let owed = dot(wanted, moved) - state.energy();
         let moved = &along(moved, wanted);
         let square = dot(moved, moved);
         if owed.is_finite() && owed <= F::ZERO {

@@ -59,13 +59,14 @@ pub(super) struct Form<F> {
 }
 
 impl<F: Real> Form<F> {
-    /// A cost beyond the number type is more than there is: no force follows from it.
-    fn new(unit: f64, terms: [f64; 3]) -> Self {
+    /// Too large by `doubt`, J/N², of x² and y², for terms may cancel. A cost beyond the number type is more than there is: no force follows
+    /// from it.
+    fn new(unit: f64, doubt: F, terms: [f64; 3]) -> Self {
         let [square, cross, rest] = terms.map(|term| F::from_f64(unit * term));
         Self {
-            square,
+            square: square + doubt,
             cross,
-            rest,
+            rest: rest + doubt,
         }
     }
 
@@ -88,6 +89,11 @@ pub(super) struct Timing {
     pub(super) spread: f64,
     /// τ/T.
     pub(super) lag: f64,
+}
+
+/// More than the share of a term of the books that roundings make: some ten of them, and two for each sample that a lag remembers.
+pub(super) fn doubt<F: Real>() -> F {
+    F::from_f64(256.0) * F::EPSILON
 }
 
 /// The effect and the possible cost of the forces on their way.
@@ -113,16 +119,14 @@ impl<F: Real> Profile<F> {
     /// `unit` is T/(4ρb), J/N².
     #[inline(never)]
     pub(super) fn new(timing: &Timing, unit: f64) -> Self {
-        // A delay within 1e-9 of a whole number of samples is that number.
-        let delay = timing.delay + 1e-9;
+        // A delay 1e-9 below a whole number of samples is that number.
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "0 ≤ delay ≤ 4"
         )]
-        let whole = delay as u32;
-        let h = delay - f64::from(whole);
-        let h = if h < 2e-9 { 0.0 } else { h - 1e-9 };
+        let whole = (timing.delay + 1e-9) as u32;
+        let h = f64::max(timing.delay - f64::from(whole), 0.0);
         let lag = timing.lag;
         // e^(−time/lag)
         let fade = |time: f64| {
@@ -136,7 +140,7 @@ impl<F: Real> Profile<F> {
         let (late, early) = (lag * (e - q), lag * (1.0 - e));
         let late_square = 0.5 * late * (e + q);
         let early_square = 0.5 * early * (1.0 + e);
-        let all = lag * (1.0 - q);
+        let all = late + early;
         // r₁ = q·r₀ + s
         let mean = [h + early, late + q * early];
         let variance = [
@@ -150,8 +154,9 @@ impl<F: Real> Profile<F> {
             [h, 2.0 * late, late_square],
             [1.0 - all, all, 0.5 * lag],
         ];
+        let doubt = F::from_f64(4.0) * doubt::<F>() * F::from_f64(unit);
         let [variance, whole_cost, late_cost, command_cost] =
-            costs.map(|terms| Form::new(unit, terms));
+            costs.map(|terms| Form::new(unit, doubt, terms));
         Self {
             whole: whole as usize,
             decay: F::from_f64(q),
@@ -186,31 +191,32 @@ impl<F: Real> Profile<F> {
         cost
     }
 
-    /// a at the moment when the next command takes effect, N.
+    /// q·r, what is left of it when the next command takes effect, N: there a = f + q·r.
     #[inline]
-    pub(super) fn actuator<const D: usize>(&self, last: &Sent<F, D>) -> SVector<F, D> {
-        /// Below this a force has decayed, N: its square would be no normal number.
+    pub(super) fn fading<const D: usize>(&self, last: &Sent<F, D>) -> SVector<F, D> {
+        /// Below this it has decayed, N: its square would be no normal number.
         const NONE: f64 = 1e-15;
-        let mut actuator = last.force;
-        for (actuator, &rest) in actuator.iter_mut().zip(&last.rest) {
-            *actuator += self.decay * rest;
-            if actuator.abs() < F::from_f64(NONE) {
-                *actuator = F::ZERO;
+        let mut fading = last.rest;
+        for rest in &mut fading {
+            *rest = self.decay * *rest;
+            if rest.abs() < F::from_f64(NONE) {
+                *rest = F::ZERO;
             }
         }
-        actuator
+        fading
     }
 
-    /// The next command with what a lag makes of it.
+    /// The next command with what a lag makes of it. r is small where a force is held: nothing in it is rounded as the force is.
     #[inline]
     pub(super) fn send<const D: usize>(
         &self,
         force: &SVector<F, D>,
-        actuator: &SVector<F, D>,
+        last: &Sent<F, D>,
+        fading: &SVector<F, D>,
     ) -> Sent<F, D> {
-        let mut rest = *actuator;
-        for (rest, &force) in rest.iter_mut().zip(force) {
-            *rest -= force;
+        let mut rest = *fading;
+        for (axis, rest) in rest.iter_mut().enumerate() {
+            *rest += last.force[axis] - force[axis];
         }
         Sent {
             force: *force,

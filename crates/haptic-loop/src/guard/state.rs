@@ -8,7 +8,10 @@ use fracdiff::Real;
 /// Energy and the forces on their way, newest first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GuardState<F, const D: usize> {
-    pub(super) energy: F,
+    /// E is this and `rest`.
+    energy: F,
+    /// What rounding took from `energy`, and what was spent since the last sample, J.
+    rest: F,
     /// The energy still to be paid for noise, J.
     pub(super) owed: F,
     pub(super) sent: [Sent<F, D>; HISTORY],
@@ -18,20 +21,23 @@ impl<F: Real, const D: usize> GuardState<F, D> {
     pub(crate) fn at_rest() -> Self {
         Self {
             energy: F::ZERO,
+            rest: F::ZERO,
             owed: F::ZERO,
             sent: [Sent::none(); HISTORY],
         }
     }
 
     /// E, J.
-    pub(crate) const fn energy(&self) -> F {
-        self.energy
+    #[inline]
+    pub(crate) fn energy(&self) -> F {
+        self.energy + self.rest
     }
 
-    /// E ← min(0, E).
+    /// E ← min(0, E), also of what is not finite.
     pub(crate) fn forget_credit(&mut self) {
-        if self.energy > F::ZERO {
-            self.energy = F::ZERO;
+        let is_debt = self.energy() < F::ZERO;
+        if !is_debt {
+            (self.energy, self.rest) = (F::ZERO, F::ZERO);
         }
     }
 
@@ -41,14 +47,33 @@ impl<F: Real, const D: usize> GuardState<F, D> {
         self.forget_credit();
     }
 
-    /// Takes the energy of a sample, J. A sum that is not finite is no credit, and keeps a debt.
+    /// Takes the energy of a sample, J. The sum is compensated (W. Kahan, Comm. ACM 8(1), 1965); it is off by a rounding of `work` at
+    /// most. One that is not finite is no credit, and keeps a debt.
     #[inline]
     pub(super) fn add(&mut self, work: F) {
+        let work = work + self.rest;
         let energy = self.energy + work;
         if energy.is_finite() {
+            self.rest = work - (energy - self.energy);
             self.energy = energy;
         } else {
             self.forget_credit();
+        }
+    }
+
+    /// Takes away energy, J.
+    #[inline]
+    pub(super) fn spend(&mut self, cost: F) {
+        self.rest -= cost;
+    }
+
+    /// Spends this share of a surplus, J, if there is one.
+    #[inline]
+    pub(super) fn forget(&mut self, surplus: F, share: F) {
+        /// No force is felt for less, J, which stays: it would soon be no normal number.
+        const NOTHING: f64 = 1e-25;
+        if surplus > F::from_f64(NOTHING) {
+            self.spend(surplus * share);
         }
     }
 
@@ -62,14 +87,14 @@ impl<F: Real, const D: usize> GuardState<F, D> {
     }
 }
 
-/// 1 − T/τ; 0 for τ = 0.
-pub(super) fn keep<F: Real>(forget: Seconds, sample_time: f64, checks: &mut Checks) -> F {
+/// T/τ, the share of a surplus that is forgotten in a sample; 1 for τ = 0.
+pub(super) fn forgotten<F: Real>(forget: Seconds, sample_time: f64, checks: &mut Checks) -> F {
     let what = "time in which the guard forgets";
     checks.not_negative(what, forget.0, "s");
     if forget.0 <= 0.0 {
-        return F::ZERO;
+        return F::ONE;
     }
     let whole = forget.0 >= sample_time;
     checks.range(what, forget.0, whole, "0 or at least the sample time", "s");
-    F::from_f64(1.0 - sample_time / forget.0)
+    F::from_f64(sample_time / forget.0)
 }

@@ -1,6 +1,6 @@
 //! Devices, their loops, and motions that are to draw energy from them.
 
-use super::oracle::Actuator;
+use super::oracle::{Actuator, Sum};
 use fracdiff::{Real, Seconds};
 use haptic_loop::units::{
     Kilograms, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
@@ -31,6 +31,9 @@ pub(super) enum Motion {
     Wild,
     /// A push that turns round when the wall is deepest, at constant velocity.
     Stroke { samples: u32 },
+    /// Stored, then drawn in so small parts that a plain sum would lose each of them, then all of it at once. A part is this share
+    /// of 2^−24 of what the guard believes to have.
+    Erode { store: u32, erode: u32, share: f64 },
 }
 
 /// A device, its loop, and the adversary.
@@ -117,6 +120,23 @@ impl Case {
         }
     }
 
+    /// One way to move it for long, and so many samples.
+    pub(super) fn long(random: &mut Random) -> (Motion, u32) {
+        let samples = random.log_between(400.0, 4e5) as u32;
+        let [motions @ .., _] = Self::motions(random);
+        let erode = Motion::Erode {
+            store: 1 + (random.bits() % 30) as u32,
+            erode: random.log_between(10.0, f64::from(samples)) as u32,
+            share: random.log_between(0.1, 10.0),
+        };
+        let motion = if random.chance(0.5) {
+            erode
+        } else {
+            random.one_of(&motions)
+        };
+        (motion, samples)
+    }
+
     /// Ways to move it, some of them drawn at random.
     pub(super) fn motions(random: &mut Random) -> [Motion; 7] {
         let mut store = || Motion::StoreThenExtract {
@@ -191,7 +211,7 @@ impl Case {
         let damping = self.share * self.damping;
         let mut x = SVector::<f64, D>::zeros();
         let mut moved = SVector::<f64, D>::zeros();
-        let (mut energy, mut least, mut most) = (0.0, 0.0_f64, 0.0_f64);
+        let (mut energy, mut least, mut most) = (Sum::default(), 0.0_f64, 0.0_f64);
         for sample in 0..samples {
             let wanted = self.wanted_force(&x, &moved, &mut random);
             if self.braking.is_some() {
@@ -213,16 +233,20 @@ impl Case {
             actuator.send(now + delay, sent);
             let stretches = actuator.run(now, now + t);
             let impulse: SVector<f64, D> = stretches.iter().map(|s| s.impulse(self.lag)).sum();
-            let (displacement, shape) = self.moves(sample, &impulse, &mut random);
+            let believed = state.observed_energy_j().to_f64();
+            let (wish, shape) = self.moves(sample, &impulse, believed, &mut random);
+            // The device is where it says it is: at a number of the loop's type.
+            let position = (x + wish).map(|axis| F::from_f64(axis).to_f64());
+            let displacement = position - x;
+            x = position;
             // v = c + e·g with ∫v = Δ.
             let c = (displacement - impulse * shape) / t;
             let change = stretches
                 .iter()
                 .map(|s| s.energy(self.lag, damping, &c, shape));
-            energy += change.sum::<f64>();
-            least = least.min(energy);
+            energy.add(change.sum());
+            least = least.min(energy.value());
             moved = displacement;
-            x += displacement;
         }
         (least, most)
     }
@@ -247,6 +271,7 @@ impl Case {
         &self,
         sample: u32,
         impulse: &SVector<f64, D>,
+        believed: f64,
         random: &mut Random,
     ) -> (SVector<f64, D>, f64) {
         let e = 0.5 / (self.share * self.damping);
@@ -286,6 +311,22 @@ impl Case {
             Motion::Stroke { samples } => {
                 let back = (sample / samples) % 2 == 1;
                 (SVector::repeat(if back { -step } else { step } * 0.3), 0.0)
+            }
+            Motion::Erode {
+                store,
+                erode,
+                share,
+            } => {
+                let phase = sample % (store + erode + 10);
+                let force = impulse.norm() / self.sample_time;
+                if phase < store {
+                    (SVector::repeat(step / f64::from(store)), e)
+                } else if phase < store + erode && force > 0.0 {
+                    let part = share * believed.max(0.0) * 2_f64.powi(-24);
+                    (impulse * (part / force / impulse.norm()), 0.0)
+                } else {
+                    greedy
+                }
             }
         }
     }

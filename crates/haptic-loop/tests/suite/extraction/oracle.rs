@@ -2,6 +2,26 @@
 
 use nalgebra::SVector;
 
+/// A sum with the error of its rounding (Knuth's two-sum), J.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sum {
+    high: f64,
+    low: f64,
+}
+
+impl Sum {
+    pub(super) fn add(&mut self, value: f64) {
+        let sum = self.high + value;
+        let added = sum - self.high;
+        self.low += (self.high - (sum - added)) + (value - added);
+        self.high = sum;
+    }
+
+    pub(super) fn value(&self) -> f64 {
+        self.high + self.low
+    }
+}
+
 /// A stretch of time between two events: its length, and g = u + p·e^(−t/τ) on each axis.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch<const D: usize> {

@@ -9,19 +9,34 @@ use proptest::prelude::*;
 
 #[test]
 fn single_precision_holds_a_force_for_minutes() {
-    let (chain, mut state) = guarded::<f32, 1>(bounding(0.0), 10.0, 1e4);
-    let mut held = 0.0;
-    // 1 mm deep into a wall of 10 kN/m, then nothing moves for 400 s.
-    for tick in 0..200_000_u32 {
-        let x = 1e-5 * tick.min(100) as f32;
-        let (force, limiters) = chain.apply(&mut state, &vector![x], &vector![-1e4 * x]);
-        if tick == 101 {
-            held = force.newtons()[0];
-            assert!(limiters.contains(Limiters::GUARD));
-            assert!((-held / 2.8 - 1.0).abs() < 0.05, "{held}");
-        }
-        if tick > 101 {
-            assert!((force.newtons()[0] / held - 1.0).abs() < 1e-6, "{tick}");
+    for (delay, lag, forget, settled) in [
+        (0.0, 0.0, 0.5, 101),
+        (0.3, 0.5, 0.0, 300),
+        (1.7, 3.0, 0.5, 300),
+    ] {
+        let delay = Seconds(delay * T.0);
+        let guard = Guard::EnergyBounding(EnergyBounding {
+            delay_least: delay,
+            delay_most: delay,
+            lag: Seconds(lag * T.0),
+            forget: Seconds(forget),
+            ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
+        });
+        let (chain, mut state) = guarded::<f32, 1>(Some(guard), 10.0, 1e4);
+        let mut held = 0.0;
+        // 1 mm deep into a wall of 10 kN/m, then nothing moves for 400 s.
+        for tick in 0..200_000_u32 {
+            let x = 1e-5 * tick.min(100) as f32;
+            let (force, limiters) = chain.apply(&mut state, &vector![x], &vector![-1e4 * x]);
+            if tick == settled {
+                held = force.newtons()[0];
+                assert!(limiters.contains(Limiters::GUARD) || lag > 0.0);
+                assert!((-held / 2.8 - 1.0).abs() < 0.05 || lag > 0.0, "{held}");
+                assert!(held < -0.3, "{held}");
+            }
+            if tick > settled {
+                assert!((force.newtons()[0] / held - 1.0).abs() < 1e-6, "{tick}");
+            }
         }
     }
 }
