@@ -1,9 +1,10 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+pub mod asked;
 #[cfg(test)]
 mod bounded_tests;
-pub mod budget;
+mod budget;
 pub mod choices;
 pub mod control;
 pub mod controller_file;
@@ -55,6 +56,7 @@ pub mod wall;
 pub mod warnings;
 pub mod zwidth;
 
+pub use asked::AskedDevice;
 pub use coupler::{CouplerExperiment, CouplerReport};
 pub use creep::Creep;
 pub use drive::{Drive, DriveReport, DriveVerdict};

@@ -2,6 +2,7 @@
 
 use super::candidate::{Candidate, DesignReport, TissueVerdict};
 use super::question::{Design, Requirement, Wish};
+use crate::asked::AskedDevice;
 use crate::failure::Failure;
 use fracdiff::Order;
 use rayon::prelude::*;
@@ -59,6 +60,7 @@ impl Design {
             _ => None,
         };
         Ok(DesignReport {
+            asked: AskedDevice::of(&self.device.plant),
             notes: self.notes(&candidates, best.as_ref()),
             tissue: self.tissue_verdict(&candidates),
             wish: self.wish.name().to_owned(),

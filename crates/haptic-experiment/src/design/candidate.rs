@@ -1,5 +1,6 @@
 //! Answer of a design: a candidate for each order, and the whole report.
 
+use crate::asked::AskedDevice;
 use crate::{Imperfections, Settling};
 use fracdiff::Order;
 use serde::Serialize;
@@ -66,6 +67,9 @@ pub struct TissueVerdict {
 /// The answer. The keys are a contract of the command line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignReport {
+    /// Mass, damping, hand and sample time of the device.
+    #[serde(flatten)]
+    pub asked: AskedDevice,
     /// The wish.
     pub wish: String,
     /// Under which requirement.

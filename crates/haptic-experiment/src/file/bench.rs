@@ -14,7 +14,7 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 
 pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
-    let sample_time_s = table.number(&p::WALL_SAMPLE_TIME)?;
+    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     let model = device_model(table)?;
     let realistic = table.flag(&p::REALISTIC)?;
     if realistic && model.is_some() {

@@ -17,7 +17,7 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMe
 
 /// Sample time and duration, s, of a run that is not too long.
 pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
-    let sample_time_s = table.required(&p::WALL_SAMPLE_TIME)?;
+    let sample_time_s = table.required(&p::SAMPLE_TIME)?;
     let duration_s = table.number(&p::TRIAL_DURATION)?;
     samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
     Ok((sample_time_s, duration_s))

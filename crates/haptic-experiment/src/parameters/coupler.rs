@@ -1,10 +1,10 @@
 //! Of `[coupler]`: coupler and object; device and trial are those of `[wall]`.
 
+use super::experiment::SAMPLE_TIME;
 use super::kind::{Parameter, joined, parameters};
 use super::range::{COUPLER_ORDERS, DAMPINGS, DISSIPATIONS, OBJECT_MASSES, STIFFNESSES};
 use super::wall::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, TRIAL, TRIAL_LOOP,
-    WALL_SAMPLE_TIME,
 };
 
 parameters! {
@@ -33,7 +33,7 @@ parameters! {
 pub const COUPLER_REQUIRED: &[Parameter] = &[
     MASS,
     DAMPING,
-    WALL_SAMPLE_TIME,
+    SAMPLE_TIME,
     COUPLER_ORDER,
     COUPLER_STIFFNESS,
     COUPLER_DISSIPATION,

@@ -29,7 +29,7 @@ parameters! {
     SCHEME = text("scheme", "full", "Fractional operator, as in full, grunwald:1000 or tustin-muir:3");
     /// Number type of the loop.
     PRECISION = text("precision", "f64", "Number type of the loop");
-    /// Sample time of a rendered tissue, s.
+    /// Sample time of any loop, s.
     SAMPLE_TIME = number("sample_time_s", 1e-3, "1ms", SAMPLE_TIMES, "Sample time of the loop");
     /// Contact of the rig.
     CONTACT = text("contact", "compliant", "Contact between indenter and tissue: stiff springs between masses, or imposed exactly");

@@ -1,11 +1,12 @@
 //! Of a measurement of the device itself.
 
+use super::experiment::SAMPLE_TIME;
 use super::kind::{Parameter, parameters};
 use super::range::Range;
 
 parameters! {
     /// Sample time of a measurement, s.
-    MEASURE_SAMPLE_TIME = number("sample_time_s", 1e-3, "1ms", Range::Within(1e-4, 1e-2), "Sample time");
+    MEASURE_SAMPLE_TIME = number("sample_time_s", SAMPLE_TIME.default_number(), SAMPLE_TIME.shown, Range::Within(1e-4, 1e-2), "Sample time");
     /// Force limit of a device that is measured, N.
     MEASURE_FORCE_LIMIT = number("force_limit_n", 10.0, "10N", Range::Within(1e-3, 1e3),
         "Largest force that the device may make; the measurement uses a fifth of it at most");

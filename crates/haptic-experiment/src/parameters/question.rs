@@ -1,11 +1,13 @@
 //! Of `[zwidth]` and `[design]`: questions to a device, answered without a log.
 
-use super::experiment::{AREA, ENCODER_RESOLUTION, LIBRARY, SCHEME, SEED, SENSOR_NOISE, THICKNESS};
+use super::experiment::{
+    AREA, ENCODER_RESOLUTION, LIBRARY, SAMPLE_TIME, SCHEME, SEED, SENSOR_NOISE, THICKNESS,
+};
 use super::kind::{Parameter, parameters};
 use super::range::{self, Range};
 use super::wall::{
     CRITERION, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL, FRICTION, HAND_STIFFNESS, IMPACT, MASS,
-    ONE_SIDED, PUSH, THRESHOLD, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WALL_SAMPLE_TIME, WINDOW,
+    ONE_SIDED, PUSH, THRESHOLD, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW,
 };
 
 parameters! {
@@ -43,7 +45,7 @@ pub const BENCH: &[Parameter] = &[
     MASS,
     DAMPING,
     HAND_STIFFNESS,
-    WALL_SAMPLE_TIME,
+    SAMPLE_TIME,
     TRIAL_FORCE_LIMIT,
     DEVICE_MODEL,
     REALISTIC,

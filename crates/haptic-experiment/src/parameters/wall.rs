@@ -1,10 +1,10 @@
 //! Of `[wall]`: device, wall and trial.
 
-use super::experiment::{ENCODER_RESOLUTION, SCHEME, SEED, SENSOR_NOISE};
+use super::experiment::{ENCODER_RESOLUTION, SAMPLE_TIME, SCHEME, SEED, SENSOR_NOISE};
 use super::kind::{Parameter, joined, parameters};
 use super::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
-    FORCES_ABOVE_0, IMPACTS, MASSES, REACHES_ABOVE_0, SAMPLE_TIMES, STIFFNESSES, WALL_ORDERS,
+    FORCES_ABOVE_0, IMPACTS, MASSES, REACHES_ABOVE_0, STIFFNESSES, WALL_ORDERS,
 };
 
 parameters! {
@@ -17,8 +17,6 @@ parameters! {
     /// Device file of a wall or coupler.
     DEVICE_MODEL = text("device_model", "",
         "Device file, as device measure writes it: mass, damping, hand, delay, lag, friction, encoder and noise where no key says them");
-    /// Sample time of a wall, s.
-    WALL_SAMPLE_TIME = number("sample_time_s", 2e-3, "2ms", SAMPLE_TIMES, "Sample time");
     /// Delay of a simulated device, s.
     DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to the force that answers it, beside the hold");
     /// Friction of a simulated device, N.
@@ -57,14 +55,8 @@ parameters! {
 }
 
 /// Of `[wall]` that have to be given in a file.
-pub const WALL_REQUIRED: &[Parameter] = &[
-    MASS,
-    DAMPING,
-    WALL_SAMPLE_TIME,
-    ORDER,
-    STIFFNESS,
-    DISSIPATION,
-];
+pub const WALL_REQUIRED: &[Parameter] =
+    &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
 /// Of a simulated device that is less than ideal.
 pub(super) const LESS_THAN_IDEAL: &[Parameter] = &[
     DELAY,

@@ -1,5 +1,6 @@
 //! The boundaries that were found. The keys are a contract of the command line.
 
+use crate::asked::AskedDevice;
 use crate::failure::Failure;
 use crate::settling::CriterionName;
 use serde::{Serialize, Serializer};
@@ -13,8 +14,9 @@ pub struct ZWidthReport {
     pub scheme: String,
     /// Device.
     pub device: String,
-    /// Sample time, s.
-    pub sample_time_s: f64,
+    /// Its mass, damping, hand and sample time.
+    #[serde(flatten)]
+    pub asked: AskedDevice,
     /// δ = bT/m of the device.
     pub delta: f64,
     /// By which rule walls were judged.

@@ -3,6 +3,7 @@
 use super::report::{OrderBoundary, ZWidthReport};
 use super::search::{Search, search_limit};
 use super::specification::ZWidth;
+use crate::asked::AskedDevice;
 use crate::device::Warn;
 use crate::failure::Failure;
 use crate::remote::device_name;
@@ -59,7 +60,7 @@ impl ZWidth {
             orders,
             scheme: self.scheme.to_string(),
             device: device_name(self.remote.as_ref()),
-            sample_time_s: config.sample_time.0,
+            asked: AskedDevice::of(config),
             delta,
             criterion: plan.criterion.name(),
             impact_m_per_s: plan.impact_m_per_s,

@@ -93,7 +93,7 @@ impl ZWidth {
     }
 }
 
-/// The device of the dissertation's section 4.4: 65 g, 3.5 N·s/m, sampled at 2 ms, ideal.
+/// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
 #[must_use]
 pub fn dissertation_device(sample_time: Seconds) -> MassDamperConfig {
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};

@@ -11,7 +11,8 @@ use haptic_loop::units::Metres;
 use haptic_loop::{Contact, SpringDamper};
 
 /// T of the loop, s.
-pub const SAMPLE_TIME: Seconds = Seconds(1e-3);
+pub const SAMPLE_TIME: Seconds =
+    Seconds(haptic_experiment::parameters::SAMPLE_TIME.default_number());
 /// Samples for which the memory is made: 2.8 hours.
 const HORIZON: u64 = 10_000_000;
 /// Ticks in which one law goes over into the next: 0.2 s.

@@ -50,18 +50,18 @@ where it is not, both parts are made smaller (share below 1). --require passive 
 every hand and object, four times the damping and more. The device is ideal
 
 With --out it writes design.toml, which `host-cli run` takes (exit code 0 only if trial and analysis call the \
-wall stable; a coupler must pass Llewellyn's criterion too), design.csv and, but for a coupler, a picture. The default device is that of the \
-dissertation's section 4.4.
+wall stable; a coupler must pass Llewellyn's criterion too), design.csv and, but for a coupler, a picture. The default device is as \
+heavy and as damped as that of the dissertation's section 4.4: 65 g, 3.5 N.s/m.
 
 Exit code 0 means that there is a best candidate and that it came to rest when it was tried (a passive one may ring on, with a warning). \
 Without any, best is null and the exit code is 1, whatever the wish; the report is printed all the same.
 
-JSON: wish, require, gain_margin, frequency_hz, scheme, force_noise_limit_n, ideal_device_assumed, \
+JSON: mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, sample_time_s, wish, require, gain_margin, frequency_hz, scheme, force_noise_limit_n, ideal_device_assumed, \
 imperfections{friction_n, delay_s, current_lag_s, encoder_resolution_m, sensor_noise_m, seed}, \
 realistic{the same, analysis_stable, margin, force_noise_rms_n, simulated}, candidates[{order, stiffness (N/m), \
 dissipation (N.s^mu/m), margin, alpha, beta, passive, required_damping_n_s_per_m, effective_damping_n_s_per_m, \
 force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host-cli run`), experiment, files, notes. Of a coupler: \
-wish, require (llewellyn or passive), scheme, frequency_hz, candidates[{order, stiffness (the damper, N.s/m), dissipation (the spring, N.s^(1-mu)/m), \
+the device as above, wish, require (llewellyn or passive), scheme, frequency_hz, candidates[{order, stiffness (the damper, N.s/m), dissipation (the spring, N.s^(1-mu)/m), \
 margin, felt_stiffness_n_per_m, share, loop_margin, sampled_damping_n_s_per_m, reason}], best, simulated, experiment, files.";
 
 /// Arguments of `design`.

@@ -12,13 +12,13 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 
-/// The simulated device; by default that of the dissertation's section 4.4.
+/// The simulated device; by default as heavy and as damped as that of the dissertation's section 4.4.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct PlantArguments {
     #[command(flatten)]
     simulated: SimulatedArguments,
-    #[arg(long, value_parser = within::<Time>(parameters::WALL_SAMPLE_TIME.range()), help = parameters::WALL_SAMPLE_TIME.help, default_value = parameters::WALL_SAMPLE_TIME.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::SAMPLE_TIME.range()), help = parameters::SAMPLE_TIME.help, default_value = parameters::SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
     /// Largest force of the actuator [default: 100 N]
     #[arg(long, value_parser = within::<Force>(parameters::TRIAL_FORCE_LIMIT.range()), value_name = "FORCE", allow_hyphen_values = true)]

@@ -1,11 +1,11 @@
 //! `weights`: the impulse response of an operator.
 
-use super::words::{order, parse_order, parse_scheme, rate};
+use super::words::{order, parse_order, parse_scheme, rate, sample_time_of};
 use crate::output::Output;
 use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
-use fracdiff::{Channel, Operator, Scheme, Seconds, grunwald_weights};
+use fracdiff::{Channel, Operator, Scheme, grunwald_weights};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
@@ -28,9 +28,9 @@ pub struct Arguments {
     /// Number of weights
     #[arg(long, default_value_t = 10, allow_hyphen_values = true, value_parser = whole::<u64>(1..=10_000_000))]
     count: u64,
-    /// Sample time; matters only for a scheme with frequencies in Hz
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), default_value = "1s", allow_hyphen_values = true)]
-    sample_time: Time,
+    /// Sample time; needed only for a scheme with frequencies in Hz
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
+    sample_time: Option<Time>,
 }
 
 /// The result.
@@ -52,7 +52,7 @@ impl Arguments {
         let weights = if self.scheme == Scheme::Exact {
             grunwald_weights(mu).take(count).collect()
         } else {
-            let t = Seconds(self.sample_time.0);
+            let t = sample_time_of(self.scheme, self.sample_time.map(|t| t.0))?;
             let rate = rate(t, mu)?;
             let operator: Operator<f64> = self
                 .scheme

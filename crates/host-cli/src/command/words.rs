@@ -25,6 +25,19 @@ pub fn roll_bytes(size: Option<Bytes>) -> Result<Option<u64>, Failure> {
     }
 }
 
+/// The sample time for an operator without units, which matters only to a scheme with frequencies in Hz.
+///
+/// # Errors
+/// Such a scheme without one.
+pub fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
+    match (scheme, given_s) {
+        (Scheme::Oustaloup { .. }, None) => Err(Failure::bad_input(format_args!(
+            "scheme {scheme} has frequencies in Hz, which mean nothing without a sample time: give --sample-time, as in 1ms"
+        ))),
+        _ => Ok(Seconds(given_s.unwrap_or(1.0))),
+    }
+}
+
 /// Checks an order.
 ///
 /// # Errors

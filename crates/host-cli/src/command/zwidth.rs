@@ -25,8 +25,8 @@ use std::path::PathBuf;
 
 pub(crate) const LONG_ABOUT: &str = "\
 Z-width: throws a simulated device against a wall at its start position, pushes it into it, and looks for the \
-stiffest wall at which it comes to rest, for each order and dissipation. The default device is that of the \
-dissertation's section 4.4: 65 g, 3.5 N.s/m, 2 ms. --realistic adds what real devices have.
+stiffest wall at which it comes to rest, for each order and dissipation. The default device is as \
+heavy and as damped as that of the dissertation's section 4.4: 65 g, 3.5 N.s/m. --realistic adds what real devices have.
 
 At rest, by --criterion settling: over the last 0.4 s of 5 s the position varies (standard deviation) by at most \
 2 encoder steps or 1 % of the deflection push/K, whichever is larger, and the force by at most one encoder step \
@@ -40,7 +40,7 @@ them and exits with 1.
 
 JSON: orders[{order, dissipation_unit, boundary[{dissipation, stiffness_max (N/m), alpha, beta, \
 analysis_stiffness_n_per_m, analysis_agrees, held_by_friction_up_to_n_per_m}]}], scheme, device, \
-sample_time_s, delta, criterion, impact_m_per_s, push_n, alpha_searched, runs, disagreements, ended_early.";
+mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, sample_time_s, delta, criterion, impact_m_per_s, push_n, alpha_searched, runs, disagreements, ended_early.";
 
 /// Arguments of `zwidth`.
 #[derive(Debug, Args)]
@@ -206,6 +206,7 @@ impl Arguments {
 
 /// The result as a person reads it.
 fn print(out: &mut dyn Write, report: &ZWidthReport, files: &[String]) -> io::Result<()> {
+    writeln!(out, "device: {}", report.asked)?;
     for order in &report.orders {
         writeln!(
             out,
@@ -330,7 +331,7 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         subtitle: &format!(
             "scheme {} · T = {} s · δ = {:.5} · device {} · criterion {} · impact {} m/s · push {} N",
             report.scheme,
-            report.sample_time_s,
+            report.asked.sample_time_s,
             report.delta,
             report.device,
             report.criterion.name(),

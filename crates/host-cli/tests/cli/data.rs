@@ -68,7 +68,7 @@ fn weights_of_each_scheme_are_what_it_is_made_of() {
         1e-15,
     );
     // A band-limited filter is no series of closed form; it must begin near the series it imitates.
-    let oustaloup = of("oustaloup:9:0.0001:0.4");
+    let oustaloup = of("oustaloup:9:0.0001:0.4 --sample-time 1s");
     assert!((oustaloup[0] - 1.0).abs() < 0.2, "{oustaloup:?}");
     assert!(
         oustaloup[1..].iter().all(|w| *w < 0.0),

@@ -1,6 +1,7 @@
 //! The best coupler, tried, and the experiment file of it.
 
 use super::{CouplerCandidate, CouplerDesign};
+use crate::asked::AskedDevice;
 use crate::design::trial::{device_keys, plan, trial_keys, until_settled};
 use crate::failure::Failure;
 use crate::{CouplerExperiment, Imperfections, Settling, TrialPlan, TrialSetup};
@@ -11,6 +12,9 @@ use std::sync::atomic::AtomicBool;
 /// Answer to a [`CouplerDesign`].
 #[derive(Clone, Debug, Serialize)]
 pub struct CouplerAnswer {
+    /// Mass, damping, hand and sample time of the device.
+    #[serde(flatten)]
+    pub asked: AskedDevice,
     /// The stiffest of each order.
     pub candidates: Vec<CouplerCandidate>,
     /// The stiffest of all as felt at the frequency; null if there is none.
@@ -48,6 +52,7 @@ impl CouplerDesign {
             .max_by(|a, b| felt(a).total_cmp(&felt(b)))
             .cloned();
         let mut answer = CouplerAnswer {
+            asked: AskedDevice::of(&self.device),
             candidates,
             best,
             simulated: None,

@@ -2,11 +2,13 @@
 
 use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
-use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
+use crate::command::words::{
+    parse_dissipation, parse_order, parse_scheme, sample_time_of, wall_order,
+};
 use crate::files::Place;
 use crate::within::{number_within, read_within, within};
 use clap::Args;
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
@@ -131,14 +133,7 @@ impl LoopArguments {
                 "sample time {t} s is not above 0 s: change --sample-time"
             )));
         }
-        if let (Scheme::Oustaloup { .. }, None) = (self.scheme, sample_time_s) {
-            return Err(Failure::bad_input(format_args!(
-                "scheme {} has frequencies in Hz, which mean nothing without a sample time: give --sample-time, as in 1ms",
-                self.scheme
-            )));
-        }
-        // No other scheme asks for it.
-        let sample_time = Seconds(sample_time_s.unwrap_or(1.0));
+        let sample_time = sample_time_of(self.scheme, sample_time_s)?;
         Ok(ResolvedLoop {
             parameters,
             order: mu,

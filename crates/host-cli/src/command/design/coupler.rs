@@ -109,6 +109,7 @@ impl CouplerReport {
 
     /// As a person reads it.
     fn print(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "device: {}", self.answer.asked)?;
         writeln!(
             out,
             "{:>6} {:>16} {:>23} {:>18} {:>8} {:>12}",

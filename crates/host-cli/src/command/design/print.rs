@@ -11,6 +11,7 @@ fn in_brackets(text: Option<String>) -> String {
 /// The answer as a person reads it.
 pub(super) fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
     let frequency = report.frequency_hz;
+    writeln!(out, "device: {}", report.asked)?;
     write!(
         out,
         "{:>6} {:>16} {:>16} {:>10} {:>8}",

@@ -2,6 +2,7 @@
 
 use super::super::process::{Place, number};
 use super::{analyze, close};
+use haptic_experiment::parameters::{self, Parameter};
 use serde_json::Value;
 
 #[test]
@@ -9,7 +10,7 @@ use serde_json::Value;
 fn the_z_width_of_an_ideal_device_is_the_region_of_the_theory() {
     let place = Place::new();
     let report = place
-        .run("zwidth --orders 1 --points 5 --scheme muir:3 --json")
+        .run("zwidth --orders 1 --points 5 --scheme muir:3 --sample-time 2ms --json")
         .succeeded_with_warnings()
         .json();
     let boundary = report["orders"][0]["boundary"]
@@ -43,7 +44,7 @@ fn the_z_width_of_an_ideal_device_is_the_region_of_the_theory() {
         assert!(!verdict(1.05 * alpha + 1e-3, 1.02 * beta), "{point}");
     }
     let again = place
-        .run("zwidth --orders 1 --points 5 --scheme muir:3 --json")
+        .run("zwidth --orders 1 --points 5 --scheme muir:3 --sample-time 2ms --json")
         .succeeded_with_warnings()
         .json();
     assert_eq!(report, again, "seeded, whatever the number of cores");
@@ -119,7 +120,7 @@ fn the_dissertations_criterion_is_still_there_and_is_fooled() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_that_friction_alone_holds_still_is_named_so() {
     let place = Place::new();
-    let line = "zwidth --friction 0.05N --orders 1 --points 2 --json";
+    let line = "zwidth --friction 0.05N --orders 1 --points 2 --sample-time 2ms --json";
     let report = place.run(line).succeeded_with_warnings().json();
     let held = |report: &Value| {
         let points = report["orders"][0]["boundary"]
@@ -133,7 +134,7 @@ fn a_wall_that_friction_alone_holds_still_is_named_so() {
     let by_friction = number(&point, "held_by_friction_up_to_n_per_m");
     assert!(by_friction > 1.02 * stable, "{point}");
     // The same without friction: the same boundary, and nothing that is held.
-    let line = "zwidth --orders 1 --points 2 --json";
+    let line = "zwidth --orders 1 --points 2 --sample-time 2ms --json";
     let smooth = place.run(line).succeeded_with_warnings().json();
     let point = held(&smooth);
     assert!(point["held_by_friction_up_to_n_per_m"].is_null());
@@ -158,7 +159,7 @@ fn a_wall_that_friction_alone_holds_still_is_named_so() {
 fn a_realistic_device_loses_no_cell_either_however_soft_its_walls() {
     // Below α = 0.1 most of these walls are; each dissipation has one.
     let place = Place::new();
-    let line = "zwidth --realistic --orders 0,0.5,1 --points 3 --json";
+    let line = "zwidth --realistic --orders 0,0.5,1 --points 3 --sample-time 2ms --json";
     let report = place.run(line).succeeded().json();
     for order in report["orders"].as_array().expect("orders") {
         let boundary = order["boundary"].as_array().expect("points");
@@ -186,7 +187,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
         ),
         (
             "--duration 50000s",
-            "25000001 samples, which is not in [10, 2e7]",
+            "50000001 samples, which is not in [10, 2e7]",
         ),
         (
             "--impact -1",
@@ -207,4 +208,43 @@ fn a_z_width_that_makes_no_sense_is_refused() {
         let code = if line.contains("serial") { 3 } else { 2 };
         place.run(&format!("zwidth {line}")).refused(code, &[words]);
     }
+}
+
+#[test]
+fn an_answer_begins_with_the_device_that_was_asked_about() {
+    let place = Place::new();
+    let heavy = "--mass 80kg --hand-stiffness 20 --orders 1";
+    let trial = "--points 2 --duration 0.5s --window 0.2s";
+    for (line, sampled, period_s) in [
+        (format!("design {heavy} --sample-time 1s"), "1 s", 1.0),
+        (format!("design {heavy} --wish coupler"), "0.001 s", 1e-3),
+        (format!("zwidth {heavy} {trial}"), "0.001 s", 1e-3),
+    ] {
+        let told = place.run(&line).stdout;
+        let words =
+            format!("device: 80 kg, 3.5 N·s/m, sampled every {sampled}, in a hand of 20 N/m\n");
+        assert!(told.starts_with(&words), "{line}: {told}");
+        let report = place.run(&format!("{line} --json")).json();
+        let numbers = [
+            "mass_kg",
+            "damping_n_s_per_m",
+            "hand_stiffness_n_per_m",
+            "sample_time_s",
+        ];
+        let numbers = numbers.map(|key| number(&report, key));
+        assert_eq!(numbers, [80.0, 3.5, 20.0, period_s], "{line}");
+    }
+}
+
+#[test]
+fn there_is_one_default_sample_time() {
+    let tables = parameters::KINDS.into_iter().chain(parameters::QUESTIONS);
+    let tables = tables.flat_map(parameters::of_kind).map(|(_, table)| table);
+    let all = tables.chain([parameters::MEASURE]).flatten();
+    let sample_times = all.filter(|parameter| parameter.key == "sample_time_s");
+    let defaults: Vec<f64> = sample_times.map(Parameter::default_number).collect();
+    assert!(
+        defaults.len() > 6 && defaults.iter().all(|&t| t == 1e-3),
+        "{defaults:?}"
+    );
 }

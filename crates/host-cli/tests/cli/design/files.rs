@@ -102,7 +102,7 @@ fn a_guard_stills_an_unstable_wall() {
 fn a_wall_is_the_same_in_the_file_and_in_zwidths_terms() {
     // The boundary that zwidth finds by bisection: just below it is stable, just above not.
     let place = Place::new();
-    let line = "zwidth --orders 1 --points 2 --json";
+    let line = "zwidth --orders 1 --points 2 --sample-time 2ms --json";
     let report = place.run(line).succeeded_with_warnings().json();
     let first = &report["orders"][0]["boundary"][0];
     for (factor, stable) in [(0.99, true), (1.01, false)] {

@@ -34,7 +34,7 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
         assert_eq!(ended.json()["tissue"]["fits"], fits, "{factor}");
     }
     // Passive by Corollary 1, E₀ = 0: b > B(T/2)^(1−μ). The stand-in spring takes a share of 1e-4.
-    let line = "design --json --wish tissue prostate-cancerous --require passive";
+    let line = "design --json --wish tissue prostate-cancerous --require passive --sample-time 2ms";
     let report = place.run(line).succeeded().json();
     let want = 3.5 / (173.0 * 1e-3_f64.powf(1.0 - 0.2247));
     near(number(&report["tissue"], "largest_scale"), want, 1e-3);

@@ -3,7 +3,7 @@
 use super::{Emulated, number};
 
 /// Two dissipations, in trials of half a second.
-const SEARCH: &str = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --device serial:device --watchdog 1s --quiet";
+const SEARCH: &str = "zwidth --orders 1 --points 2 --sample-time 2ms --duration 0.5s --window 0.2s --device serial:device --watchdog 1s --quiet";
 
 /// Faults that have latched since it was switched on.
 fn faults(device: &Emulated) -> f64 {
