@@ -1,6 +1,7 @@
 //! What a device tells that cannot be: one look at each sample of a run, for every device.
 
 use core::fmt;
+#[cfg(feature = "std")]
 use haptic_link::VectorSample;
 
 /// A sample that cannot be.
@@ -78,6 +79,7 @@ impl fmt::Display for Impossible {
 }
 
 /// Looks at the samples of a run, one after the other.
+#[cfg(feature = "std")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plausible {
     /// Largest force that the device makes, N.
@@ -88,6 +90,7 @@ pub(crate) struct Plausible {
     before: Option<(u32, u32)>,
 }
 
+#[cfg(feature = "std")]
 impl Plausible {
     pub(crate) const fn of(force_most_n: f32) -> Self {
         Self {
