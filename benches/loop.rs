@@ -117,14 +117,14 @@ fn limited_tick<F: Real, const D: usize>(
     name: &str,
     environment: impl Environment<F, D>,
     limits: &Limits,
-    mut device: impl Device<F, D, Error = Infallible>,
+    device: impl Device<F, D, Error = Infallible>,
 ) -> Outcome {
     let chain = SafetyChain::from_limits(limits, SAMPLE_TIME)?;
-    let mut controller = Controller::new(environment, chain);
+    let mut engaged = Controller::new(environment, chain).into_engaged(device);
     group.bench_function(name, |bencher| {
         bencher.iter(|| {
             for _ in 0..BATCH {
-                let Ok(sample) = black_box(&mut controller).tick(black_box(&mut device));
+                let Ok(sample) = black_box(&mut engaged).tick();
                 black_box(&sample);
             }
         });
@@ -188,14 +188,14 @@ fn axes<F: Real>(precision: &str) -> Outcome {
 fn batch<F: Real, const D: usize>(
     environment: impl Environment<F, D>,
     limits: &Limits,
-    mut device: impl Device<F, D, Error = Infallible>,
+    device: impl Device<F, D, Error = Infallible>,
 ) -> Result<impl FnMut() -> f64, Box<dyn Error>> {
     let chain = SafetyChain::from_limits(limits, SAMPLE_TIME)?;
-    let mut controller = Controller::new(environment, chain);
+    let mut engaged = Controller::new(environment, chain).into_engaged(device);
     Ok(move || {
         let before = Instant::now();
         for _ in 0..BATCH {
-            let Ok(sample) = black_box(&mut controller).tick(black_box(&mut device));
+            let Ok(sample) = black_box(&mut engaged).tick();
             black_box(&sample);
         }
         before.elapsed().as_secs_f64()
@@ -267,8 +267,9 @@ fn relaxations<F: Real>(criterion: &mut Criterion, precision: &str) -> Outcome {
             bencher.iter_batched_ref(
                 || (fresh.clone(), Vec::with_capacity(SAMPLES.into())),
                 |((controller, device), forces)| {
+                    let mut engaged = controller.engage(device);
                     for _ in 0..SAMPLES {
-                        let Ok(sample) = controller.tick(device);
+                        let Ok(sample) = engaged.tick();
                         forces.push(sample.force.newtons()[0]);
                     }
                     black_box(forces.last().copied())

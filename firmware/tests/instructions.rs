@@ -59,6 +59,8 @@ impl Device<f32, 1> for Probe {
         core::hint::black_box(force);
         Ok(())
     }
+
+    fn let_go(&mut self) {}
 }
 
 impl Hardware for Probe {
@@ -94,8 +96,6 @@ impl Hardware for Probe {
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
     }
-
-    fn let_go(&mut self) {}
 }
 
 /// A one-sided wall of 1 N/mm with this operator, 2 N at most, so that every branch of the chain is taken.

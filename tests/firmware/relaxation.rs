@@ -254,9 +254,10 @@ fn a_host_loop_loses_nothing_and_follows_theory() {
         let mut controller = Controller::<f64, 1, _>::new(contact, chain.expect("valid"));
         start(&mut link, 0)?;
         let mut forces = Vec::new();
+        let mut engaged = controller.engage(&mut link);
         for n in 0..TICKS {
-            let sample = controller
-                .tick(&mut link)
+            let sample = engaged
+                .tick()
                 .map_err(|error| format!("tick {n}: {error}"))?;
             if sample.reading.tick != u64::from(n) {
                 // The device counts what its queue had no room for.

@@ -6,11 +6,10 @@
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, Environment, LoopOperator};
 use haptic_loop::plant::MassDamper;
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Device, SafeForce, SafetyChain, SpringDamper};
+use haptic_loop::{Device, SafeForce, SpringDamper};
 use nalgebra::Vector1;
 use testkit::Random;
-use testkit::device::{of_dynamics, settles};
+use testkit::device::{of_dynamics, safe, settles};
 
 const T: f64 = 1e-3;
 /// Memory of a full-memory operator, samples.
@@ -189,7 +188,7 @@ fn the_simulated_plant_moves_as_the_analysed_one_does() {
                 x[n]
             );
             let force = if n == 0 {
-                unit(&mut plant)
+                safe(Vector1::new(1.0))
             } else {
                 SafeForce::<f64, 1>::zero()
             };
@@ -198,26 +197,5 @@ fn the_simulated_plant_moves_as_the_analysed_one_does() {
                 Err(never) => match never {},
             }
         }
-    }
-}
-
-/// A force of 1 N, which only a safety chain makes.
-fn unit(plant: &mut MassDamper<1>) -> SafeForce<f64, 1> {
-    struct One;
-    impl haptic_loop::Environment<f64, 1> for One {
-        type History = ();
-        fn at_rest(&self) {}
-        fn force(&self, (): &(), _: &Vector1<f64>) -> Vector1<f64> {
-            Vector1::new(1.0)
-        }
-        fn advance(&self, (): &mut (), _: &Vector1<f64>) {}
-    }
-    let chain =
-        SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e9), Seconds(T)).expect("in range");
-    let mut controller = Controller::new(One, chain);
-    let mut scratch = plant.clone();
-    match controller.tick(&mut scratch) {
-        Ok(sample) => sample.force,
-        Err(never) => match never {},
     }
 }

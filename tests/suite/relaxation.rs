@@ -38,18 +38,16 @@ fn rig(contact: RigContact) -> IndentationRig {
 /// Positions and reaction forces of a run.
 fn run<F: Real, O: Differintegrator<F>>(
     operator: O,
-    mut device: impl Device<F, 1, Error = core::convert::Infallible>,
+    device: impl Device<F, 1, Error = core::convert::Infallible>,
 ) -> (Vec<f64>, Vec<f64>) {
     let rendered = KelvinVoigt::new(&tissue(), &specimen(), operator).expect("valid");
     let environment = Contact::at(Metres(0.0), rendered).expect("valid");
     let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), T).expect("valid");
     let mut controller = Controller::new(environment, chain);
+    let mut engaged = controller.engage(device);
     (0..SAMPLES)
         .map(|_| {
-            let sample = match controller.tick(&mut device) {
-                Ok(sample) => sample,
-                Err(never) => match never {},
-            };
+            let Ok(sample) = engaged.tick();
             assert_eq!(sample.limiters.bits(), 0, "no limiter has a reason to act");
             let position = sample.reading.position_m[0].to_f64();
             (position, -sample.force.newtons()[0].to_f64())

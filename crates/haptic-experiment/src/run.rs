@@ -198,7 +198,7 @@ where
             record.push_after(&message);
         }
         if record.ended.is_some() {
-            engaged.controller().stop();
+            engaged.controller_mut().stop();
         }
         if tick % REPORT == 0 {
             (supervisor.progress)(tick);
@@ -215,7 +215,7 @@ where
 
 /// Runs a tick, and keeps how long it took, ns.
 fn timed_tick<F, E, V, const D: usize>(
-    engaged: &mut Engaged<'_, F, D, E, Sensed<V>>,
+    engaged: &mut Engaged<F, D, E, &mut Sensed<V>, &mut Controller<F, D, E>>,
     record: &mut Record,
 ) -> anyhow::Result<(V::Message, u64)>
 where

@@ -1,7 +1,7 @@
 //! The loop on a simulated device in virtual time: no folder, no log, no clock.
 //!
 //! ```text
-//! instruments ─▶ controller.tick(device) ─▶ message ─▶ sink        n = 0, 1, …, samples − 1
+//! instruments ─▶ engaged.tick() ─▶ message ─▶ sink        n = 0, 1, …, samples − 1
 //! ```
 //! Everything that simulates goes through here: trials of walls, the search for a Z-width, the reproduced figures. A run
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.

@@ -6,8 +6,10 @@
 
 use fracdiff::{Order, Seconds, ShortMemory};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact, Controller, Device, Reading, SafeForce, SafetyChain, SpringDamper};
-use nalgebra::{SVector, vector};
+use haptic_loop::{
+    Contact, Controller, Device, Reading, SafeForce, SafetyChain, Sample, SpringDamper,
+};
+use nalgebra::vector;
 use std::error::Error;
 
 const SAMPLE_TIME_S: f32 = 1e-3;
@@ -21,6 +23,7 @@ struct Board {
     encoder_counts: i32,
     motor_code: i16,
     ticks: u64,
+    push_n: f32,
     position_m: f32,
     speed_m_per_s: f32,
 }
@@ -52,7 +55,7 @@ impl Device<f32, 1> for Board {
 
 impl Board {
     fn pass_a_sample(&mut self) {
-        let hand_n = 1.0 - 4.0 * self.speed_m_per_s;
+        let hand_n = self.push_n - 4.0 * self.speed_m_per_s;
         let motor_n = f32::from(self.motor_code) / CODES_PER_NEWTON;
         self.speed_m_per_s += (hand_n + motor_n) / 0.08 * SAMPLE_TIME_S;
         self.position_m += self.speed_m_per_s * SAMPLE_TIME_S;
@@ -61,22 +64,35 @@ impl Board {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// The loop. Whatever ends it, no force is left on the motor.
+fn render(board: &mut Board) -> Result<Option<Sample<f32, 1>>, Box<dyn Error>> {
     let t = Seconds(f64::from(SAMPLE_TIME_S));
     let half = ShortMemory::<f32, 256>::new(Order::new(0.5)?, t)?;
     let wall = Contact::at(Metres(2e-3), SpringDamper::new(400.0, 4.0, half)?)?;
     let chain = SafetyChain::new(Newtons(6.0), NewtonsPerSecond(2000.0), t)?;
     let mut controller = Controller::new(wall, chain);
-    let mut board = Board::default();
-    let mut force = SVector::<f32, 1>::zeros();
+    let mut engaged = controller.engage(board);
+    let mut last = None;
     for _ in 0..3000 {
-        let sample = controller
-            .tick(&mut board)
-            .map_err(|end| format!("{end:?}"))?;
-        force = *sample.force.newtons();
+        // The sensor first: after an error of the device it has let go.
+        let sample = engaged.tick().map_err(|end| format!("{end:?}"))?;
+        if let Some(fault) = sample.fault {
+            return Err(fault.to_string().into());
+        }
+        last = Some(sample);
     }
+    Ok(last)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut board = Board {
+        push_n: 1.0,
+        ..Board::default()
+    };
+    let last = render(&mut board)?.ok_or("no tick")?;
     let depth_mm = 1e3 * board.position_m - 2.0;
-    println!("{depth_mm:.2} mm deep in the wall, {:.2} N back", -force[0]);
+    let force_n = last.force.newtons()[0];
+    println!("{depth_mm:.2} mm deep in the wall, {:.2} N back", -force_n);
     // 1 N of the hand against 400 N/m, and what is left of the damper.
     assert!((depth_mm - 2.5).abs() < 0.3, "{depth_mm} mm");
     Ok(())
@@ -85,4 +101,17 @@ fn main() -> Result<(), Box<dyn Error>> {
 #[test]
 fn it_runs() {
     main().expect("runs");
+}
+
+/// A hand that is stronger than the wall pushes the encoder to its end, against all that the motor has.
+#[test]
+fn no_force_stays_on_the_motor_when_the_device_fails() {
+    let mut board = Board {
+        push_n: 20.0,
+        ..Board::default()
+    };
+    let ended = render(&mut board).expect_err("the encoder is at its end");
+    assert_eq!(ended.to_string(), "EncoderAtItsEnd");
+    assert!(board.position_m > 0.1);
+    assert_eq!(board.motor_code, 0);
 }

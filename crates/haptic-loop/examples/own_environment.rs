@@ -60,12 +60,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let testbed = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), t);
     let mut device = MassDamper::<2>::new(testbed)?;
     device.set_external_force(vector![1.0, 0.25]);
+    let mut engaged = controller.engage(device);
     for _ in 0..5000 {
-        controller
-            .tick(&mut device)
-            .unwrap_or_else(|never| match never {});
+        let Ok(_) = engaged.tick();
     }
-    let rest = device.position();
+    let rest = engaged.device().position();
     println!(
         "at rest at {:.2} mm and {:.2} mm",
         1e3 * rest[0],

@@ -68,4 +68,29 @@ pub trait Device<F: Real, const D: usize> {
     /// # Errors
     /// As the device says.
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Self::Error>;
+
+    /// No force from now on, whatever was written last: nobody ticks any more, or the device has failed. *Default*: writes zero. A device
+    /// with more than that, such as the enable line of an amplifier, uses it here.
+    fn let_go(&mut self) {
+        // One that cannot even be written to has to let go by its own watchdog.
+        let _ = self.write(SafeForce::zero());
+    }
+}
+
+impl<F: Real, const D: usize, V: Device<F, D> + ?Sized> Device<F, D> for &mut V {
+    type Error = V::Error;
+
+    #[inline]
+    fn read(&mut self) -> Result<Reading<F, D>, V::Error> {
+        (**self).read()
+    }
+
+    #[inline]
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), V::Error> {
+        (**self).write(force)
+    }
+
+    fn let_go(&mut self) {
+        (**self).let_go();
+    }
 }

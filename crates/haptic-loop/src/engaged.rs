@@ -1,16 +1,32 @@
-//! A controller at work on a device, which lets go when nobody ticks it any more.
+//! A controller at work on a device: the one tick that every loop runs, on the host, in simulation and in firmware.
+//!
+//! ```text
+//! device.read ─▶ environment.force ─▶ safety chain ─SafeForce─▶ device.write ─▶ environment.advance
+//! ```
+//! Sensor to force first, everything else after.
 
 use crate::controller::{Controller, Sample};
-use crate::device::Device;
+use crate::device::{Device, Reading};
 use crate::environment::Environment;
-use crate::safety::SafeForce;
+use crate::safety::{Fault, SafeForce};
+use core::borrow::BorrowMut;
 use core::fmt;
+use core::marker::PhantomData;
 use fracdiff::Real;
+use nalgebra::SVector;
 
-/// A loop that is closed for as long as this value lives: see [`Controller::engage`].
+/// A loop that is closed for as long as this value lives, and leaves no force behind: see [`Controller::engage`].
 ///
-/// *Dropped* before the force is zero, by an early return or a panic, it writes a zero force: a force that nobody
-/// ticks any more would hold for ever, and nothing is left that could bring it down in steps.
+/// - *Error* of the device: it [lets go](Device::let_go) at once, and [`Fault::BoardFailed`] is latched, so whoever ticks on gets no
+///   force until [`Controller::clear`].
+/// - *Fault* of the chain: in the [`Sample`]; the force falls to zero within [`Limits::stop_time`](crate::Limits::stop_time) while it
+///   is ticked.
+/// - *Dropped* before the force is zero, by an early return or a panic that unwinds, it lets go: a force that nobody ticks any more
+///   would hold for ever, and nothing is left that could bring it down in steps.
+/// - *In an interrupt* it owns both, [`Controller::into_engaged`]. A panic there does not unwind: the panic handler has to take the
+///   force away by the registers, as each image in `firmware` does.
+/// - *Cost* of a tick: the device's read and write, the environment's force and advance, a few comparisons; no allocation, lock,
+///   formatting or panic.
 ///
 /// ```
 /// use fracdiff::{Order, Seconds, ShortMemory};
@@ -27,67 +43,286 @@ use fracdiff::Real;
 /// {
 ///     let mut engaged = controller.engage(&mut device);
 ///     for _ in 0..100 {
-///         engaged.tick().unwrap_or_else(|never| match never {});
+///         let Ok(sample) = engaged.tick();
+///         assert_eq!(sample.fault, None);
 ///     }
 /// } // lets go here, whatever ended the loop
 /// assert!(controller.safety().is_at_rest());
 /// # Ok::<(), haptic_loop::ParameterError>(())
 /// ```
-pub struct Engaged<'a, F: Real, const D: usize, E: Environment<F, D>, V: Device<F, D>> {
-    controller: &'a mut Controller<F, D, E>,
-    device: &'a mut V,
+pub struct Engaged<F, const D: usize, E, V, C = Controller<F, D, E>>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
+{
+    controller: C,
+    device: V,
+    runs: PhantomData<Controller<F, D, E>>,
 }
 
 impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
-    /// Closes the loop with a device until the value is dropped, which leaves no force behind.
-    pub const fn engage<'a, V: Device<F, D>>(
-        &'a mut self,
-        device: &'a mut V,
-    ) -> Engaged<'a, F, D, E, V> {
+    /// Closes the loop with a device, or with a `&mut` to one, until the value is dropped, which leaves no force behind.
+    pub const fn engage<V: Device<F, D>>(&mut self, device: V) -> Engaged<F, D, E, V, &mut Self> {
         Engaged {
             controller: self,
             device,
+            runs: PhantomData,
+        }
+    }
+
+    /// As [`engage`](Self::engage), for good: for a static whose interrupt ticks.
+    #[inline]
+    pub const fn into_engaged<V: Device<F, D>>(self, device: V) -> Engaged<F, D, E, V> {
+        Engaged {
+            controller: self,
+            device,
+            runs: PhantomData,
         }
     }
 }
 
-impl<F: Real, const D: usize, E: Environment<F, D>, V: Device<F, D>> Engaged<'_, F, D, E, V> {
-    /// See [`Controller::tick`].
+impl<F, const D: usize, E, V, C> Engaged<F, D, E, V, C>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
+{
+    /// One tick.
     ///
     /// # Errors
-    /// As there.
+    /// The device's own; it has let go. A failed read leaves the history as it was, after a failed write the position has
+    /// entered it.
     #[inline]
     pub fn tick(&mut self) -> Result<Sample<F, D>, V::Error> {
-        self.controller.tick(self.device)
+        self.tick_commanded(None)
+    }
+
+    /// One tick with a force that somebody else has computed, N, in place of the environment's, if there is one: one place for both,
+    /// so that the chain is compiled once into a tick that chooses.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick).
+    #[inline]
+    pub fn tick_commanded(
+        &mut self,
+        commanded: Option<&SVector<F, D>>,
+    ) -> Result<Sample<F, D>, V::Error> {
+        let reading = self.read()?;
+        self.close(reading, commanded)
+    }
+
+    /// The first part of a tick alone, for a device whose next sample has to be waited for.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick).
+    #[inline]
+    pub fn read(&mut self) -> Result<Reading<F, D>, V::Error> {
+        let read = self.device.read();
+        if read.is_err() {
+            self.let_go(Fault::BoardFailed);
+        }
+        read
+    }
+
+    /// The rest of a tick, for a reading that is there already.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick), of the write.
+    #[inline]
+    pub fn tick_reading(&mut self, reading: Reading<F, D>) -> Result<Sample<F, D>, V::Error> {
+        self.close(reading, None)
+    }
+
+    #[inline]
+    fn close(
+        &mut self,
+        reading: Reading<F, D>,
+        commanded: Option<&SVector<F, D>>,
+    ) -> Result<Sample<F, D>, V::Error> {
+        let controller = self.controller.borrow_mut();
+        let sample = controller.force(reading, commanded);
+        let written = self.device.write(sample.force);
+        if commanded.is_none() {
+            controller.advance(&reading.position_m);
+        }
+        if written.is_err() {
+            self.let_go(Fault::BoardFailed);
+        }
+        written.map(|()| sample)
+    }
+
+    /// The first half of a tick, for a device that cannot be written to inside one (DMA, async): the force for this
+    /// reading. Send it by what [`Begun::device`] lends, then [`finish`](Begun::finish).
+    ///
+    /// With [`Device::write`] between the two halves it is [`tick`](Self::tick), bit for bit.
+    ///
+    /// ```
+    /// use fracdiff::{Order, Seconds, ShortMemory};
+    /// use haptic_loop::plant::{MassDamper, MassDamperConfig};
+    /// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+    /// use haptic_loop::{Controller, Device, SafetyChain, SpringDamper};
+    ///
+    /// let t = Seconds(1e-3);
+    /// let operator = ShortMemory::<f32, 64>::new(Order::new(0.5)?, t)?;
+    /// let wall = SpringDamper::new(500.0, 2.0, operator)?;
+    /// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t)?;
+    /// let mut controller = Controller::<_, 1, _>::new(wall, chain);
+    /// let testbed = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), t);
+    /// let mut engaged = controller.engage(MassDamper::<1>::new(testbed)?);
+    ///
+    /// let Ok(reading) = engaged.read();
+    /// let mut begun = engaged.begin(reading);
+    /// let force = begun.force();
+    /// let Ok(()) = begun.device().write(force); // start it, do not wait for its end
+    /// let sample = begun.finish(); // meanwhile the history takes the position in
+    /// assert_eq!(sample.force, force);
+    /// # Ok::<(), haptic_loop::ParameterError>(())
+    /// ```
+    #[inline]
+    pub fn begin(&mut self, reading: Reading<F, D>) -> Begun<'_, F, D, E, V, C> {
+        let sample = self.controller.borrow_mut().force(reading, None);
+        Begun {
+            engaged: self,
+            sample,
+            sent: false,
+        }
+    }
+
+    /// The loop cannot go on: the device lets go at once, and this fault is latched, unless there is one. What an error of the device
+    /// does by itself.
+    #[inline(never)]
+    pub fn let_go(&mut self, fault: Fault) {
+        self.device.let_go();
+        let controller = self.controller.borrow_mut();
+        controller.trip(fault);
+        controller.let_go();
     }
 
     /// The controller.
-    pub const fn controller(&mut self) -> &mut Controller<F, D, E> {
-        self.controller
+    #[inline]
+    pub fn controller(&self) -> &Controller<F, D, E> {
+        self.controller.borrow()
+    }
+
+    /// The controller, to change its law or to stop it.
+    #[inline]
+    pub fn controller_mut(&mut self) -> &mut Controller<F, D, E> {
+        self.controller.borrow_mut()
     }
 
     /// The device.
-    pub const fn device(&mut self) -> &mut V {
-        self.device
+    #[inline]
+    pub const fn device(&self) -> &V {
+        &self.device
+    }
+
+    /// The device, for what it does beside the loop.
+    #[inline]
+    pub const fn device_mut(&mut self) -> &mut V {
+        &mut self.device
     }
 }
 
-impl<F: Real, const D: usize, E: Environment<F, D>, V: Device<F, D>> fmt::Debug
-    for Engaged<'_, F, D, E, V>
+impl<F, const D: usize, E, V, C> fmt::Debug for Engaged<F, D, E, V, C>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Engaged").finish_non_exhaustive()
     }
 }
 
-impl<F: Real, const D: usize, E: Environment<F, D>, V: Device<F, D>> Drop
-    for Engaged<'_, F, D, E, V>
+impl<F, const D: usize, E, V, C> Drop for Engaged<F, D, E, V, C>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
 {
     fn drop(&mut self) {
-        if !self.controller.safety().is_at_rest() {
-            // A device that cannot be written to has to let go by its own watchdog.
-            let _ = self.device.write(SafeForce::zero());
-            self.controller.let_go();
+        let controller = self.controller.borrow_mut();
+        if !controller.safety().is_at_rest() {
+            self.device.let_go();
+            controller.let_go();
+        }
+    }
+}
+
+/// A tick whose force is known and whose rest is still to come: see [`Engaged::begin`].
+///
+/// It holds the loop, so nothing can come between the two halves: no other tick, stop or reset. *Dropped* unfinished its force counts
+/// as one that did not get through: the device lets go, as after a failed write, and the history has the position.
+#[must_use = "send its force, then finish it"]
+pub struct Begun<'a, F, const D: usize, E, V, C = Controller<F, D, E>>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
+{
+    engaged: &'a mut Engaged<F, D, E, V, C>,
+    sample: Sample<F, D>,
+    sent: bool,
+}
+
+impl<F, const D: usize, E, V, C> Begun<'_, F, D, E, V, C>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
+{
+    /// The force to send to the device.
+    #[inline]
+    pub const fn force(&self) -> SafeForce<F, D> {
+        self.sample.force
+    }
+
+    /// The device, to send it.
+    #[inline]
+    pub const fn device(&mut self) -> &mut V {
+        &mut self.engaged.device
+    }
+
+    /// The rest of the tick, once the force is on its way: the history takes the position in.
+    #[inline]
+    pub fn finish(mut self) -> Sample<F, D> {
+        self.sent = true;
+        self.sample
+    }
+}
+
+impl<F, const D: usize, E, V, C> fmt::Debug for Begun<'_, F, D, E, V, C>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
+{
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Begun").finish_non_exhaustive()
+    }
+}
+
+impl<F, const D: usize, E, V, C> Drop for Begun<'_, F, D, E, V, C>
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D>,
+    C: BorrowMut<Controller<F, D, E>>,
+{
+    #[inline]
+    fn drop(&mut self) {
+        let position_m = &self.sample.reading.position_m;
+        self.engaged.controller.borrow_mut().advance(position_m);
+        if !self.sent {
+            self.engaged.let_go(Fault::BoardFailed);
         }
     }
 }

@@ -23,10 +23,10 @@ pub mod units;
 mod wall;
 
 pub use contact::Contact;
-pub use controller::{Begun, Controller, Sample};
+pub use controller::{Controller, Sample};
 pub use coupler::{CoupledHistory, VirtualCoupler, VirtualObject, deflection_order};
 pub use device::{Device, Reading};
-pub use engaged::Engaged;
+pub use engaged::{Begun, Engaged};
 pub use environment::{Environment, SpringDamper};
 pub use error::ParameterError;
 pub use fracdiff::parameter::RangeError;

@@ -7,9 +7,8 @@ use haptic_loop::{Device, Fault, Reading};
 /// A board: sensors and actuators of D axes, one unless said, or a simulation of them. More than one need the feature
 /// `several-axes`.
 ///
-/// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of
-/// theirs is a fault that latches; the force then falls to zero through further reads and writes. So a
-/// board that goes on failing has to make itself forceless, and to say so once.
+/// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of theirs, or of
+/// [`idle`](Self::idle), is a fault that latches, and the board is told to [let go](Device::let_go) at each such tick.
 pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Result of [`prepare`](Self::prepare).
     type Setup;
@@ -48,10 +47,6 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// # Errors
     /// Fault of the board.
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault>;
-
-    /// No force from now on, whatever was written last: the loop cannot go on. Called at each tick whose
-    /// [`read`](Device::read), [`write`](Device::write) or [`idle`](Self::idle) has failed.
-    fn let_go(&mut self);
 
     /// Fault whose condition still holds, such as an open emergency stop; `None` if there is no such fault.
     fn persisting_fault(&self) -> Option<Fault> {

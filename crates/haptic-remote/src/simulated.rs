@@ -176,6 +176,10 @@ impl Device<f32, 1> for SimulatedPlant {
         };
         written.map_err(|never| match never {})
     }
+
+    fn let_go(&mut self) {
+        // Nothing here fails, and nothing holds a force.
+    }
 }
 
 impl Hardware for SimulatedPlant {
@@ -206,10 +210,6 @@ impl Hardware for SimulatedPlant {
 
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
-    }
-
-    fn let_go(&mut self) {
-        // Nothing here fails, and nothing holds a force.
     }
 
     fn cycles(&self) -> u32 {

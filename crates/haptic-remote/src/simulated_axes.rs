@@ -57,6 +57,10 @@ impl<const D: usize> Device<f32, D> for SimulatedAxes<D> {
             None => Ok(()),
         }
     }
+
+    fn let_go(&mut self) {
+        // Nothing here fails, and nothing holds a force.
+    }
 }
 
 impl<const D: usize> Hardware<D> for SimulatedAxes<D> {
@@ -87,9 +91,5 @@ impl<const D: usize> Hardware<D> for SimulatedAxes<D> {
 
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         self.read()
-    }
-
-    fn let_go(&mut self) {
-        // Nothing here fails, and nothing holds a force.
     }
 }

@@ -4,26 +4,8 @@ use crate::law::Law;
 use crate::settings::{PortLaw, Settings, law};
 use fracdiff::Differintegrator;
 use haptic_link::{HandSample, RequestTracker};
-use haptic_loop::{
-    Controller, Environment, ParameterError, Reading, SafeForce, SafetyChain, SafetyState, Sample,
-};
-use nalgebra::{SVector, Vector1};
-
-/// The environment of a controller whose forces come from a law of a port.
-#[derive(Clone, Copy, Debug)]
-struct Line;
-
-impl Environment<f64, 1> for Line {
-    type History = ();
-
-    fn at_rest(&self) {}
-
-    fn force(&self, _history: &(), _position_m: &SVector<f64, 1>) -> SVector<f64, 1> {
-        Vector1::new(0.0)
-    }
-
-    fn advance(&self, _history: &mut (), _position_m: &SVector<f64, 1>) {}
-}
+use haptic_loop::{ParameterError, Reading, SafeForce, SafetyChain, SafetyState, Sample};
+use nalgebra::Vector1;
 
 /// One side of a line between two hands, with one axis.
 ///
@@ -67,7 +49,8 @@ impl Environment<f64, 1> for Line {
 #[derive(Clone, Debug)]
 pub struct Port<O: Differintegrator<f64>> {
     law: Law<O>,
-    controller: Controller<f64, 1, Line>,
+    chain: SafetyChain<f64>,
+    safety: SafetyState<f64, 1>,
     tracker: RequestTracker,
     foreign: u32,
     silence_ticks: u64,
@@ -129,7 +112,8 @@ impl<O: Differintegrator<f64>> Port<O> {
         Ok(Self {
             silence_ticks: settings.silence_ticks()?,
             law: law(law_of_port, &settings)?,
-            controller: Controller::new(Line, chain),
+            chain,
+            safety: SafetyState::default(),
             tracker: RequestTracker::NEW,
             foreign: 0,
             quiet: None,
@@ -163,18 +147,22 @@ impl<O: Differintegrator<f64>> Port<O> {
         let known = displacement.is_finite();
         let position_m = if known { displacement } else { self.last_m };
         let moved_m = position_m - self.last_m;
-        let passed = 1 + reading.tick.saturating_sub(self.next_tick);
+        let missed = reading.tick.saturating_sub(self.next_tick);
+        // The first tick of a run has any number.
+        if missed > 0 && self.next_tick > 0 {
+            self.safety.skip(missed);
+        }
         self.next_tick = reading.tick.wrapping_add(1);
         let heard = self.quiet.is_some();
         if let Some(quiet) = &mut self.quiet {
             // A message that has just come is of now, whatever ticks were passed over before.
             *quiet = match *quiet {
                 0 => 1,
-                ticks => ticks.saturating_add(passed),
+                ticks => ticks.saturating_add(1 + missed),
             };
             if *quiet > self.silence_ticks && !self.silent {
                 self.silent = true;
-                self.controller.stop();
+                self.safety.stop();
             }
         }
         let wanted = match (known, heard) {
@@ -183,10 +171,8 @@ impl<O: Differintegrator<f64>> Port<O> {
             (true, true) => self.law.wanted_n(position_m, moved_m),
             (true, false) => 0.0,
         };
-        let begun = self
-            .controller
-            .begin_commanded(reading, &Vector1::new(wanted));
-        let sample = begun.finish();
+        let wanted = Vector1::new(wanted);
+        let sample = Sample::of(&self.chain, &mut self.safety, reading, &wanted);
         Begun {
             port: self,
             sample,
@@ -198,18 +184,18 @@ impl<O: Differintegrator<f64>> Port<O> {
 
     /// From the next tick on the force falls to zero.
     pub fn stop(&mut self) {
-        self.controller.stop();
+        self.safety.stop();
     }
 
     /// The device has let go by itself: the force is zero now.
     pub fn let_go(&mut self) {
-        self.controller.let_go();
+        self.safety.let_go();
         self.force_n = 0.0;
     }
 
     /// The state of the safety chain.
     pub const fn safety(&self) -> &SafetyState<f64, 1> {
-        self.controller.safety()
+        &self.safety
     }
 
     /// True once the other side has been silent for too long. It stays so.

@@ -7,7 +7,9 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
 };
-use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, SafetyChain, SafetyState};
+use haptic_loop::{
+    Controller, Device, Engaged, Environment, Reading, SafeForce, SafetyChain, SafetyState,
+};
 use nalgebra::{SVector, Vector1};
 
 /// Mass of the dissertation's voice coil (section 4.4), kg.
@@ -102,7 +104,7 @@ pub fn settles<E: Environment<f64, 1>>(
     let mut controller = Controller::new(law, chain.expect("in range"));
     let mut plant = of_dynamics(device, sample_time);
     plant.set_state(Vector1::new(0.0), Vector1::new(1e-6));
-    dies_out(&mut controller, &mut plant, theta)
+    dies_out(controller.engage(plant), theta)
 }
 
 /// Samples after which a simulation is judged by its last windows.
@@ -112,8 +114,7 @@ const LONGEST: usize = 1_500_000;
 /// least. Judged by windows of many periods of the slowest motion that could decide, which has the angle θ, rad/sample. A force
 /// at a limit of the chain is growth.
 fn dies_out<E: Environment<f64, 1>>(
-    controller: &mut Controller<f64, 1, E>,
-    plant: &mut MassDamper<1>,
+    mut engaged: Engaged<f64, 1, E, MassDamper<1>, &mut Controller<f64, 1, E>>,
     theta: f64,
 ) -> bool {
     let period = core::f64::consts::TAU / theta.max(1e-3);
@@ -122,12 +123,12 @@ fn dies_out<E: Environment<f64, 1>>(
     for _ in 0..(LONGEST / window).max(24) {
         let mut sum = 0.0;
         for _ in 0..window {
-            match controller.tick(plant) {
+            match engaged.tick() {
                 Ok(sample) if sample.limiters.bits() != 0 => return false,
                 Ok(_) => {}
                 Err(never) => match never {},
             }
-            sum += plant.velocity()[0].powi(2);
+            sum += engaged.device().velocity()[0].powi(2);
         }
         let level = 0.5 * (sum / window as f64).ln();
         levels.push(level);

@@ -16,6 +16,12 @@ const FORCE_MAX_N: f32 = 2.0;
 /// TODO: its largest change, N/s.
 const FORCE_RATE_MAX_N_PER_S: f32 = 4000.0;
 
+/// Disables the motor by its register, whoever has the pin: [`let_go`](Device::let_go) and the end after a panic both come here.
+pub(crate) fn disable_motor() {
+    // TODO: the enable pin of your amplifier, as `disable_motor` of `firmware/examples/rp2040/src/axis.rs` has it. 10 kΩ to ground keep it
+    // low while the chip is in reset.
+}
+
 /// One axis.
 #[derive(Debug)]
 pub(crate) struct Board {
@@ -37,7 +43,7 @@ impl Board {
 impl Device<f32, 1> for Board {
     type Error = Fault;
 
-    /// Once a tick, first thing. A fault that you find here (emergency stop, encoder) latches, and the force falls to zero.
+    /// Once a tick, first thing. A fault that you find here (emergency stop, encoder) latches, and the board lets go at once.
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
         // TODO: the count of your sensor, such as
         // let count = self.encoder.count() as i32;
@@ -59,6 +65,13 @@ impl Device<f32, 1> for Board {
         // self.enable.set_high();
         let _ = share;
         Ok(())
+    }
+
+    /// No force, whatever was written last: called after every error, too.
+    fn let_go(&mut self) {
+        disable_motor();
+        // TODO: and no command, such as
+        // self.command.set_duty(to_duty(0.0));
     }
 }
 
@@ -89,13 +102,6 @@ impl Hardware for Board {
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.let_go();
         self.read()
-    }
-
-    /// No force, whatever was written last.
-    fn let_go(&mut self) {
-        // TODO: disable the motor, such as
-        // self.enable.set_low();
-        // self.command.set_duty(to_duty(0.0));
     }
 
     // TODO: with an emergency stop, so that nobody arms while it is open:

@@ -3,7 +3,7 @@
 //! TODO: your chip in its place; its HAL does most of it. `firmware/boards/src/stm32f4` has a chip with an encoder, a
 //! current amplifier, DMA and a watchdog, `firmware/examples/rp2040` one with embassy and USB.
 
-use crate::board::Board;
+use crate::board::{Board, disable_motor};
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use haptic_board::{Clock, Line, NoWatchdog, TickTimer};
@@ -31,8 +31,9 @@ pub fn start() -> Parts {
     }
 }
 
-/// The end after a fault in the program. TODO: disable the motor first.
+/// The end after a fault in the program: no force first, then anew.
 pub fn give_up() -> ! {
+    disable_motor();
     SCB::sys_reset()
 }
 

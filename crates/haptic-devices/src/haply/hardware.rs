@@ -93,6 +93,14 @@ impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
         let force_n = self.along * force.newtons().map(f64::from);
         self.planar.push(force_n).map_err(Trouble::fault)
     }
+
+    fn let_go(&mut self) {
+        // A board in trouble is told once more at once, as a byte may be lost again, and at the end; not in each tick between.
+        let in_trouble = self.planar.trouble().is_some();
+        if !(in_trouble && core::mem::replace(&mut self.told, true)) {
+            self.planar.let_go();
+        }
+    }
 }
 
 impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
@@ -143,14 +151,6 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
         let pushed = self.planar.push(Vector2::zeros());
         pushed.map_err(Trouble::fault)?;
         Ok(reading)
-    }
-
-    fn let_go(&mut self) {
-        // A board in trouble is told once more at once, as a byte may be lost again, and at the end; not in each tick between.
-        let in_trouble = self.planar.trouble().is_some();
-        if !(in_trouble && core::mem::replace(&mut self.told, true)) {
-            self.planar.let_go();
-        }
     }
 
     fn persisting_fault(&self) -> Option<Fault> {

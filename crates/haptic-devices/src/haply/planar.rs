@@ -238,6 +238,10 @@ impl<L: Line> Device<f64, 2> for Planar<L> {
     fn write(&mut self, force: SafeForce<f64, 2>) -> Result<(), Trouble> {
         self.push(*force.newtons())
     }
+
+    fn let_go(&mut self) {
+        self.let_go();
+    }
 }
 
 impl<L: Line> Drop for Planar<L> {

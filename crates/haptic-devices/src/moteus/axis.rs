@@ -300,6 +300,10 @@ impl<S: Read + Write> Device<f32, 1> for MoteusAxis<S> {
             Err(Gone) => Err(self.failed(Trouble::Gone)),
         }
     }
+
+    fn let_go(&mut self) {
+        self.let_go();
+    }
 }
 
 impl<S: Read + Write> Hardware for MoteusAxis<S> {
@@ -347,10 +351,6 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
         let read = self.read();
         self.let_go();
         read
-    }
-
-    fn let_go(&mut self) {
-        self.let_go();
     }
 
     fn persisting_fault(&self) -> Option<Fault> {

@@ -47,7 +47,7 @@ pub enum DriveError<E> {
 /// Drives a device through a measurement. `applied` tells the force that the device really applied in a tick, from the one that it was sent;
 /// `progress` hears the number of ticks.
 ///
-/// Whatever ends it, the force is zero when this returns, but for an error of the device.
+/// Whatever ends it, the force is zero when this returns.
 ///
 /// # Errors
 /// Limits outside their range; the device's own.
@@ -63,37 +63,37 @@ pub fn drive<V: Device<f64, 1>>(
     let chain = SafetyChain::from_limits(&limits, Seconds(plan.sample_time_s));
     let chain = chain.map_err(DriveError::Plan)?;
     let mut controller = Controller::<f64, 1, _>::new(Excitation::new(*plan), chain);
+    // Whatever ends this function, no force stays.
+    let mut engaged = controller.engage(device);
     let capacity = plan.ticks_at_most() as usize;
     let mut record = MotionRecord::with_capacity(plan.sample_time_s, capacity);
     let mut outcome = None;
     let mut next = first.tick;
     let mut reading = first;
     loop {
-        let phase = controller.law_mut().1.phase;
-        let done = controller
-            .tick_reading(device, reading)
-            .map_err(DriveError::Device)?;
+        let phase = engaged.controller_mut().law_mut().1.phase;
+        let done = engaged.tick_reading(reading);
+        let done = done.map_err(DriveError::Device)?;
         let missing = reading.tick.saturating_sub(next);
         next = reading.tick + 1;
         if outcome.is_none() {
-            let force = applied(device, done.force.newtons()[0]);
+            let force = applied(engaged.device(), done.force.newtons()[0]);
             note(&mut record, phase);
             record.push(missing, reading.position_m[0], force);
             progress(record.len() as u64);
-            let fault = controller.safety().fault();
-            let course = controller.law_mut().1;
-            outcome = ended(course, fault, stop);
+            let course = engaged.controller_mut().law_mut().1;
+            outcome = ended(course, done.fault, stop);
             if let [Some(up), Some(down)] = course.moved_at_n {
                 record.breakaway_n = Some((up, down));
             }
         }
         if outcome.is_some() {
-            controller.stop();
+            engaged.controller_mut().stop();
         }
-        if let (Some(outcome), true) = (outcome, controller.safety().is_at_rest()) {
+        if let (Some(outcome), true) = (outcome, engaged.controller().safety().is_at_rest()) {
             return Ok(Driven { record, outcome });
         }
-        reading = device.read().map_err(DriveError::Device)?;
+        reading = engaged.read().map_err(DriveError::Device)?;
     }
 }
 

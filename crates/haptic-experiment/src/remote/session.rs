@@ -16,7 +16,7 @@ use haptic_link::{EventKind, LoopMode, Refusal, Report, Request, Start, State, S
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime};
 use haptic_loop::realtime::RaisedThread;
-use haptic_loop::{Controller, Environment, StartRefused};
+use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefused};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use nalgebra::SVector;
@@ -194,21 +194,23 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         let thread = RaisedThread::new(self.schedule.thread_options().thread());
         self.record.raised(&thread);
         self.start(0)?;
+        let mut engaged = controller.engage(&mut *self);
         let mut resting = 0;
         loop {
             // Waiting for the sample is no part of the tick.
-            let reading = haptic_loop::Device::<F, D>::read(&mut self.link)?;
-            if self.next_tick == 0 {
-                controller.may_start(&reading).map_err(blow)?;
+            let reading = engaged.read()?;
+            if engaged.device().next_tick == 0 {
+                engaged.controller().may_start(&reading).map_err(blow)?;
             }
             let began = Instant::now();
-            let done = controller.tick_reading(&mut self.link, reading)?;
+            let done = engaged.tick_reading(reading)?;
             let took = began.elapsed().as_nanos() as u64;
-            self.record.tick_ns.saturating_record(took.max(1));
+            let session = engaged.device_mut();
+            session.record.tick_ns.saturating_record(took.max(1));
             let tick = reading.tick;
-            let counted = self.counts(tick);
-            self.gap(tick);
-            let newest = self.link.newest().axes.first();
+            let counted = session.counts(tick);
+            session.gap(tick);
+            let newest = session.link.newest().axes.first();
             let (newest_limiters, newest_flaws) =
                 newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
             let made = Made {
@@ -217,32 +219,39 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 position_m: reading.position_m.map(F::to_f64),
                 environment_force_n: done.environment_force_n.map(F::to_f64),
                 commanded_force_n: done.force.newtons().map(F::to_f64),
-                applied_force_n: applied_n(self.link.newest()),
+                applied_force_n: applied_n(session.link.newest()),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | newest_limiters,
-                flaws: newest_flaws | if self.link.follows() { 0 } else { LATE_FORCE },
+                flaws: newest_flaws
+                    | if session.link.follows() {
+                        0
+                    } else {
+                        LATE_FORCE
+                    },
                 observed_energy_j: f64::NAN,
             };
-            let message = (self.blank)(reading.time_s).of(&made);
-            self.keep(message, counted);
-            (supervisor.progress)(self.next_tick);
-            if self.record.ended.is_none() {
-                if let Some(fault) = controller.safety().fault() {
-                    self.ends(Ended::Fault(fault), "fault");
+            let message = (session.blank)(reading.time_s).of(&made);
+            session.keep(message, counted);
+            (supervisor.progress)(session.next_tick);
+            if session.record.ended.is_none() {
+                if let Some(fault) = done.fault {
+                    session.ends(Ended::Fault(fault), "fault");
                 } else if supervisor.stop.load(Ordering::Relaxed) {
-                    self.ends(Ended::Interrupted, "interrupted");
+                    session.ends(Ended::Interrupted, "interrupted");
                 }
             }
-            if self.record.ended.is_some() || tick + 1 >= self.schedule.samples {
-                controller.stop();
-                resting += u64::from(controller.safety().is_at_rest());
-                self.over = resting > 0 && self.applies_none();
+            if session.record.ended.is_some() || tick + 1 >= session.schedule.samples {
+                engaged.controller_mut().stop();
+                resting += u64::from(engaged.controller().safety().is_at_rest());
+                let session = engaged.device_mut();
+                session.over = resting > 0 && session.applies_none();
                 let late = resting > AFTER;
-                if (self.over || late) && self.recorder.has_aftermath() {
+                if (session.over || late) && session.recorder.has_aftermath() {
                     break;
                 }
             }
         }
+        drop(engaged);
         self.link.disarm()
     }
 
@@ -309,6 +318,23 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         } else {
             1
         }
+    }
+}
+
+/// A loop here reads and writes the link.
+impl<F: Real, M, const D: usize> Device<F, D> for HostSession<'_, M, D> {
+    type Error = SerialError;
+
+    fn read(&mut self) -> Result<Reading<F, D>, SerialError> {
+        self.link.read()
+    }
+
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
+        self.link.write(force)
+    }
+
+    fn let_go(&mut self) {
+        Device::<F, D>::let_go(&mut self.link);
     }
 }
 

@@ -138,4 +138,8 @@ impl<V: Device<F, D>, F: Real, const D: usize> Device<F, D> for MeasurementDelay
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Self::Error> {
         self.device.write(force)
     }
+
+    fn let_go(&mut self) {
+        self.device.let_go();
+    }
 }

@@ -69,4 +69,8 @@ impl<F: Real, const D: usize, V: Device<F, D>> Device<F, D> for EncoderQuantiser
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Self::Error> {
         self.device.write(force)
     }
+
+    fn let_go(&mut self) {
+        self.device.let_go();
+    }
 }

@@ -62,4 +62,8 @@ impl<F: Real, const D: usize, V: Device<F, D>> Device<F, D> for SensorNoise<V> {
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Self::Error> {
         self.device.write(force)
     }
+
+    fn let_go(&mut self) {
+        self.device.let_go();
+    }
 }

@@ -97,4 +97,13 @@ impl<F: Real, const D: usize, V: Device<F, D>> Device<F, D> for Sensed<V> {
             Self::Both(device) => device.write(force),
         }
     }
+
+    fn let_go(&mut self) {
+        match self {
+            Self::Ideal(device) => device.let_go(),
+            Self::Noisy(device) => device.let_go(),
+            Self::Quantised(device) => device.let_go(),
+            Self::Both(device) => device.let_go(),
+        }
+    }
 }

@@ -34,8 +34,8 @@ pub enum Fault {
     PositionJump = 10,
     /// The host of a host loop sent a force that answers a sample too many ticks ago.
     StaleForce = 11,
-    /// The board of another maker that measures and applies did not answer in time, answered what cannot be, or reports a
-    /// fault of its own.
+    /// The device failed to measure or to apply: a board of another maker did not answer in time, answered what cannot be, or reports a
+    /// fault of its own; a [`Device`](crate::Device) gave an error.
     BoardFailed = 12,
 }
 

@@ -125,9 +125,11 @@ fn damper() -> SpringDamper<f64, ShortMemory<f64, 32>> {
 fn the_force_of_a_tick_is_that_of_its_own_position() {
     let mut device = Scripted::new(vec![0.0, 1e-3, 1e-3]);
     let mut controller = Controller::new(damper(), chain());
+    let mut engaged = controller.engage(&mut device);
     let samples: Vec<_> = (0..3)
-        .map(|_| controller.tick(&mut device).expect("infallible"))
+        .map(|_| engaged.tick().expect("infallible"))
         .collect();
+    drop(engaged);
     assert_eq!(samples[0].force.newtons()[0], 0.0);
     // f = −(K·x + B·T^(−μ)·x): at once, not one tick late.
     let want = -(100.0 * 1e-3 + 1e-3 * 1e-3_f64.powf(-0.5));
@@ -146,10 +148,14 @@ fn a_sensor_that_reads_nan_ends_in_zero_force_and_a_fault() {
     positions[5] = f64::NAN;
     let mut device = Scripted::new(positions);
     let mut controller = Controller::new(damper(), chain());
-    for _ in 0..20 {
-        controller.tick(&mut device).expect("infallible");
+    let mut engaged = controller.engage(&mut device);
+    for tick in 0..20 {
+        let sample = engaged.tick().expect("infallible");
+        // It is told with the sample, from the tick on that found it.
+        let fault = (tick >= 5).then_some(Fault::NonFiniteForce);
+        assert_eq!(sample.fault, fault, "tick {tick}");
     }
-    assert_eq!(controller.safety().fault(), Some(Fault::NonFiniteForce));
+    drop(engaged);
     assert!(device.forces[4] < 0.0);
     assert!(device.forces[5..].iter().all(|f| f.is_finite()));
     assert_eq!(device.forces[19], 0.0);
@@ -159,12 +165,14 @@ fn a_sensor_that_reads_nan_ends_in_zero_force_and_a_fault() {
 fn a_stop_ramps_the_force_to_zero_and_keeps_it_there() {
     let mut device = Scripted::new(vec![0.02; 40]);
     let mut controller = Controller::new(damper(), chain());
+    let mut engaged = controller.engage(&mut device);
     for tick in 0..40 {
         if tick == 10 {
-            controller.stop();
+            engaged.controller_mut().stop();
         }
-        controller.tick(&mut device).expect("infallible");
+        engaged.tick().expect("infallible");
     }
+    drop(engaged);
     assert!(controller.safety().is_at_rest());
     let steps = device.forces.windows(2).map(|f| (f[1] - f[0]).abs());
     assert!(steps.fold(0.0, f64::max) <= 1.0 + 1e-12);
@@ -229,14 +237,15 @@ fn arming_asks_first_and_a_sample_carries_the_energy() {
     device.forces.push(0.0);
     let outside = device.read().expect("infallible");
     assert_eq!(controller.may_start(&outside), Ok(()));
+    let mut engaged = controller.engage(&mut device);
     for _ in 0..3 {
-        let sample = controller.tick(&mut device).expect("infallible");
+        let sample = engaged.tick().expect("infallible");
         assert_eq!(
             sample.observed_energy_j,
-            controller.safety().observed_energy_j()
+            engaged.controller().safety().observed_energy_j()
         );
     }
-    assert!(controller.safety().observed_energy_j() > 0.0);
+    assert!(engaged.controller().safety().observed_energy_j() > 0.0);
 }
 
 #[test]

@@ -126,15 +126,16 @@ impl Case {
         let delay = Seconds(self.delay * T.0);
         let mut mass = MassDamper::new(MassDamperConfig { delay, ..ideal }).expect("valid");
         mass.set_external_force(vector![1.0]);
-        let mut device = if self.encoder > 0.0 {
+        let device = if self.encoder > 0.0 {
             Sensed::Encoder(EncoderQuantiser::new(mass, Metres(self.encoder)).expect("valid"))
         } else {
             Sensed::Ideal(mass)
         };
         let mut positions = Vec::with_capacity(SAMPLES);
+        let mut engaged = controller.engage(device);
         for _ in 0..SAMPLES {
-            let _ = controller.tick(&mut device).expect("infallible");
-            positions.push(match &device {
+            let Ok(_) = engaged.tick();
+            positions.push(match engaged.device() {
                 Sensed::Ideal(mass) => mass.position()[0],
                 Sensed::Encoder(encoder) => encoder.device().position()[0],
             });

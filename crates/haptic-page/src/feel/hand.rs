@@ -179,13 +179,13 @@ impl HeldDevice {
     }
 
     /// The hand lets go.
-    pub(crate) fn let_go(&mut self) {
+    pub(crate) fn hand_lets_go(&mut self) {
         self.hand(f64::NAN, false);
     }
 
     /// The device is in front of the surface again, at rest, without a hand.
     pub(crate) fn put_back(&mut self) {
-        self.let_go();
+        self.hand_lets_go();
         (self.free).set_state(Vector1::new(START_M), Vector1::new(0.0));
     }
 }
@@ -263,7 +263,7 @@ mod tests {
             // Forces on their way arrive, whoever takes hold and lets go; a hand at the place of the device pulls at nothing.
             if tick == 2 {
                 device.hand(START_M, true);
-                device.let_go();
+                device.hand_lets_go();
             }
             let wanted = Vector1::new(if tick < 5 { 2.0 } else { 0.0 });
             let (force, _) = chain.apply(&mut safety, &Vector1::new(0.0), &wanted);
@@ -305,7 +305,7 @@ mod tests {
         device.hand(10e-3, true);
         run(&mut device, 30);
         let (position, velocity) = (device.position_m(), device.held.velocity()[0]);
-        device.let_go();
+        device.hand_lets_go();
         assert_eq!(
             (device.position_m(), device.free.velocity()[0]),
             (position, velocity)

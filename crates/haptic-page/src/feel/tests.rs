@@ -35,10 +35,10 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
         HeldDevice::new(mass, damping, &Imperfections::NONE, SAMPLE_TIME).expect("valid");
     let mut engaged = controller.engage(&mut device);
     let tick = |n| {
-        engaged.device().hand(pointer(n), true);
+        engaged.device_mut().hand(pointer(n), true);
         let Ok(sample) = engaged.tick();
         let force_n = sample.force.newtons()[0];
-        engaged.controller().law_mut().1.sent(force_n);
+        engaged.controller_mut().law_mut().1.sent(force_n);
         (sample.reading.position_m[0], force_n)
     };
     (0..TICKS).map(tick).collect()

@@ -113,7 +113,8 @@ struct Looping<'a> {
     stops: u64,
 }
 
-type Working<'a> = Engaged<'a, f64, 1, FadingFelt, HeldDevice>;
+type Working<'a> =
+    Engaged<f64, 1, FadingFelt, &'a mut HeldDevice, &'a mut Controller<f64, 1, FadingFelt>>;
 
 /// Runs the loop until it is told to end or nobody gives orders any more. When it returns, the force is zero.
 pub(super) fn run(
@@ -179,7 +180,7 @@ impl Looping<'_> {
             match order {
                 LoopOrder::Hand(position_m, held) => {
                     let held = held && !self.stopping;
-                    engaged.device().hand(position_m, held);
+                    engaged.device_mut().hand(position_m, held);
                 }
                 LoopOrder::Change(ready) => {
                     // One that waits is overtaken.
@@ -199,8 +200,8 @@ impl Looping<'_> {
 
     /// A world that stands still would never let the force fall.
     fn stop(&mut self, engaged: &mut Working<'_>) {
-        engaged.controller().stop();
-        engaged.device().let_go();
+        engaged.controller_mut().stop();
+        engaged.device_mut().hand_lets_go();
         self.paused = false;
         self.stopping = true;
     }
@@ -211,11 +212,11 @@ impl Looping<'_> {
         if overtaken || !engaged.controller().safety().is_at_rest() {
             self.spent = Some(ready);
         } else {
-            let controller = engaged.controller();
+            let controller = engaged.controller_mut();
             let (environment, history) = controller.law_mut();
             environment.replace(history, &mut ready.law);
             controller.clear();
-            engaged.device().put_back();
+            engaged.device_mut().put_back();
             self.counts
                 .remembers_from
                 .store(self.next, Ordering::Relaxed);
@@ -250,9 +251,9 @@ impl Looping<'_> {
         self.recent[(tick % RECENT as u64) as usize] = position_m;
         self.next = tick + 1;
         let force_n = sample.force.newtons()[0];
-        engaged.controller().law_mut().1.sent(force_n);
+        engaged.controller_mut().law_mut().1.sent(force_n);
         self.catch_up(engaged);
-        let fault = engaged.controller().safety().fault();
+        let fault = sample.fault;
         if fault.is_some() && !self.stopping {
             self.stop(engaged);
         }
@@ -296,7 +297,7 @@ impl Looping<'_> {
             ready.law.hear(self.recent[(tick % RECENT as u64) as usize]);
         }
         ready.next = until.max(ready.next);
-        let (environment, history) = engaged.controller().law_mut();
+        let (environment, history) = engaged.controller_mut().law_mut();
         if ready.next == self.next && history.is_settled() && self.spent.is_none() {
             environment.change(history, &mut ready.law);
             self.spent = self.pending.take();

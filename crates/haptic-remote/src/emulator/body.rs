@@ -108,6 +108,10 @@ impl<H: Hardware<D>, const D: usize> Device<f32, D> for Embodied<H> {
     fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
         self.board.write(force)
     }
+
+    fn let_go(&mut self) {
+        self.board.let_go();
+    }
 }
 
 impl<H: Hardware<D, Setup: Fits>, const D: usize> Hardware<D> for Embodied<H> {
@@ -139,9 +143,5 @@ impl<H: Hardware<D, Setup: Fits>, const D: usize> Hardware<D> for Embodied<H> {
     /// A simulated board stands still while it is read.
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         self.board.read()
-    }
-
-    fn let_go(&mut self) {
-        self.board.device_mut().let_go();
     }
 }

@@ -42,6 +42,10 @@ impl<H: Hardware<D>, const D: usize> Device<f32, D> for Punctual<H> {
         }
         self.hardware.write(force)
     }
+
+    fn let_go(&mut self) {
+        self.hardware.let_go();
+    }
 }
 
 impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
@@ -73,10 +77,6 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
 
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         self.hardware.idle()
-    }
-
-    fn let_go(&mut self) {
-        self.hardware.let_go();
     }
 
     fn persisting_fault(&self) -> Option<Fault> {

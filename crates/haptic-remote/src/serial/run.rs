@@ -310,4 +310,11 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
         self.send_force(self.newest.tick, force_n.as_slice());
         Ok(())
     }
+
+    /// Sent whatever has come meanwhile.
+    fn let_go(&mut self) {
+        let none = [0.0; D];
+        self.answered(of_axes(none.into_iter()));
+        self.send_force(self.newest.tick, &none);
+    }
 }

@@ -20,6 +20,7 @@ use crate::{DeviceSession, Hardware, TickSide};
 use core::cell::RefCell;
 use core::hint::spin_loop;
 use haptic_link::{FRAME_MAX, Refusal, State};
+use haptic_loop::Device as _;
 use std::io::{Read as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -33,8 +34,7 @@ const FALL: Duration = Duration::from_secs(2);
 
 /// Hardware that a thread of this process can serve.
 ///
-/// [`let_go`](Hardware::let_go) is called at the end too, after the force has fallen; implement [`Drop`] as well where the
-/// hardware keeps its last force, so that it lets go even when the thread panics.
+/// [`let_go`](haptic_loop::Device::let_go) is called at the end too, after the force has fallen, and when the thread panics.
 pub trait ServedHardware<const D: usize = 1>: Hardware<D> + Send + 'static {
     /// Words about the last fault of the hardware, with the remedy, and where its cause lies; `None` if it had none. Not called in a
     /// tick.

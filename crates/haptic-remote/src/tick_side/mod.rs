@@ -22,7 +22,7 @@ use core::borrow::BorrowMut;
 use haptic_link::{
     Configuration, EventKind, Refusal, Report, Simulation, State, Statistics, Status,
 };
-use haptic_loop::{Controller, Fault, SafetyChain};
+use haptic_loop::{Controller, Engaged, Fault, SafetyChain, SafetyState};
 
 /// State after a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ enum After {
 
 /// The loop of a device with D axes, one unless said: controller, states, watchdog, flight recorder, samples to be sent.
 ///
-/// - *Start-up*: idle, zero force, [`Configuration::PASSIVE`].
+/// - *Start-up*: idle, zero force, [`Configuration::PASSIVE`]. *Dropped* it leaves no force behind: it holds an [`Engaged`].
 /// - *Watchdog*: armed or running, silence longer than [`Limits::watchdog_ms`](haptic_link::Limits) latches
 ///   [`Fault::HostSilent`].
 /// - *Cost* of a tick: controller and hardware, and some 50 operations; no allocation, no panic. Memory:
@@ -55,8 +55,7 @@ enum After {
 /// ```
 #[derive(Debug)]
 pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
-    hardware: H,
-    controller: Controller<f32, D, Rendered>,
+    engaged: Engaged<f32, D, Rendered, H>,
     configuration: Configuration,
     digest: u32,
     state: State,
@@ -128,8 +127,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             );
         };
         Self {
-            hardware,
-            controller: Controller::new(Rendered(Law::none()), chain),
+            engaged: Controller::new(Rendered(Law::none()), chain).into_engaged(hardware),
             configuration: Configuration::PASSIVE,
             digest: 0,
             state: State::Idle,
@@ -165,12 +163,14 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             chain,
             setup,
         } = prepared;
-        self.controller
+        self.engaged
+            .controller_mut()
             .replace_within(chain, |rendered| law.put(&mut rendered.0, coefficients));
         self.configuration = configuration;
         self.digest = digest;
         self.judged = true;
-        self.hardware.install(setup, configuration.tick_period_us);
+        let hardware = self.engaged.device_mut();
+        hardware.install(setup, configuration.tick_period_us);
     }
 
     /// State and fault.
@@ -192,17 +192,22 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// A coefficient of the operator in force.
     #[must_use]
     pub fn coefficient(&self, index: usize) -> Option<f32> {
-        self.controller.environment().0.operator().value(index)
+        self.engaged
+            .controller()
+            .environment()
+            .0
+            .operator()
+            .value(index)
     }
 
     /// The board.
     pub const fn hardware(&self) -> &H {
-        &self.hardware
+        self.engaged.device()
     }
 
     /// The board, to let it take what its own interrupts have found.
     pub const fn hardware_mut(&mut self) -> &mut H {
-        &mut self.hardware
+        self.engaged.device_mut()
     }
 
     /// Counters of this side.
@@ -214,7 +219,11 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// The energy that the passivity guard has observed, J; 0 without one.
     #[must_use]
     pub fn observed_energy_j(&self) -> f32 {
-        self.controller.safety().observed_energy_j()
+        self.safety().observed_energy_j()
+    }
+
+    fn safety(&self) -> &SafetyState<f32, D> {
+        self.engaged.controller().safety()
     }
 
     /// The last tick; zeros before the first.

@@ -31,13 +31,13 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if faults != self.faults {
             return Err(Refusal::UnknownFault);
         }
-        if !self.controller.safety().is_at_rest() {
+        if !self.safety().is_at_rest() {
             return Err(Refusal::ForceNotZero);
         }
-        if let Some(fault) = self.hardware.persisting_fault() {
+        if let Some(fault) = self.hardware().persisting_fault() {
             return Err(Refusal::FaultPersists(fault.code()));
         }
-        self.controller.reset();
+        self.engaged.controller_mut().reset();
         self.fault = None;
         self.run = None;
         self.records.borrow_mut().flight.clear();
@@ -77,8 +77,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if stream.every == 0 {
             return Err(Refusal::Unsupported(Field::Every));
         }
-        self.controller.reset();
-        self.hardware.restart();
+        self.engaged.controller_mut().reset();
+        self.hardware_mut().restart();
         self.may_start()?;
         self.records.borrow_mut().outbox.forget_samples();
         self.records.borrow_mut().flight.clear();
@@ -99,14 +99,15 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if self.configuration.loop_mode == LoopMode::Host {
             return Ok(());
         }
-        let reading = match self.hardware.idle() {
+        let reading = match self.hardware_mut().idle() {
             Ok(reading) => reading,
             Err(fault) => {
                 self.give_way(fault);
                 return Err(Refusal::State(State::Fault));
             }
         };
-        self.controller
+        self.engaged
+            .controller()
             .may_start(&reading)
             .map_err(|refused| Refusal::ForceNotSmall {
                 wanted_n: refused.wanted_n as f32,
@@ -170,7 +171,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     pub fn may_install(&self) -> Result<(), Refusal> {
         match self.state {
             State::Idle => Ok(()),
-            State::Fault if self.controller.safety().is_at_rest() => Ok(()),
+            State::Fault if self.safety().is_at_rest() => Ok(()),
             State::Fault => Err(Refusal::ForceNotZero),
             state => Err(Refusal::State(state)),
         }
@@ -188,7 +189,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.may_install()?;
         self.wake(prepared, coefficients);
         if let Some(fault) = self.fault {
-            self.controller.trip(fault);
+            self.engaged.controller_mut().trip(fault);
         }
         self.event(EventKind::Configured);
         Ok(())

@@ -16,7 +16,7 @@ const AFTERMATH_TICKS: u8 = 100;
 impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R> {
     /// One tick, at this time since power-up.
     pub fn tick(&mut self, now_us: u64) {
-        let began = self.hardware.cycles();
+        let began = self.hardware().cycles();
         self.judge_time(now_us);
         if matches!(self.state, State::Armed | State::Running) {
             let watchdog_us = 1000 * u64::from(self.configuration.limits.watchdog_ms);
@@ -28,12 +28,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             Ok(sample) => self.keep(sample),
             Err(fault) => self.fail(fault),
         }
-        if let Some(fault) = self.controller.safety().fault() {
+        if let Some(fault) = self.safety().fault() {
             self.trip(fault);
         }
         self.settle();
         self.tick = self.tick.wrapping_add(1);
-        let cycles = self.hardware.cycles().wrapping_sub(began);
+        let cycles = self.hardware().cycles().wrapping_sub(began);
         let statistics = &mut self.statistics;
         statistics.ticks = statistics.ticks.wrapping_add(1);
         statistics.tick_cycles_last = cycles;
@@ -43,10 +43,10 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// Periods have passed without a tick. To be told before the next [`tick`](Self::tick): they have their numbers and their part of
     /// a run, but no samples, so that a tick's number is its time whatever happened.
     pub fn skip(&mut self, periods: u32) {
-        if let Some(exchange) = self.hardware.exchange() {
+        if let Some(exchange) = self.hardware_mut().exchange() {
             exchange.skip(periods);
         }
-        self.controller.skip(u64::from(periods));
+        self.engaged.controller_mut().skip(u64::from(periods));
         self.tick = self.tick.wrapping_add(periods);
         if let Some(left) = &mut self.ticks_left {
             *left = left.saturating_sub(periods);
@@ -57,8 +57,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// place of then, so there is none any more, at once, whoever has been heard meanwhile.
     pub fn stood_still(&mut self) {
         if self.state != State::Idle {
-            self.trip(Fault::HostSilent);
-            self.controller.let_go();
+            self.give_way(Fault::HostSilent);
         }
     }
 
@@ -75,7 +74,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if self.fault.is_some() {
             return;
         }
-        self.controller.trip(fault);
+        self.engaged.controller_mut().trip(fault);
         self.fault = Some(fault);
         let ran = matches!(self.state, State::Running | State::Stopping);
         self.aftermath = if ran { AFTERMATH_TICKS } else { 0 };
@@ -90,18 +89,17 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.records.borrow_mut().outbox.notify(notice);
     }
 
-    /// The board cannot measure or apply: no force at all, at once, because none can be computed.
+    /// No force at all, at once, because none can be computed.
     #[inline(never)]
     pub(super) fn give_way(&mut self, fault: Fault) {
+        self.engaged.let_go(fault);
         self.trip(fault);
-        self.hardware.let_go();
-        self.controller.let_go();
     }
 
-    /// The same in a tick, which is kept with the last position.
+    /// The board could not measure or apply in a tick, which is kept with the last position.
     #[inline(never)]
     fn fail(&mut self, fault: Fault) {
-        self.give_way(fault);
+        self.trip(fault);
         self.keep(Tick {
             tick: self.tick,
             time_us: self.now_us as u32,
@@ -136,22 +134,15 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Reads, and applies a force if there may be one.
+    /// Reads, and applies a force if there may be one. What the engaged loop refuses has let go already.
     fn act(&mut self) -> Result<Tick<D>, Fault> {
         let forced = match self.state {
             State::Running | State::Stopping => true,
-            State::Fault => !self.controller.safety().is_at_rest(),
+            State::Fault => !self.safety().is_at_rest(),
             State::Idle | State::Armed => false,
         };
-        let mut sample = Tick {
-            tick: self.tick,
-            time_us: self.now_us as u32,
-            ..Tick::NONE
-        };
         if !forced {
-            sample.position_m = self.hardware.idle()?.position_m.into();
-            sample.flaws = self.flaws();
-            return Ok(sample);
+            return self.rest();
         }
         let commanded = match self.configuration.loop_mode {
             LoopMode::Device => None,
@@ -163,26 +154,41 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 Some(SVector::from(self.commanded_n))
             }
         };
-        let exchange = self.hardware.exchange();
+        let exchange = self.hardware_mut().exchange();
         let unmeasured = exchange.map_or(0, |exchange| exchange.unmeasured());
         if unmeasured > 0 {
-            self.controller.unmeasured(unmeasured);
+            self.engaged.controller_mut().unmeasured(unmeasured);
         }
-        let done = self
-            .controller
-            .tick_either(&mut self.hardware, commanded.as_ref())?;
-        sample.position_m = done.reading.position_m.into();
-        sample.environment_force_n = done.environment_force_n.into();
-        sample.force_n = (*done.force.newtons()).into();
-        sample.limiters = done.limiters.bits();
-        sample.flaws = self.flaws();
-        Ok(sample)
+        let done = self.engaged.tick_commanded(commanded.as_ref())?;
+        Ok(Tick {
+            tick: self.tick,
+            time_us: self.now_us as u32,
+            position_m: done.reading.position_m.into(),
+            environment_force_n: done.environment_force_n.into(),
+            force_n: (*done.force.newtons()).into(),
+            limiters: done.limiters.bits(),
+            flaws: self.flaws(),
+        })
+    }
+
+    /// A tick while no force may act, which is in no hurry: the one that makes a force is laid out for speed.
+    #[cold]
+    fn rest(&mut self) -> Result<Tick<D>, Fault> {
+        let idle = self.engaged.device_mut().idle();
+        let reading = idle.inspect_err(|&fault| self.give_way(fault))?;
+        Ok(Tick {
+            tick: self.tick,
+            time_us: self.now_us as u32,
+            position_m: reading.position_m.into(),
+            flaws: self.flaws(),
+            ..Tick::NONE
+        })
     }
 
     /// Flaws of the exchange in this tick, counted: here for the boards of all makers.
     fn flaws(&mut self) -> u8 {
         let flaws = self
-            .hardware
+            .hardware_mut()
             .exchange()
             .map_or(0, |exchange| exchange.flaws());
         let statistics = &mut self.statistics;
@@ -209,9 +215,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         match self.state {
             State::Running | State::Stopping => self.run_stream,
             // Samples after a fault belong to the run that the fault ended.
-            State::Fault if self.aftermath > 0 || !self.controller.safety().is_at_rest() => {
-                self.run_stream
-            }
+            State::Fault if self.aftermath > 0 || !self.safety().is_at_rest() => self.run_stream,
             _ => self.idle_stream,
         }
     }
@@ -226,7 +230,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 self.end(After::Armed(EventKind::Finished));
             }
         }
-        if self.state == State::Stopping && self.controller.safety().is_at_rest() {
+        if self.state == State::Stopping && self.safety().is_at_rest() {
             let (state, kind) = match self.after {
                 After::Armed(kind) => (State::Armed, kind),
                 After::Idle => (State::Idle, EventKind::Disarmed),
@@ -237,7 +241,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     }
 
     pub(super) fn end(&mut self, after: After) {
-        self.controller.stop();
+        self.engaged.controller_mut().stop();
         self.after = after;
         self.state = State::Stopping;
     }

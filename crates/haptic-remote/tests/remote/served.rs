@@ -63,6 +63,10 @@ impl Device<f32, 1> for Slow {
         self.done.stand_still(1);
         Ok(())
     }
+
+    fn let_go(&mut self) {
+        self.done.let_go.fetch_add(1, Ordering::Relaxed);
+    }
 }
 
 impl Hardware for Slow {
@@ -85,10 +89,6 @@ impl Hardware for Slow {
 
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
-    }
-
-    fn let_go(&mut self) {
-        self.done.let_go.fetch_add(1, Ordering::Relaxed);
     }
 }
 

@@ -55,6 +55,10 @@ impl Device<f32, 1> for Witness {
         self.force_n = force.newtons()[0];
         self.plant.write(force)
     }
+
+    fn let_go(&mut self) {
+        self.force_n = 0.0;
+    }
 }
 
 impl Hardware for Witness {
@@ -79,10 +83,6 @@ impl Hardware for Witness {
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.force_n = 0.0;
         self.read()
-    }
-
-    fn let_go(&mut self) {
-        self.force_n = 0.0;
     }
 
     fn persisting_fault(&self) -> Option<Fault> {

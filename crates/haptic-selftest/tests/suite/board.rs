@@ -61,6 +61,8 @@ impl Device<f32, 1> for Axis {
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
         self.plant.write(force)
     }
+
+    fn let_go(&mut self) {}
 }
 
 impl Hardware for Axis {
@@ -86,8 +88,6 @@ impl Hardware for Axis {
         self.look()?;
         self.plant.idle()
     }
-
-    fn let_go(&mut self) {}
 
     fn persisting_fault(&self) -> Option<Fault> {
         let open = self.stop_is_open.load(Ordering::Relaxed);

@@ -141,6 +141,10 @@ impl Device<f32, 1> for Axis {
         self.monitor.start_conversion();
         Ok(())
     }
+
+    fn let_go(&mut self) {
+        self.neutral();
+    }
 }
 
 impl Hardware for Axis {
@@ -176,10 +180,6 @@ impl Hardware for Axis {
         self.mismatched = 0;
         self.monitor.start_conversion();
         self.read()
-    }
-
-    fn let_go(&mut self) {
-        self.neutral();
     }
 
     fn persisting_fault(&self) -> Option<Fault> {

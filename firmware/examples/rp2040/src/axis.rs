@@ -211,6 +211,10 @@ impl Device<f32, 1> for Axis {
         }
         Ok(())
     }
+
+    fn let_go(&mut self) {
+        self.neutral();
+    }
 }
 
 impl Hardware for Axis {
@@ -245,10 +249,6 @@ impl Hardware for Axis {
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.neutral();
         self.read()
-    }
-
-    fn let_go(&mut self) {
-        self.neutral();
     }
 
     fn persisting_fault(&self) -> Option<Fault> {

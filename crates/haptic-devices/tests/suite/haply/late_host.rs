@@ -3,8 +3,7 @@
 use super::wire::{FORCE_N, Law, Running, TICK_US, stroking};
 use haptic_devices::haply::{Version, configuration};
 use haptic_link::{Limits, State};
-use haptic_loop::Fault;
-use haptic_remote::Hardware as _;
+use haptic_loop::{Device as _, Fault};
 
 /// A stroked handle under the limits of any device, free of force.
 fn free(version: Version, limits: Limits) -> Running {

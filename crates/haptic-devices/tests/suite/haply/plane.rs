@@ -51,18 +51,21 @@ fn host(order: Order, t: Seconds, ticks: u32) -> impl FnMut(&Tick<2>) -> [f32; 2
         .expect("an operator");
     let law = SpringDamper::new(STIFFNESS, DISSIPATION, operator).expect("a law");
     let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t).expect("a chain");
-    let mut controller = Controller::new(Contact::behind(disc(), law), chain);
+    let controller = Controller::new(Contact::behind(disc(), law), chain);
+    let mut engaged = controller.into_engaged(Link {
+        reading: Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: Vector2::zeros(),
+        },
+        force_n: Vector2::zeros(),
+    });
     move |tick| {
-        let mut link = Link {
-            reading: Reading {
-                tick: u64::from(tick.tick),
-                time_s: 0.0,
-                position_m: Vector2::from(tick.position_m).map(f64::from),
-            },
-            force_n: Vector2::zeros(),
-        };
-        let Ok(_) = controller.tick(&mut link);
-        link.force_n.map(|axis| axis as f32).into()
+        let reading = &mut engaged.device_mut().reading;
+        reading.tick = u64::from(tick.tick);
+        reading.position_m = Vector2::from(tick.position_m).map(f64::from);
+        let Ok(_) = engaged.tick();
+        engaged.device().force_n.map(|axis| axis as f32).into()
     }
 }
 

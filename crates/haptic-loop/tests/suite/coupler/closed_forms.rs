@@ -22,19 +22,20 @@ fn exponential<const N: usize>(a: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     sum
 }
 
-/// A device behind a coupler for so many ticks. The history of the coupler at the end.
+/// A device behind a coupler for so many ticks. The history of the coupler and the device at the end, before it is let go.
 fn run<E: Environment<f64, 1>>(
     controller: &mut Controller<f64, 1, E>,
-    device: &mut MassDamper<1>,
+    device: MassDamper<1>,
     ticks: usize,
-) -> E::History {
+) -> (E::History, MassDamper<1>) {
     let mut replay = controller.environment().at_rest();
+    let mut engaged = controller.engage(device);
     for _ in 0..ticks {
-        let Ok(sample) = controller.tick(device);
+        let Ok(sample) = engaged.tick();
         let x = sample.reading.position_m;
-        controller.environment().advance(&mut replay, &x);
+        engaged.controller().environment().advance(&mut replay, &x);
     }
-    replay
+    (replay, engaged.device().clone())
 }
 
 /// A device of 0.1 kg that is pushed with 1 N for 0.3 s into a coupler of order 1 and an object: its place and the object's
@@ -48,7 +49,7 @@ fn pushed(t: f64, [k_c, b_c]: [f64; 2], [m, b, k]: [f64; 3]) -> [f64; 2] {
     let config = MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.8), sample_time);
     let mut device = MassDamper::<1>::new(config).expect("valid");
     device.set_external_force(vector![1.0]);
-    let replay = run(&mut controller, &mut device, (0.3 / t).round() as usize);
+    let (replay, device) = run(&mut controller, device, (0.3 / t).round() as usize);
     [
         device.position()[0],
         controller.environment().object_position_m(&replay)[0],
@@ -99,7 +100,7 @@ fn without_loss_two_masses_keep_energy_and_momentum_as_the_sample_time_falls() {
             MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.0), sample_time);
         let mut device = MassDamper::<1>::new(config).expect("valid");
         device.set_state(vector![0.0], vector![0.2]);
-        let replay = run(&mut controller, &mut device, (0.5 / t).round() as usize);
+        let (replay, device) = run(&mut controller, device, (0.5 / t).round() as usize);
         let environment = controller.environment();
         let u = environment.object_velocity_m_per_s(&replay)[0];
         let p = environment.object_position_m(&replay)[0];

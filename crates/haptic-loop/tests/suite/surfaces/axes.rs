@@ -25,11 +25,13 @@ fn the_norm_of_the_force_is_never_beyond_its_limit() {
     let mut device = Axes::new([with_hand(0.06, 1.0, 300.0, T.0); 3]).expect("valid");
     device.set_state(vector![0.03, 0.03, 0.03], Vector3::zeros());
     let (mut most, mut limited) = (0.0_f64, false);
+    let mut engaged = controller.engage(device);
     for n in 0..2000 {
         let angle = 0.01 * f64::from(n);
         // To ever other sides.
-        device.set_external_force(vector![angle.cos(), angle.sin(), (0.3 * angle).sin()]);
-        let Ok(sample) = controller.tick(&mut device);
+        let push = vector![angle.cos(), angle.sin(), (0.3 * angle).sin()];
+        engaged.device_mut().set_external_force(push);
+        let Ok(sample) = engaged.tick();
         most = most.max(sample.force.newtons().norm());
         limited |= sample.environment_force_n.norm() > 4.0;
     }
@@ -165,13 +167,15 @@ fn guarded(guard: Guard) -> Vec<(Vector2<f64>, Vector2<f64>)> {
     };
     let mut controller =
         Controller::new(wall, SafetyChain::from_limits(&limits, T).expect("valid"));
-    let mut device = Axes::new([ideal(0.065, 3.5, T.0); 2]).expect("valid");
+    let device = Axes::new([ideal(0.065, 3.5, T.0); 2]).expect("valid");
     let (normal, along) = (Vector2::from(normal), vector![0.8, -0.6]);
+    let mut engaged = controller.engage(device);
     (0..3000)
         .map(|n| {
             let slide = if n < 1500 { 1.5 } else { -1.5 };
-            device.set_external_force(2.0 * normal + slide * along);
-            let Ok(sample) = controller.tick(&mut device);
+            let push = 2.0 * normal + slide * along;
+            engaged.device_mut().set_external_force(push);
+            let Ok(sample) = engaged.tick();
             (*sample.force.newtons(), sample.environment_force_n)
         })
         .collect()
