@@ -7,6 +7,7 @@ mod environments;
 mod extraction;
 mod guard;
 mod held_rig;
+mod lets_go;
 mod plant_parameters;
 mod plants;
 mod release;
