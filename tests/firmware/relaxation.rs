@@ -254,29 +254,29 @@ fn a_host_loop_loses_nothing_and_follows_theory() {
         let mut controller = Controller::<f64, 1, _>::new(contact, chain.expect("valid"));
         start(&mut link, 0)?;
         let mut forces = Vec::new();
-        let mut engaged = controller.engage(&mut link);
+        let mut engaged = controller.engage(link);
         for n in 0..TICKS {
             let sample = engaged
                 .tick()
                 .map_err(|error| format!("tick {n}: {error}"))?;
             if sample.reading.tick != u64::from(n) {
                 // The device counts what its queue had no room for.
-                let statistics = link.statistics().map_err(told("statistics"))?;
+                let statistics = engaged.device().statistics().map_err(told("statistics"))?;
                 let counted = u64::from(statistics.samples_dropped)
-                    + u64::from(link.report().host.lost)
-                    + link.report().samples_dropped
-                    + link.report().forces_skipped;
+                    + u64::from(engaged.device().report().host.lost)
+                    + engaged.device().report().samples_dropped
+                    + engaged.device().report().forces_skipped;
                 assert!(counted > 0, "tick {n}: a sample is missing and not counted");
                 return Err(format!("tick {n}: {counted} samples were lost"));
             }
             forces.push((n, sample.force.newtons()[0]));
         }
-        if let Err(error) = link.disarm() {
+        if let Err(error) = engaged.device().disarm() {
             // Its force is done: that it hears this late is no other result.
             println!("disarm: {error}");
-            link.disarm().map_err(told("disarm, again"))?;
+            engaged.device().disarm().map_err(told("disarm, again"))?;
         }
-        Ok((forces, link.report().forces_dropped))
+        Ok((forces, engaged.device().report().forces_dropped))
     });
     let Some((forces, dropped)) = done else {
         return;

@@ -5,7 +5,6 @@
 
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, Environment, LoopOperator};
-use haptic_loop::plant::MassDamper;
 use haptic_loop::{Device, SafeForce, SpringDamper};
 use nalgebra::Vector1;
 use testkit::Random;
