@@ -25,6 +25,8 @@ pub struct Columns {
     pub lines: Vec<u64>,
     /// The columns with their names.
     pub values: Vec<(Column, String, Vec<f64>)>,
+    /// Those that a user named: they count before others, and each has to have an effect.
+    pub chosen: Vec<Column>,
     /// Said of the way here: guesses, units, what was left out.
     pub notes: Vec<String>,
 }
@@ -53,6 +55,7 @@ impl Columns {
     /// # Errors
     /// Columns that make no record of the kind, or of more than one; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+        self.prefer_chosen();
         self.divide_by_specimen(&reading.loading)?;
         let kind = match reading.kind {
             Some(kind) => kind,
@@ -74,6 +77,17 @@ impl Columns {
             RecordKind::History => self.history(),
         };
         let lines = &self.lines;
+        let unused = self
+            .values
+            .iter()
+            .find(|value| self.chosen.contains(&value.0));
+        if let (Ok(_), Some((column, name, _))) = (&record, unused) {
+            return Err(IdentifyError::Record(format!(
+                "the column {name} has no effect on a record of kind {}: leave `columns` {}= out, or give another `kind`",
+                kind.name(),
+                column.name()
+            )));
+        }
         let record = record.map_err(|error| match error {
             IdentifyError::Sample { index, reason } if index < lines.len() => IdentifyError::Line {
                 line: lines[index],
@@ -86,6 +100,25 @@ impl Columns {
             record,
             notes: self.notes,
         })
+    }
+
+    /// Leaves out what could be made of columns that a user named, unless it is named too.
+    fn prefer_chosen(&mut self) {
+        let loads = [Column::Stress, Column::Force];
+        let moves = [Column::Strain, Column::Position];
+        let of_both = [loads, moves].concat();
+        let made: [(Column, &[Column]); 4] = [
+            (Column::Modulus, &of_both),
+            (Column::Compliance, &of_both),
+            (Column::Stress, &[Column::Force]),
+            (Column::Strain, &[Column::Position]),
+        ];
+        let chosen = &self.chosen;
+        let left_out = made.into_iter().filter(|(column, of)| {
+            !chosen.contains(column) && of.iter().any(|column| chosen.contains(column))
+        });
+        let left_out: Vec<Column> = left_out.map(|(column, _)| column).collect();
+        self.values.retain(|value| !left_out.contains(&value.0));
     }
 
     fn has(&self, column: Column) -> bool {
@@ -128,6 +161,9 @@ impl Columns {
             }
             if let Some(value) = self.values.iter_mut().find(|value| value.0 == from) {
                 value.0 = to;
+                if self.chosen.contains(&from) {
+                    self.chosen.push(to);
+                }
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else {
                 return Err(IdentifyError::Record(format!(

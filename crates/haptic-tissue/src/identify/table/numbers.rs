@@ -49,6 +49,7 @@ impl Reader {
                 .iter()
                 .map(|f| (f.column, f.name.clone(), Vec::new()))
                 .collect(),
+            chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             ..Columns::default()
         };
         let (mut empty, mut outside) = (Passed::default(), Passed::default());

@@ -166,6 +166,59 @@ fn columns_units_and_range_can_be_given() {
     );
 }
 
+#[test]
+fn columns_that_are_named_are_those_that_count() {
+    // A machine writes its own modulus beside the stress, whose strain it does not know.
+    let text = "time_s,relaxation_modulus_pa,stress_pa,strain,creep_compliance_per_pa\n1,7,10,0.1,9\n2,6,8,0.1,10\n";
+    let read = |named: &[Column], kind| {
+        let places = [
+            Column::Time,
+            Column::Modulus,
+            Column::Stress,
+            Column::Strain,
+        ];
+        let place = |column: &Column| places.iter().position(|place| place == column);
+        let number = |column| Choice::Number(place(column).expect("a column of the table") + 1);
+        let reader = Reader {
+            columns: named
+                .iter()
+                .map(|column| (*column, number(column)))
+                .collect(),
+            ..Reader::default()
+        };
+        let kind = Some(kind);
+        understand(
+            text,
+            &reader,
+            &Reading {
+                kind,
+                ..Reading::default()
+            },
+        )
+    };
+    let first = |named: &[Column], kind| read(named, kind).map(|it| it.record.first().to_vec());
+    let (relaxation, creep) = (RecordKind::Relaxation, RecordKind::Creep);
+    assert_eq!(first(&[], relaxation).expect("valid"), [7.0, 6.0]);
+    assert_eq!(
+        first(&[Column::Stress], relaxation).expect("valid"),
+        [100.0, 80.0]
+    );
+    assert_eq!(
+        first(&[Column::Modulus], relaxation).expect("valid"),
+        [7.0, 6.0]
+    );
+    for (named, kind) in [
+        (&[Column::Modulus, Column::Stress][..], relaxation),
+        (&[Column::Modulus], creep),
+    ] {
+        let refused = read(named, kind).expect_err("no effect");
+        assert!(
+            refused.contains("has no effect") && refused.contains(kind.name()),
+            "{refused}"
+        );
+    }
+}
+
 /// A table, the kind of record that is asked for, and what the refusal says.
 const REFUSED: &[(&str, Option<RecordKind>, &[&str])] = &[
     ("", None, &["empty"]),

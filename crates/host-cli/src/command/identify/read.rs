@@ -156,6 +156,7 @@ impl LogColumns {
                 (Column::Force, "commanded_force_n".to_owned(), self.force_n),
             ],
             notes,
+            ..Columns::default()
         }
     }
 }
