@@ -179,7 +179,7 @@ def test_a_touch_has_a_column_for_each_axis(tmp_path) -> None:
         axes=3, shape="plane", normal=(0, 0, -1), way_points=[[0, 0, 0, 1e-3], [1, 0.01, 0, -2e-3]], duration_s=1.0
     )
     assert space["force_z_n"].max() > 0.3
-    assert not space["commanded_force_x_n"].any()
+    assert not space["force_x_n"].any()
 
 
 def test_a_cut_log_is_read_as_far_as_it_goes(tmp_path) -> None:

@@ -168,7 +168,6 @@ def test_a_prony_series_says_its_error() -> None:
         (lambda: Material("gel", "", example("zener"), {"citation": "x"}), "source: missing field"),
         (lambda: Material("gel", "", example("zener"), SOURCE, {"time": 1}), "range: unknown field"),
         (lambda: find("jelly"), "fish-muscle"),
-        (lambda: find("missing.toml"), "cannot read"),
         (lambda: identify([1.0, 2.0], [1.0]), "."),
         (lambda: identify([1.0, 2.0, math.nan], [3.0, 2.0, 1.0]), "."),
         (lambda: identify([1.0, 2.0], [2.0, 1.0], "jelly"), "is not one of relaxation, creep"),
