@@ -206,6 +206,9 @@ fn regressed(
     Some(below)
 }
 
+/// A real pole of the samples that is less is 0, but for noise: what it stands for rests within a sample. So little of it is left then.
+const AT_ONCE: [f64; 2] = [0.1, 1e-13];
+
 /// The poles of y\[k\] + `Σ α_j y[k−j]` = `Σ β_j u[k−j]`, in units of the sample time; `None` where one of them is none of a function.
 fn of_samples(record: &Record<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     let (n, rows) = (shape.poles, record.output.len() - shape.poles);
@@ -219,6 +222,12 @@ fn of_samples(record: &Record<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     in_z.push(1.0);
     let mut below = vec![Complex::new(1.0, 0.0)];
     for z in roots(&in_z) {
+        let is_at_once = z.im == 0.0 && z.re.abs() < AT_ONCE[0];
+        let z = if is_at_once {
+            z.re.abs().max(AT_ONCE[1]).into()
+        } else {
+            z
+        };
         let is_power = z.im != 0.0 || z.re > 0.0;
         let s = is_power.then(|| z.ln())?;
         let zero = Complex::new(0.0, 0.0);

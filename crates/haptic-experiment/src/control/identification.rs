@@ -3,6 +3,7 @@
 mod left;
 mod powers;
 mod record;
+mod rest;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -133,6 +134,7 @@ pub fn identify(
             }
         }
     }
+    cancel(&mut found, record, held);
     resolve_finer(&mut found, record);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Two guesses that end in one function.
@@ -140,16 +142,39 @@ pub fn identify(
         let numbers = |found: &Found| found.identified.standard_errors.len();
         numbers(a) == numbers(b) && (a.bic - b.bic).abs() < 1e-6 * b.bic.abs()
     });
-    found.truncate(KEPT);
     // Whole orders run exactly: of two that are as good they come first.
     let best = found.first().map_or(0.0, |found| found.bic);
     let whole = |found: &Found| found.is_whole() && found.bic <= best + AS_GOOD;
     if let Some(place) = found.iter().position(whole) {
         found[..=place].rotate_right(1);
     }
+    if let Some(place) = rest::simplest_at_rest(&found) {
+        found[..=place].rotate_right(1);
+    }
+    found.truncate(KEPT);
     match refused {
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
+    }
+}
+
+/// Puts functions in which a zero cancels a pole at rest in place of those that leave as little without both.
+fn cancel(found: &mut [Found], record: &InputOutput, held: bool) {
+    let floor = rounding(record);
+    let mut place = 0;
+    while let Some(own) = found.get(place) {
+        let function = Some(own.identified.function).filter(|_| own.is_whole());
+        let fewer = function.and_then(|own| rest::cancelled(&own, record));
+        let fewer = fewer
+            .and_then(|fewer| identify_coefficients(&fewer, &record.as_record(held)).ok())
+            .filter(|fewer| {
+                fewer.rms_residual <= rest::AS_MUCH * own.identified.rms_residual.max(floor)
+            });
+        match fewer {
+            // Looked at again: there may be two of them.
+            Some(fewer) => found[place] = judged(fewer, record),
+            None => place += 1,
+        }
     }
 }
 
@@ -199,9 +224,9 @@ fn without_the_loosest(identified: &Identified, times: f64) -> Option<Fractional
 /// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a
 /// function lacks may be far below what a rule resolves of its end. Not so where a function of other orders, which that rule runs, is the best.
 fn resolve_finer(found: &mut [Found], record: &InputOutput) {
+    let floor = rounding(record);
     let fine = |found: &Found| {
         let numbers = found.identified.standard_errors.len() as f64;
-        let floor = rounding(record);
         bic(record, found.identified.rms_residual, (numbers, floor))
     };
     let whole = found.iter().filter(|found| found.is_whole());

@@ -187,9 +187,29 @@ pub(super) fn resolved(record: &InputOutput) -> f64 {
     EXACT * largest(&record.output)
 }
 
-/// A model of whole orders runs exactly, but for some roundings of each sample: what is less says nothing for one of those.
+/// A model of whole orders runs exactly, but for some roundings of each sample and the last digit of the record: what is less says nothing for one
+/// of those.
 pub(super) fn rounding(record: &InputOutput) -> f64 {
-    ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest(&record.output)
+    let largest = largest(&record.output);
+    let own = ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest;
+    own.max(last_digit(&record.output).min(LEAST_DIGITS * largest))
+}
+
+/// Digits of a record at most: those of more have all of them.
+const MOST_DIGITS: i32 = 12;
+/// What the last digit of a record is at most, over its largest value.
+const LEAST_DIGITS: f64 = 1e-3;
+
+/// Root mean square of what rounding to the last decimal took from a signal; 0 where it has all its digits.
+fn last_digit(signal: &[f64]) -> f64 {
+    let highest = libm::floor(libm::log10(largest(signal))) as i32;
+    let units = (0..MOST_DIGITS).map(|digits| libm::pow(10.0, f64::from(highest - digits)));
+    let is_multiple = |value: f64, unit: f64| {
+        let times = value / unit;
+        (times - libm::round(times)).abs() <= 4.0 * f64::EPSILON * times.abs()
+    };
+    let mut units = units.filter(|unit| signal.iter().all(|value| is_multiple(*value, *unit)));
+    units.next().map_or(0.0, |unit| unit / libm::sqrt(12.0))
 }
 
 fn largest(signal: &[f64]) -> f64 {

@@ -136,13 +136,14 @@ fn every_shape(record: &InputOutput, held: bool) -> Vec<OfShape> {
             integrators,
         })
     });
+    let floor = rounding(record);
     let guess = |shape: WholeShape| {
         let guess = whole_guess(&record.as_record(held), shape)?;
         let numbers = (shape.poles + shape.zeros + 1 - shape.integrators) as f64;
         Some(OfShape {
             shape,
             function: guess.function,
-            bic: bic(record, guess.rms_residual, (numbers, rounding(record))),
+            bic: bic(record, guess.rms_residual, (numbers, floor)),
             rms_residual: guess.rms_residual,
         })
     };

@@ -1,0 +1,75 @@
+//! Poles at rest: those that a zero cancels as far as the record goes, and those that it does not ask for.
+
+use super::Found;
+use super::record::InputOutput;
+use fracdiff::roots;
+use fractional_control::{FractionalTransferFunction, Term};
+
+/// A pole or zero that moves by less than this over the whole record is at rest.
+const AT_REST: f64 = 0.3;
+/// What is left may grow by this factor where a pole at rest is cancelled.
+pub(super) const AS_MUCH: f64 = 2.0;
+/// A difference of the criterion that speaks very strongly (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6).
+const DECISIVE: f64 = 10.0;
+
+/// Order of the pole at s = 0: 1 of an integrator.
+pub(super) fn order_at_rest(function: &FractionalTransferFunction) -> f64 {
+    function.denominator().lowest() - function.numerator().lowest()
+}
+
+/// A function of whole orders without a pole and a zero that are both at rest: within the record the one cancels the other.
+pub(super) fn cancelled(
+    function: &FractionalTransferFunction,
+    record: &InputOutput,
+) -> Option<FractionalTransferFunction> {
+    let above = without_rest(&coefficients(function.numerator().terms()), record)?;
+    let below = without_rest(&coefficients(function.denominator().terms()), record)?;
+    FractionalTransferFunction::new(&terms(&above), &terms(&below)).ok()
+}
+
+/// Of s⁰ first.
+fn coefficients(terms: &[Term]) -> Vec<f64> {
+    let degree = terms.first().map_or(0.0, |term| term.order);
+    let mut all = vec![0.0; degree as usize + 1];
+    for term in terms {
+        all[term.order as usize] = term.coefficient;
+    }
+    all
+}
+
+fn terms(coefficients: &[f64]) -> Vec<Term> {
+    let terms = coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0);
+    terms.map(|(k, c)| Term::new(*c, k as f64)).collect()
+}
+
+/// The polynomial without its slowest root, if that is real and at rest.
+fn without_rest(coefficients: &[f64], record: &InputOutput) -> Option<Vec<f64>> {
+    let length_s = record.sample_time_s() * record.time_s.len() as f64;
+    let root = roots(coefficients).into_iter().next()?;
+    if root.im != 0.0 || root.re.abs() * length_s > AT_REST {
+        return None;
+    }
+    // Horner's rule from above.
+    let mut left = Vec::new();
+    for c in coefficients.iter().skip(1).rev() {
+        let before = left.last().map_or(0.0, |last| last * root.re);
+        left.push(c + before);
+    }
+    left.reverse();
+    Some(left)
+}
+
+/// A function with fewer numbers than the first, the best, and another pole at rest comes before it, unless the record speaks very strongly
+/// against that.
+pub(super) fn simplest_at_rest(found: &[Found]) -> Option<usize> {
+    let numbers = |found: &Found| found.identified.standard_errors.len();
+    let rest = |found: &Found| order_at_rest(&found.identified.function);
+    let best = found.first()?;
+    let near = found.iter().enumerate().filter(|(_, other)| {
+        other.bic <= best.bic + DECISIVE
+            && numbers(other) < numbers(best)
+            && (rest(other) - rest(best)).abs() > 0.0
+    });
+    near.min_by_key(|(_, other)| numbers(other))
+        .map(|(place, _)| place)
+}
