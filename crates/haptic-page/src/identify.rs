@@ -3,9 +3,12 @@
 use haptic_experiment::Failure;
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::{Loading, Reader, Reading, read_table};
-use haptic_tissue::identify::{CANDIDATES, Fit, Identification, Options, RecordKind, identify};
+use haptic_tissue::identify::{
+    CANDIDATES, Fit, Identification, Options, RecordKind, identify_unless,
+};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::sync::atomic::AtomicBool;
 
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 2000;
@@ -26,11 +29,11 @@ pub(crate) struct IdentifyRequest {
     model: Option<String>,
 }
 
-/// Reads the table and fits the models to it.
+/// Reads the table and fits the models to it, unless it is told to stop.
 ///
 /// # Errors
-/// A table that is none, a record that no model fits.
-pub(crate) fn identified(request: &IdentifyRequest) -> Result<Value, Failure> {
+/// A table that is none, a record that no model fits, a stop.
+pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result<Value, Failure> {
     let place = if request.name.is_empty() {
         "the record"
     } else {
@@ -62,7 +65,8 @@ pub(crate) fn identified(request: &IdentifyRequest) -> Result<Value, Failure> {
         chosen,
         ..Options::default()
     };
-    let found = identify(&understood.record, &options, &|_| {}).map_err(|error| refused(&error))?;
+    let found = identify_unless(&understood.record, &options, stop, &|_| {})
+        .map_err(|error| refused(&error))?;
     Ok(answer(&found, &understood.notes))
 }
 

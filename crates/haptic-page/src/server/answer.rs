@@ -78,7 +78,10 @@ pub(super) fn answer(id: &Value, request: Request, hub: &Arc<Hub>, page: &Page) 
             hub.runs.stop();
             Ok(Value::Null)
         }
-        Request::Identify(request) => return slow(move || identified(&request)),
+        Request::Identify(request) => {
+            let gone = Arc::clone(&page.gone);
+            return slow(move || identified(&request, &gone));
+        }
         felt => return self::feel(felt, hub),
     };
     Asked::Done(now)

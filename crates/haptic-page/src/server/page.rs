@@ -4,6 +4,7 @@ use super::live::LiveView;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use tokio::sync::{Notify, mpsc};
 
 /// Answers that wait for a page to read them.
@@ -26,6 +27,8 @@ pub(super) struct Page {
     pub(super) out: mpsc::Sender<Outgoing>,
     /// Told when the page does not read.
     pub(super) full: Arc<Notify>,
+    /// Set when it is gone: nobody waits for what it asked.
+    pub(super) gone: Arc<AtomicBool>,
 }
 
 impl Page {

@@ -12,6 +12,7 @@ use futures_util::{SinkExt as _, StreamExt as _};
 use haptic_experiment::Failure;
 use serde_json::Value;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
@@ -43,9 +44,11 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
         number,
         out,
         full: Arc::default(),
+        gone: Arc::default(),
     };
     let writer = tokio::spawn(write(sink, queue, Arc::clone(&hub), number));
     let reason = read(&mut source, &hub, &page).await;
+    page.gone.store(true, Ordering::Relaxed);
     // Not after the writer: a page that does not read would hold it.
     let leaving = tokio::spawn({
         let hub = Arc::clone(&hub);

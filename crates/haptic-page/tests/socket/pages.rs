@@ -3,7 +3,8 @@
 use crate::{below, opened, prostate, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::json;
-use testkit::browser::Page;
+use std::time::Instant;
+use testkit::browser::{PATIENCE, Page};
 
 #[test]
 fn one_page_holds_the_controls_and_the_others_watch() {
@@ -137,28 +138,31 @@ fn record(rows: u32) -> serde_json::Value {
 }
 
 #[test]
-fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_it() {
+fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
     let (_runs, server, mut one) = opened();
     let mut other = Page::open(server.address());
-    let long = record(10_000);
-    let asked: Vec<u64> = (0..9).map(|_| one.post("identify", long.clone())).collect();
-    let more: Vec<u64> = (0..9)
-        .map(|_| other.post("identify", long.clone()))
-        .collect();
-    // Eighteen of sixteen: the last of either page finds no place.
-    let last = one.refused("identify", long.clone());
-    assert!(
-        last.contains("sixteen requests are being worked on"),
-        "{last}"
-    );
-    let last = other.refused("identify", long);
-    assert!(
-        last.contains("sixteen requests are being worked on"),
-        "{last}"
-    );
-    assert_eq!((asked.len(), more.len()), (9, 9));
+    // Minutes of work.
+    let long = record(20_000);
+    for _ in 0..16 {
+        one.post("identify", long.clone());
+        // Both read meanwhile: a silent page is gone.
+        one.status(|_| true);
+        other.status(|_| true);
+    }
+    let refused = one.refused("identify", long);
+    let all = "sixteen requests are being worked on";
+    assert!(refused.contains(all), "{refused}");
+    let short = json!({"text": ""});
+    let refused = other.refused("identify", short.clone());
+    assert!(refused.contains(all), "{refused}");
     // Stop is heard all the same.
     other.ask("stop", json!({}));
+    // Nobody waits for the work of a page that has gone.
+    drop(one);
+    let until = Instant::now() + PATIENCE;
+    while other.refused("identify", short.clone()).contains(all) {
+        assert!(Instant::now() < until, "it is worked on for nobody");
+    }
     drop(server);
-    assert_eq!(one.closed(), "1001: the server was stopped");
+    assert_eq!(other.closed(), "1001: the server was stopped");
 }
