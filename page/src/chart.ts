@@ -221,24 +221,24 @@ export function at(line: ArrayLike<number | null | undefined>, index: number): n
   return null;
 }
 
-/** Names of lines with their strokes, above a chart; behind each its value at the cursor. */
+/** Names of lines with their strokes, above a chart; behind each its value at the cursor. A name of several lines has none. */
 export function legend(lines: Line[]): { root: HTMLElement; say: (values: string[]) => void } {
   const root = document.createElement("div");
   root.className = "legend";
   const said: HTMLElement[] = [];
-  const items = new Map<string, HTMLElement>();
+  const names = new Set<string>();
   for (const line of lines) {
     const key = `${line.label} ${line.colour}`;
-    const value = items.get(key) ?? document.createElement("b");
+    const value = document.createElement("b");
     said.push(value);
-    if (items.has(key)) continue;
-    items.set(key, value);
+    if (names.has(key)) continue;
+    names.add(key);
     const item = document.createElement("span");
     const stroke = document.createElement("i");
     stroke.style.borderColor = `var(${line.colour})`;
     stroke.classList.toggle("dot", line.marked === true);
     stroke.style.borderTopStyle = line.marked ? "solid" : line.dash === undefined ? "solid" : (line.dash[0] ?? 0) < 4 ? "dotted" : "dashed";
-    item.append(stroke, line.label, value);
+    item.append(stroke, line.label, ...(lines.filter(({ label, colour }) => `${label} ${colour}` === key).length === 1 ? [value] : []));
     root.append(item);
   }
   return { root, say: (values) => said.forEach((element, index) => (element.textContent = values[index] ?? "")) };
