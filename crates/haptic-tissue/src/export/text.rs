@@ -27,6 +27,15 @@ impl ExportFormat {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Table, Self::Ansys, Self::Abaqus, Self::Febio];
 
+    /// The branches of a series for it, unless more or fewer are asked for: 12, or the most that it takes.
+    #[must_use]
+    pub const fn branches(self) -> usize {
+        match self {
+            Self::Febio => FEBIO_TERMS,
+            _ => 12,
+        }
+    }
+
     /// The name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {

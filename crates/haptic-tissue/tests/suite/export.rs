@@ -49,6 +49,14 @@ fn the_error_that_is_named_is_the_error() {
 }
 
 #[test]
+fn every_format_takes_as_many_branches_as_it_has_by_itself() {
+    for format in ExportFormat::ALL {
+        let fit = PronyFit::new(&muscle(), format.branches(), 1e-3, 1e3).expect("fits");
+        assert!(fit.text(format, "muscle").is_ok(), "{format:?}");
+    }
+}
+
+#[test]
 fn more_branches_are_closer() {
     let errors: Vec<f64> = [3, 6, 12, 24]
         .map(|branches| {

@@ -25,9 +25,9 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// A name from the list, or the path of a TOML file
     name: String,
-    /// Branches at most
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = whole::<usize>(PronyFit::BRANCHES))]
-    prony: usize,
+    /// Branches at most; 12 by default, 6 for febio
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(PronyFit::BRANCHES))]
+    prony: Option<usize>,
     /// Longest time at which the series holds
     #[arg(long, value_parser = within::<Time>(range::MEMORIES), allow_hyphen_values = true, default_value = "1000s")]
     horizon: Time,
@@ -71,7 +71,8 @@ impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let material = self.folder.load()?.find(&self.name);
         let material = material.map_err(Failure::input)?;
-        let fit = PronyFit::new(&material.model, self.prony, self.shortest.0, self.horizon.0)
+        let branches = self.prony.unwrap_or(self.format.branches());
+        let fit = PronyFit::new(&material.model, branches, self.shortest.0, self.horizon.0)
             .map_err(|error| refused(&error))?;
         let kind = material.model.kind();
         let title = format!(
