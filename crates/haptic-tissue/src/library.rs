@@ -1,6 +1,7 @@
 //! The tissue library: the files that come with the crate, and a folder of the user's.
 
 use crate::material::{Material, MaterialError};
+use crate::text_file::read_text;
 use std::path::{Path, PathBuf};
 
 /// Files that come with the program: name for messages, content.
@@ -23,26 +24,46 @@ const BUILT_IN: [(&str, &str); 3] = [
 #[derive(Clone, Debug, PartialEq)]
 pub struct Library {
     materials: Vec<Material>,
+    skipped: Vec<Skipped>,
+}
+
+/// A file of the user's folder that is no tissue, or a damaged one.
+#[derive(Clone, Debug, PartialEq)]
+struct Skipped {
+    path: PathBuf,
+    why: String,
 }
 
 impl Library {
-    /// Those that come with the program, and all `*.toml` files of a folder of the user's.
+    /// Those that come with the program, and all `*.toml` files of a folder of the user's. A file that is no tissue is
+    /// [skipped](Self::skipped).
     ///
     /// # Errors
-    /// If a file is wrong or a name is taken.
+    /// If the folder cannot be read, or a name is taken.
     pub fn load(folder: Option<&Path>) -> Result<Self, MaterialError> {
-        let mut materials = Vec::new();
+        let (mut materials, mut skipped) = (Vec::new(), Vec::new());
         for (name, text) in BUILT_IN {
             materials.push(Material::parse(Path::new(name), text)?);
         }
         for path in folder.map(toml_files).transpose()?.unwrap_or_default() {
-            let material = Material::read(&path)?;
-            if materials.iter().any(|known| known.name == material.name) {
-                return Err(MaterialError::Twice(material.name, path));
+            match Material::read(&path) {
+                Ok(material) if materials.iter().any(|known| known.name == material.name) => {
+                    return Err(MaterialError::Twice(material.name, path));
+                }
+                Ok(material) => materials.push(material),
+                Err(error) => {
+                    let why = error.to_string();
+                    skipped.push(Skipped { path, why });
+                }
             }
-            materials.push(material);
         }
-        Ok(Self { materials })
+        Ok(Self { materials, skipped })
+    }
+
+    /// A line for each file of the user's folder that is no tissue: which, and why.
+    pub fn skipped(&self) -> impl Iterator<Item = String> {
+        let each = self.skipped.iter();
+        each.map(|file| format!("skipped in the library: {}", file.why))
     }
 
     /// All, the program's own first.
@@ -54,16 +75,32 @@ impl Library {
     /// A material by name, or from the file where `name` is a path that ends in `.toml`.
     ///
     /// # Errors
-    /// If there is none of that name, or the file is wrong.
+    /// If there is none of that name, or the file is wrong, also one of the library that was skipped.
     pub fn find(&self, name: &str) -> Result<Material, MaterialError> {
         if Path::new(name).extension().is_some_and(|e| e == "toml") {
             return Material::read(Path::new(name));
         }
         let found = self.materials.iter().find(|known| known.name == name);
+        let damaged = self.skipped.iter().find(|file| file.is_of(name));
+        if let (None, Some(file)) = (found, damaged) {
+            return Material::read(&file.path);
+        }
         found.cloned().ok_or_else(|| MaterialError::Unknown {
             name: name.to_owned(),
             known: self.materials.iter().map(|m| m.name.clone()).collect(),
         })
+    }
+}
+
+impl Skipped {
+    /// True if this would be the tissue of that name, were it whole: by its own word, or by the name of the file.
+    fn is_of(&self, name: &str) -> bool {
+        let named = read_text(&self.path).is_ok_and(|text| {
+            let line = text.lines().find_map(|line| line.strip_prefix("name"));
+            let value = line.and_then(|line| line.trim_start().strip_prefix('='));
+            value.is_some_and(|value| value.trim().trim_matches(['"', '\'']) == name)
+        });
+        named || self.path.file_stem().is_some_and(|stem| stem == name)
     }
 }
 

@@ -10,8 +10,12 @@ pub const TEXT_MOST: u64 = 1 << 20;
 /// The text of a file, if it is not longer than [`TEXT_MOST`].
 ///
 /// # Errors
-/// Those of the system; a longer file, also one without an end.
+/// Those of the system; a longer file; what is not a regular file, as a pipe, where nobody may ever write.
 pub fn read_text(path: &Path) -> io::Result<String> {
+    if !std::fs::metadata(path)?.is_file() {
+        let why = "it is not a regular file";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    }
     let mut text = Vec::new();
     (File::open(path)?.take(TEXT_MOST + 1)).read_to_end(&mut text)?;
     if text.len() as u64 > TEXT_MOST {

@@ -6,6 +6,7 @@ mod print;
 
 use crate::command::conduct::progress_bar;
 use crate::command::experiment::modelled;
+use crate::command::materials::folder::library;
 use crate::command::plant::PlantArguments;
 use crate::command::words::{parse_scheme, parse_wall_order, wall_order};
 use crate::files::{Place, save_picture};
@@ -24,7 +25,6 @@ use haptic_experiment::{TrialVerdict, parameters};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use haptic_quantity::{Area, Force, Frequency, Length};
-use haptic_tissue::Library;
 use print::print;
 use std::path::PathBuf;
 
@@ -269,7 +269,7 @@ impl Arguments {
             },
             ["tissue", name] => {
                 let tissue = &self.tissue;
-                let library = Library::load(tissue.library.as_deref()).map_err(Failure::input)?;
+                let library = library(tissue.library.as_deref())?;
                 let area = tissue
                     .area
                     .map_or(parameters::AREA.default_number(), |area| area.0);

@@ -6,6 +6,7 @@ use super::words::{parse_scheme, roll_bytes};
 use crate::choice::choice;
 use crate::command::drive::DriveArguments;
 use crate::command::live::LiveArguments;
+use crate::command::materials::folder::library;
 use crate::command::preflight::PreflightArguments;
 use crate::command::realtime::RealtimeArguments;
 use crate::command::remote::RemoteArguments;
@@ -114,7 +115,7 @@ impl RenderingArguments {
         if self.scheme == Scheme::Exact {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }
-        let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
+        let library = library(self.library.as_deref())?;
         let material = modelled(&library, &self.tissue)?;
         let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0)).map_err(
             |error| {

@@ -4,6 +4,7 @@ mod answer;
 
 use super::arguments::{Files, logarithmic};
 use crate::choice::choice;
+use crate::command::materials::folder::library;
 use crate::command::words::parse_dissipation;
 use crate::output::Output;
 use crate::parameter::help_with_default;
@@ -25,7 +26,6 @@ use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use haptic_quantity::{Area, Damping, Frequency, Length, Mass, Stiffness, Time};
-use haptic_tissue::Library;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
@@ -220,7 +220,7 @@ impl TeleoperationArguments {
                 "frequencies {low} to {high} Hz are not inside 0 to {most} Hz, lowest first: change --low, --high or --sample-time"
             )));
         }
-        let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
+        let library = library(self.library.as_deref())?;
         let material = library.find(&self.tissue).map_err(Failure::input)?;
         let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0));
         let place = RemotePlace::Tissue(TissuePiece {

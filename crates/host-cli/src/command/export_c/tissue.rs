@@ -1,5 +1,6 @@
 //! The tissue whose law is exported.
 
+use crate::command::materials::folder::library;
 use crate::within::within;
 use clap::Args;
 use fracdiff::Order;
@@ -10,7 +11,6 @@ use haptic_experiment::parameters as p;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use haptic_quantity::{Area, Length};
-use haptic_tissue::Library;
 use std::path::PathBuf;
 
 /// Options of the tissue.
@@ -45,7 +45,7 @@ impl TissueArguments {
         let Some(name) = &self.tissue else {
             return Ok(None);
         };
-        let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
+        let library = library(self.library.as_deref())?;
         let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
         let piece = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0));
         let piece = piece

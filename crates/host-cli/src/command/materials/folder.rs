@@ -1,9 +1,10 @@
 //! The folder with more tissues.
 
+use crate::output::warn;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_tissue::Library;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The folder with more tissues.
 #[derive(Debug, Args)]
@@ -17,8 +18,18 @@ impl Folder {
     /// All tissues: the program's own and those of the folder.
     ///
     /// # Errors
-    /// A wrong file.
+    /// As [`library`].
     pub(crate) fn load(&self) -> Result<Library, Failure> {
-        Library::load(self.library.as_deref()).map_err(Failure::input)
+        library(self.library.as_deref())
     }
+}
+
+/// The program's own tissues and those of a folder; says which of its files are no tissues.
+///
+/// # Errors
+/// A folder that cannot be read; a name that is there twice.
+pub(crate) fn library(folder: Option<&Path>) -> Result<Library, Failure> {
+    let library = Library::load(folder).map_err(Failure::input)?;
+    library.skipped().for_each(|file| warn(&file));
+    Ok(library)
 }

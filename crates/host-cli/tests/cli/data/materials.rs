@@ -139,13 +139,47 @@ fn a_wrong_tissue_file_is_refused_with_file_line_and_reason() {
         assert!(GEL.contains(from), "{from}");
         place.write("mine/gel.toml", GEL.replace(from, to));
         for line in [
-            "materials list --library mine",
             "materials show gel --library mine",
-            "relax --library mine",
+            "relax --tissue gel --library mine",
             "relax --tissue mine/gel.toml",
         ] {
             place.run(line).refused(2, &[wanted]);
         }
+        // Who asks for another tissue gets it.
+        let listed = place.run("materials list --library mine").succeeded();
+        says(&listed.stderr, &["warning: skipped", wanted]);
     }
     assert_eq!(place.files(), ["mine/", "mine/gel.toml"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn what_is_no_tissue_is_named_and_skipped_by_every_command_with_a_library() {
+    let place = Place::new();
+    std::fs::create_dir_all(place.path("mine/folder.toml")).expect("makes folders");
+    place.write("mine/gel.toml", GEL);
+    place.write("mine/wall.toml", "[wall]\nstiffness_n_per_m = 1000\n");
+    place.write("mine/bytes.toml", "\u{0}\u{1}");
+    // A pipe that nobody writes to must not be waited for.
+    place.shell("mkfifo mine/pipe.toml").succeeded();
+    for line in [
+        "materials list",
+        "materials show gel",
+        "materials export gel",
+        "relax --tissue gel --duration 3s --ramp-time 0.5s --out run --overwrite",
+        "creep --tissue gel --duration 3s --out creep --overwrite",
+        "export-c --tissue gel --sample-time 1ms --horizon 10s --name gel --out gel.h --overwrite",
+        "analyze teleoperation --tissue gel --json",
+    ] {
+        let ended = place.run(&format!("{line} --library mine"));
+        let skipped = ended.stderr.matches("warning: skipped").count();
+        assert_eq!(skipped, 4, "{ended}");
+        for file in ["folder", "wall", "bytes", "pipe"] {
+            says(&ended.stderr, &[&format!("mine/{file}.toml")]);
+        }
+        says(&ended.stderr, &["it is not a regular file"]);
+        if !line.starts_with("analyze") {
+            ended.succeeded();
+        }
+    }
 }
