@@ -33,7 +33,8 @@ for warning in found.warnings:
 assert found.best.rms < 0.012
 
 # 3 A tissue file, which host-cli takes too.
-source = {"citation": "made up", "conditions": "none", "checked": True, "residual": f"{100 * found.best.rms:.2f} %"}
+residual = f"rms {found.best.rms:.4f} in log modulus"
+source = {"citation": "made up", "conditions": "none", "checked": True, "residual": residual}
 own = tissue.Material("my-gel", "a gel", found.best.model, source, {"time_from_s": 0.01, "time_to_s": 300.0})
 file = folder / "my-gel.toml"
 file.write_text(own.to_toml())

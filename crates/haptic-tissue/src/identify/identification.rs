@@ -70,6 +70,25 @@ pub struct Identification {
     pub warnings: Vec<String>,
 }
 
+impl Identification {
+    /// What a fit leaves of each value, model less record: a share of the value, or Pa of a history.
+    #[must_use]
+    pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
+        let both = fit.predicted.iter().zip(&self.measured);
+        both.map(|(model, measured)| match self.kind {
+            RecordKind::History => model - measured,
+            _ => relative(libm::log(model / measured)),
+        })
+        .collect()
+    }
+}
+
+/// A residual r of a logarithm as a share of the value: e^r − 1, never below −1.
+#[must_use]
+pub fn relative(residual: f64) -> f64 {
+    libm::expm1(residual)
+}
+
 /// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and a BIC within 2 of it goes first.
 /// `progress` is told how many records of the bootstrap are done, from any thread.
 ///

@@ -43,7 +43,7 @@ mod target;
 pub use candidate::CANDIDATES;
 pub use error::IdentifyError;
 pub use fit::Fit;
-pub use identification::{Identification, Options, identify, identify_unless, rms_of};
+pub use identification::{Identification, Options, identify, identify_unless, relative, rms_of};
 pub use parameter::Estimate;
 pub use record::{Record, RecordKind, SAMPLES_MOST};
 pub use target::Weighting;

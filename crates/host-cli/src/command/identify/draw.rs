@@ -2,7 +2,7 @@
 
 use super::print::digits;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use haptic_tissue::identify::{Fit, Identification, RecordKind};
+use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
 /// Points of a curve or of the record.
 type Points = Vec<(f64, f64)>;
@@ -129,7 +129,8 @@ fn name(kind: RecordKind, fit: &Fit) -> String {
     if kind == RecordKind::History {
         format!("{}, rms {} Pa", fit.kind.name(), digits(fit.rms))
     } else {
-        format!("{}, rms {:.2} %", fit.kind.name(), 100.0 * fit.rms)
+        let rms = 100.0 * relative(fit.rms);
+        format!("{}, rms {rms:.2} %", fit.kind.name())
     }
 }
 
@@ -144,15 +145,47 @@ fn gap(mut points: Points, at: Option<usize>) -> Points {
     points
 }
 
-/// Model less record: of the logarithm in %, of a stress in Pa.
+/// Model less record: in % of it, of a stress in Pa.
 fn residuals(found: &Identification, fit: &Fit) -> Points {
-    let values = fit
-        .predicted
-        .iter()
-        .zip(&found.measured)
-        .map(|(model, measured)| match found.kind {
-            RecordKind::History => model - measured,
-            _ => 100.0 * (model / measured).ln(),
-        });
+    let unit = match found.kind {
+        RecordKind::History => 1.0,
+        _ => 100.0,
+    };
+    let values = found.residuals(fit).into_iter().map(|value| unit * value);
     found.x.iter().copied().zip(values).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_tissue::ModelKind;
+
+    #[test]
+    fn a_model_at_a_third_of_the_record_is_67_percent_below_it() {
+        let fit = Fit {
+            kind: ModelKind::SpringPot,
+            parameters: Vec::new(),
+            correlation: Vec::new(),
+            rms: 1.12,
+            aic: 0.0,
+            bic: 0.0,
+            predicted: vec![100.0 * (-1.12_f64).exp(), 110.0],
+            neighbours: 0.0,
+        };
+        let mut found = Identification {
+            kind: RecordKind::Relaxation,
+            samples: 2,
+            fits: vec![fit.clone()],
+            x: vec![1.0, 2.0],
+            measured: vec![100.0, 100.0],
+            warnings: Vec::new(),
+        };
+        let drawn = residuals(&found, &fit);
+        assert!((drawn[0].1 + 67.37).abs() < 0.01, "{drawn:?}");
+        assert!((drawn[1].1 - 10.0).abs() < 1e-9, "{drawn:?}");
+        assert_eq!(name(found.kind, &fit), "spring-pot, rms 206.49 %");
+        found.kind = RecordKind::History;
+        let drawn = residuals(&found, &fit);
+        assert!((drawn[1].1 - 10.0).abs() < 1e-9, "{drawn:?}");
+    }
 }
