@@ -240,6 +240,16 @@ mod tests {
         assert!((1.33..1.35).contains(&factor), "{muir}");
         let exact = numbers("C7", |claim| &claim.exact);
         assert!(exact.contains("at least 1.000000000 times"), "{exact}");
+        // The stiffest wall at 2 is held against another, not against itself.
+        let kinds: [fn(&Claim) -> &Evidence; 2] = [|claim| &claim.muir, |claim| &claim.exact];
+        for said in kinds.map(|kind| numbers("C2", kind)) {
+            let decimals = |word: &&str| {
+                word.split_once('.')
+                    .is_some_and(|(_, after)| after.len() == 4)
+            };
+            let alphas: Vec<&str> = said.split([' ', ',', ';']).filter(decimals).collect();
+            assert!(alphas.len() == 2 && alphas[0] > alphas[1], "{said}");
+        }
         let c9 = truth.iter().find(|claim| claim.id == "C9").expect("judged");
         assert!(
             c9.exact.numbers.contains("2.000 times"),
