@@ -87,6 +87,15 @@ def test_an_own_material_goes_through_its_file(tmp_path) -> None:
         find("jelly", tmp_path)
 
 
+def test_what_is_no_tissue_is_skipped_with_a_warning(tmp_path) -> None:
+    (tmp_path / "gel.toml").write_text(Material("gel", "a gel", example("zener"), SOURCE).to_toml())
+    (tmp_path / "wall.toml").write_text("[wall]\n")
+    with pytest.warns(UserWarning, match="wall.toml"):
+        assert "gel" in library(tmp_path)
+    with pytest.warns(UserWarning, match="wall.toml"), pytest.raises(ValueError, match="wall.toml"):
+        find("wall", tmp_path)
+
+
 def test_relaxation_creep_and_oscillation_give_the_model_back() -> None:
     muscle = Model("fractional-maxwell", **MUSCLE)
     t = np.geomspace(0.01, 1000, 80)

@@ -161,7 +161,9 @@ impl PyLoop {
 
     /// The margins as a dictionary of pairs.
     fn _margins<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let margins = heard_by(slf, |own, _| own.sampled()?.beside_rest().margins().or_refused())?;
+        let margins = heard_by(slf, |own, _| {
+            own.sampled()?.beside_rest().margins().or_refused()
+        })?;
         let sample_time = slf.get().sample_time;
         let pair = |value| at(value, sample_time);
         let report = PyDict::new(slf.py());

@@ -117,7 +117,7 @@ impl PyTransferFunction {
     /// complex or ndarray of complex, same shape
     ///     G(j omega).
     fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let own = self.0.clone();
+        let own = self.0;
         responses(omega, move |omega| own.response(omega))
     }
 

@@ -6,7 +6,9 @@ use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, unread};
 use crate::value;
 use haptic_tissue::{Library, Material};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
+use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -130,14 +132,24 @@ impl PyMaterial {
     }
 }
 
+/// The library; warns of files in the folder that are no tissues.
+fn loaded(py: Python<'_>, folder: Option<PathBuf>) -> PyResult<Library> {
+    let library = heard(py, Duration::MAX, move |_| {
+        Library::load(folder.as_deref()).map_err(|error| unread(&error))
+    })?;
+    for file in library.skipped() {
+        let file = CString::new(file.replace('\0', " "))?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &file, 2)?;
+    }
+    Ok(library)
+}
+
 /// The tissues that come with the package, and those of a folder.
 #[pyfunction]
 pub(crate) fn library(py: Python<'_>, folder: Option<PathBuf>) -> PyResult<Vec<PyMaterial>> {
-    heard(py, Duration::MAX, move |_| {
-        let library = Library::load(folder.as_deref()).map_err(|error| unread(&error))?;
-        let materials = library.materials().iter().cloned();
-        Ok(materials.map(PyMaterial).collect())
-    })
+    let library = loaded(py, folder)?;
+    let materials = library.materials().iter().cloned();
+    Ok(materials.map(PyMaterial).collect())
 }
 
 /// A tissue by name, or from a file.
@@ -147,8 +159,8 @@ pub(crate) fn find_material(
     name: String,
     folder: Option<PathBuf>,
 ) -> PyResult<PyMaterial> {
+    let library = loaded(py, folder)?;
     heard(py, Duration::MAX, move |_| {
-        let library = Library::load(folder.as_deref()).map_err(|error| unread(&error))?;
         let found = library.find(&name).map_err(|error| unread(&error))?;
         Ok(PyMaterial(found))
     })

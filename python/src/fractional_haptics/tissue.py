@@ -76,7 +76,7 @@ def library(folder: str | os.PathLike[str] | None = None) -> dict[str, Material]
     Parameters
     ----------
     folder : path, optional
-        A folder whose tissue files (``*.toml``) are added.
+        A folder whose tissue files (``*.toml``) are added. A file that is no tissue is skipped with a warning.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def library(folder: str | os.PathLike[str] | None = None) -> dict[str, Material]
     FileNotFoundError
         No such folder.
     ValueError
-        A file that is wrong, with line and reason; a name that is there twice.
+        A name that is there twice.
 
     Examples
     --------
