@@ -215,9 +215,11 @@ fn prepared<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
 ) -> Result<Prepared<H::Setup>, Refusal> {
     device.with(|device| device.may_install())?;
     let capabilities = device.with(|device| device.hardware().capabilities());
-    let mut prepared = prepare::<H, D>(*configuration, values, &capabilities)?;
-    device.with(|device| device.hardware().fit(&mut prepared.setup))?;
-    Ok(prepared)
+    let mut prepared = prepare::<H, D>(*configuration, values, &capabilities);
+    if let Ok(prepared) = &mut prepared {
+        device.with(|device| device.hardware().fit(&mut prepared.setup))?;
+    }
+    prepared
 }
 
 /// A run may only tighten what was set to last.
