@@ -35,8 +35,13 @@ impl Served {
     }
 
     /// Sends Ctrl-C, and waits: the exit code and what it said.
-    fn interrupt(mut self) -> (Option<i32>, String) {
-        let kill = format!("kill -INT {}", self.child.id());
+    fn interrupt(self) -> (Option<i32>, String) {
+        self.signal("INT")
+    }
+
+    /// The same with another signal.
+    fn signal(mut self, name: &str) -> (Option<i32>, String) {
+        let kill = format!("kill -{name} {}", self.child.id());
         assert!(
             Command::new("sh")
                 .args(["-c", &kill])
@@ -99,6 +104,39 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
         "{info}"
     );
     assert!(info["samples"].as_u64() > Some(200));
+}
+
+/// A pipe that nobody writes to, and work for hours: nothing of it is waited for.
+#[test]
+fn it_ends_whatever_is_asked_of_it() {
+    let place = tempfile::tempdir().expect("a folder");
+    let results = place.path().join("results");
+    std::fs::create_dir(&results).expect("made");
+    let pipe = |name: &str| {
+        let made = Command::new("mkfifo").arg(results.join(name)).status();
+        assert!(made.expect("runs").success());
+    };
+    pipe("tissue.toml");
+    for signal in ["INT", "TERM"] {
+        let served = Served::start(place.path(), SERVE);
+        let mut page = Page::open(&served.address);
+        page.post(
+            "runs.start",
+            json!({"kind": "relax", "parameters": {"tissue": "results/tissue.toml"}}),
+        );
+        let mut text = "time_s,relaxation_modulus_pa\n".to_owned();
+        for n in 1..=20_000 {
+            let t = 1e-3 * f64::from(n);
+            text += &format!("{t},{}\n", 1000.0 * t.powf(-0.2));
+        }
+        // Their bodies are large: the page reads what is sent meanwhile.
+        for _ in 0..16 {
+            page.post("identify", json!({"name": "long.csv", "text": text}));
+            page.status(|_| true);
+        }
+        let (code, said) = served.signal(signal);
+        assert_eq!(code, Some(0), "{said}");
+    }
 }
 
 #[test]

@@ -88,6 +88,8 @@ const KEPT: usize = 6;
 const AS_GOOD: f64 = 2.0;
 /// One that speaks weakly.
 const WEAK: f64 = 6.0;
+/// A difference of the criterion that speaks very strongly, by the same table.
+const DECISIVE: f64 = 10.0;
 /// A coefficient whose standard error is above this share of it is tried without.
 const LOOSE: f64 = 0.5;
 
@@ -148,7 +150,7 @@ pub fn identify(
     if let Some(place) = found.iter().position(whole) {
         found[..=place].rotate_right(1);
     }
-    if let Some(place) = rest::simplest_at_rest(&found) {
+    if let Some(place) = simplest_at_rest(&found) {
         found[..=place].rotate_right(1);
     }
     found.truncate(KEPT);
@@ -156,6 +158,21 @@ pub fn identify(
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
+}
+
+/// A function with fewer numbers than the first, the best, and another pole at rest comes before it, unless the record speaks very strongly
+/// against that.
+fn simplest_at_rest(found: &[Found]) -> Option<usize> {
+    let numbers = |found: &Found| found.identified.standard_errors.len();
+    let order = |found: &Found| rest::order_at_rest(&found.identified.function);
+    let best = found.first()?;
+    let near = found.iter().enumerate().filter(|(_, other)| {
+        other.bic <= best.bic + DECISIVE
+            && numbers(other) < numbers(best)
+            && (order(other) - order(best)).abs() > 0.0
+    });
+    near.min_by_key(|(_, other)| numbers(other))
+        .map(|(place, _)| place)
 }
 
 /// Puts functions in which a zero cancels a pole at rest in place of those that leave as little without both.

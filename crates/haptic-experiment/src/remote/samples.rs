@@ -1,6 +1,6 @@
 //! The samples of a session: each kept once, each that is missing counted.
 
-use super::session::HostSession;
+use super::session::{HostSession, applied_n};
 use crate::ended::Ended;
 use crate::flight::{AFTER, FaultSeen};
 use crate::kept::{Made, TickRecord};
@@ -19,12 +19,6 @@ pub fn blank(reference_m: f64) -> TickMessage {
         observed_energy_j: f64::NAN,
         ..TickMessage::default()
     }
-}
-
-/// Force that the device made in a sample, N.
-pub(super) fn applied_n<const D: usize>(sample: &VectorSample) -> SVector<f64, D> {
-    let force_n = |axis: usize| sample.axes.get(axis).map_or(0.0, |axis| axis.force_n);
-    SVector::from_fn(|axis, _| f64::from(force_n(axis)))
 }
 
 impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {

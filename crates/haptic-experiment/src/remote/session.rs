@@ -7,12 +7,13 @@ use crate::folder::OutputFolder;
 use crate::kept::{Made, Record, TickRecord};
 use crate::preflight::PreflightVerdict;
 use crate::recorder::{Recorded, Recorder};
-use crate::remote::samples::applied_n;
 use crate::remote::summary::{flat, summarise};
 use crate::run::{Ran, Supervisor, close};
 use crate::schedule::Schedule;
 use fracdiff::Real;
-use haptic_link::{EventKind, LoopMode, Refusal, Report, Request, Start, State, Statistics};
+use haptic_link::{
+    EventKind, LoopMode, Refusal, Report, Request, Start, State, Statistics, VectorSample,
+};
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime};
 use haptic_loop::realtime::RaisedThread;
@@ -352,4 +353,10 @@ fn blow(refused: StartRefused) -> SerialError {
 /// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
 fn waits_for_rest(link: &SerialLink) -> bool {
     link.wait_for_rest() && link.status().state == State::Idle
+}
+
+/// Force that the device made in a sample, N.
+pub(super) fn applied_n<const D: usize>(sample: &VectorSample) -> SVector<f64, D> {
+    let force_n = |axis: usize| sample.axes.get(axis).map_or(0.0, |axis| axis.force_n);
+    SVector::from_fn(|axis, _| f64::from(force_n(axis)))
 }

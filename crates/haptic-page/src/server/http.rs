@@ -1,7 +1,7 @@
 //! HTTP: who may ask for what, and with which headers it is answered.
 
 use super::assets;
-use super::hub::Hub;
+use super::hub::{BUSY, Hub};
 use super::socket;
 use super::tables;
 use axum::Router;
@@ -130,7 +130,8 @@ fn allowed(
         );
     };
     if name != "ws" {
-        let file = assets::file(name, headers).or_else(|| tables::fetched(&hub, name));
+        let file = assets::file(name, headers)
+            .or_else(|| tables::fetched(&hub.tables, name, &hub.work, BUSY));
         return file.unwrap_or_else(|| {
             sentence(StatusCode::NOT_FOUND, "The page has no file of this name.")
         });

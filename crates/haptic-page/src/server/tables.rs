@@ -1,6 +1,5 @@
 //! Tables that a page may fetch, each once, at an address of its own.
 
-use super::hub::{BUSY, Hub};
 use crate::feel::locked;
 use crate::runs::Table;
 use axum::body::{Body, Bytes};
@@ -11,7 +10,7 @@ use futures_util::stream;
 use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Mutex};
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 use tokio::task::spawn_blocking;
 
 /// Tables that wait to be fetched; the oldest goes first.
@@ -45,12 +44,17 @@ impl Tables {
     }
 }
 
-/// The table of this name, as it is read; `None` if there is none.
-pub(super) fn fetched(hub: &Hub, name: &str) -> Option<Response> {
-    let Ok(place) = Arc::clone(&hub.work).try_acquire_owned() else {
-        return Some((StatusCode::SERVICE_UNAVAILABLE, BUSY).into_response());
+/// The table of this name, as it is read by work that has a place; `busy` if none is free, `None` if there is no such table.
+pub(super) fn fetched(
+    tables: &Tables,
+    name: &str,
+    work: &Arc<Semaphore>,
+    busy: &'static str,
+) -> Option<Response> {
+    let Ok(place) = Arc::clone(work).try_acquire_owned() else {
+        return Some((StatusCode::SERVICE_UNAVAILABLE, busy).into_response());
     };
-    let table = hub.tables.take(name)?;
+    let table = tables.take(name)?;
     let (out, pieces) = mpsc::channel::<io::Result<Bytes>>(AHEAD);
     // It ends when nobody takes its pieces.
     spawn_blocking(move || {

@@ -1,6 +1,5 @@
 //! Poles at rest: those that a zero cancels as far as the record goes, and those that it does not ask for.
 
-use super::Found;
 use super::record::InputOutput;
 use fracdiff::roots;
 use fractional_control::{FractionalTransferFunction, Term};
@@ -9,8 +8,6 @@ use fractional_control::{FractionalTransferFunction, Term};
 const AT_REST: f64 = 0.3;
 /// What is left may grow by this factor where a pole at rest is cancelled.
 pub(super) const AS_MUCH: f64 = 2.0;
-/// A difference of the criterion that speaks very strongly (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6).
-const DECISIVE: f64 = 10.0;
 
 /// Order of the pole at s = 0: 1 of an integrator.
 pub(super) fn order_at_rest(function: &FractionalTransferFunction) -> f64 {
@@ -57,19 +54,4 @@ fn without_rest(coefficients: &[f64], record: &InputOutput) -> Option<Vec<f64>> 
     }
     left.reverse();
     Some(left)
-}
-
-/// A function with fewer numbers than the first, the best, and another pole at rest comes before it, unless the record speaks very strongly
-/// against that.
-pub(super) fn simplest_at_rest(found: &[Found]) -> Option<usize> {
-    let numbers = |found: &Found| found.identified.standard_errors.len();
-    let rest = |found: &Found| order_at_rest(&found.identified.function);
-    let best = found.first()?;
-    let near = found.iter().enumerate().filter(|(_, other)| {
-        other.bic <= best.bic + DECISIVE
-            && numbers(other) < numbers(best)
-            && (rest(other) - rest(best)).abs() > 0.0
-    });
-    near.min_by_key(|(_, other)| numbers(other))
-        .map(|(place, _)| place)
 }
