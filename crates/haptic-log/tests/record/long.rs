@@ -58,7 +58,7 @@ fn within_chunk(bytes: &[u8], number: usize) -> usize {
         let end = at + 9 + length as usize;
         chunks += usize::from(bytes[at] == CHUNK);
         if chunks == number {
-            return end - 8;
+            return end - length as usize / 4;
         }
         at = end;
     }
