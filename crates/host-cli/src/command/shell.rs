@@ -3,6 +3,7 @@
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_log::record::NewFile;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -22,6 +23,9 @@ pub struct Completions {
 pub struct Man {
     /// Folder for the pages, made if it is not there
     directory: PathBuf,
+    /// Replace pages that are there
+    #[arg(long)]
+    overwrite: bool,
 }
 
 /// A script as JSON.
@@ -57,21 +61,20 @@ impl Man {
     /// Runs the command, for the command line as a whole.
     ///
     /// # Errors
-    /// If the folder cannot be written.
+    /// If a page is there already, or the folder cannot be written.
     pub fn run(self, whole: clap::Command, output: Output) -> Result<(), Failure> {
-        let fail = |error: std::io::Error| {
-            let folder = self.directory.display();
-            let what = format_args!("cannot write manual pages into `{folder}`");
-            Failure::writing(error, what)
-        };
-        std::fs::create_dir_all(&self.directory).map_err(fail)?;
-        clap_mangen::generate_to(whole, &self.directory).map_err(fail)?;
+        let folder = self.directory.display();
+        std::fs::create_dir_all(&self.directory)
+            .map_err(|error| Failure::writing(error, format_args!("cannot make `{folder}`")))?;
+        let mut whole = whole.disable_help_subcommand(true);
+        whole.build();
+        // All of them, or none.
+        let mut files = Vec::new();
+        self.fill(&whole, &mut files)?;
         let mut pages = Vec::new();
-        for entry in std::fs::read_dir(&self.directory).map_err(fail)? {
-            let path = entry.map_err(fail)?.path();
-            if path.extension().is_some_and(|extension| extension == "1") {
-                pages.push(path.display().to_string());
-            }
+        for file in files {
+            pages.push(file.target().display().to_string());
+            file.publish()?;
         }
         pages.sort();
         let pages = Pages { pages };
@@ -81,5 +84,18 @@ impl Man {
                 .iter()
                 .try_for_each(|page| writeln!(out, "{page}"))
         })
+    }
+
+    /// Writes the pages of a command and those below it, without giving them their names.
+    fn fill(&self, command: &clap::Command, files: &mut Vec<NewFile>) -> Result<(), Failure> {
+        for below in command.get_subcommands().filter(|one| !one.is_hide_set()) {
+            self.fill(below, files)?;
+        }
+        let page = clap_mangen::Man::new(command.clone());
+        let mut text = Vec::new();
+        (page.render(&mut text)).map_err(|error| Failure::writing(error, "cannot make a page"))?;
+        let path = self.directory.join(page.get_filename());
+        files.push(NewFile::filled(&path, &text, self.overwrite)?);
+        Ok(())
     }
 }

@@ -292,6 +292,29 @@ fn man_writes_a_page_for_each_command() {
 }
 
 #[test]
+fn man_replaces_nothing_unless_it_is_told_to() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("pages")).expect("makes");
+    place.write("pages/host-cli-relax.1", "my notes");
+    place.write("pages/other.1", "another program");
+    let ended = place.run("man pages");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    let said = ended.error();
+    assert!(
+        said.contains("`pages/host-cli-relax.1` already exists"),
+        "{said}"
+    );
+    assert!(said.contains("--overwrite"), "{said}");
+    assert_eq!(place.text("pages/host-cli-relax.1"), "my notes");
+    assert_eq!(place.files().len(), 3, "{:?}", place.files());
+    let report = place.run("man pages --overwrite --json").succeeded().json();
+    assert!(place.text("pages/host-cli-relax.1").contains(".TH"));
+    assert_eq!(place.text("pages/other.1"), "another program");
+    let pages = report["pages"].as_array().expect("a list").clone();
+    assert!(!pages.contains(&Value::from("pages/other.1")));
+}
+
+#[test]
 fn help_and_version_are_success_on_standard_output() {
     let place = Place::new();
     let version = place.run("--version").succeeded();
