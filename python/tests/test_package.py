@@ -47,7 +47,7 @@ def test_the_modules_of_the_package_are_known_to_type_checkers_and_editors() -> 
         "x: float = fh.operators.Operator(0.5, 1e-3).step(1.0)",
         "fh.sweep.Grid(x=[1.0])",
         # An ignored mistake that is none would be told.
-        "fh.operators.Operater  # type: ignore[attr-defined]",
+        "fh.operators.Nothing  # type: ignore[attr-defined]",
     )
     said, _errors, code = api.run(["--strict", "--config-file=", "-c", begin + "\n".join(lines)])
     assert code == 0, said

@@ -8,7 +8,7 @@
 //!
 //! Sources: O. Aberth, *Iteration methods for finding all zeros of a polynomial simultaneously*, Math. Comp. 27, 1973, eq. 2; D. A. Bini, *Numerical
 //! computation of polynomial zeros by means of Aberth's method*, Numerical Algorithms 13, 1996 (where to begin, when to end); T. J. Dekker, *A
-//! floating-point technique for extending the available precision*, Numer. Math. 18, 1971.
+//! floating-point technique for extending the available precision*, Numerische Mathematik 18, 1971.
 
 use core::f64::consts::PI;
 use num_complex::Complex;

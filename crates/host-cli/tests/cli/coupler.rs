@@ -278,6 +278,14 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
         place.run(&line).refused(2, &words);
     }
     // None: the report, exit code 1, no experiment, none of an earlier design left.
+    // Its delay would be lost, and the coupler told as stable.
+    place.write(
+        "late.toml",
+        "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 0.0005\n",
+    );
+    place
+        .run("design --wish coupler --device-model late.toml")
+        .refused(2, &["ideal device", "--device-model", "--mass"]);
     place.run("design --wish coupler --out design").succeeded();
     let ended = place.run("design --wish coupler --damping 0 --out design --overwrite --json");
     let ended = ended.failed(1);

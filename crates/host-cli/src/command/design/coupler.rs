@@ -28,10 +28,10 @@ struct CouplerReport {
 impl Arguments {
     /// The stiffest coupler of each order.
     pub(super) fn coupler(&self, mut place: Place, output: Output) -> Result<(), Failure> {
-        if self.asks_for_a_real_device() {
+        if self.asks_for_a_real_device() || !self.device.imperfections()?.is_ideal() {
             return Err(Failure::bad_input(
                 "a coupler is designed for an ideal device: leave out --gain-margin, --force-limit, \
-                 --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
+                 --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic; of a --device-model give --mass and --damping",
             ));
         }
         let criterion = match self.require {
