@@ -146,7 +146,7 @@ float64 contact_force_n      # force between the two actuators, N
 uint8 limiters               # limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, \
 16 start-up, 32 workspace, 64 velocity, 128 passivity guard
 uint8 flaws                  # bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force \
-of the tick before, 4 the device had no late force of the host, 8 what the device told cannot be
+of the tick before, 4 an older force of the host acted, 8 what the device told cannot be
 float64 observed_energy_j    # energy that the passivity guard has observed, J; NaN if there is none
 ";
 }

@@ -59,10 +59,7 @@ fn stale(summary: &LogSummary) -> String {
             flaws.forces_not_taken,
             "it may not have taken the force before",
         ),
-        (
-            flaws.late_forces,
-            "the device had no late force of the host",
-        ),
+        (flaws.late_forces, "an older force of the host acted"),
     ];
     let parts = parts.into_iter().filter(|(count, _)| *count > 0);
     let parts: Vec<String> = parts

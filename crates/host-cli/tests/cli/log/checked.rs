@@ -107,7 +107,7 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
     let words = [
         (flaw::UNANSWERED, "the board did not answer"),
         (flaw::NOT_TAKEN, "it may not have taken the force before"),
-        (flaw::LATE_FORCE, "the device had no late force of the host"),
+        (flaw::LATE_FORCE, "an older force of the host acted"),
     ];
     for (flaws, words) in words {
         let check = with(10, flaws, 0.0).succeeded();
