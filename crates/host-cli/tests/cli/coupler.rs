@@ -293,7 +293,7 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
     let report = ended.json();
     assert_eq!(report["best"], Value::Null);
     assert_eq!(report["experiment"], Value::Null);
-    assert_eq!(place.files(), ["design/", "design/design.csv"]);
+    assert_eq!(place.files(), ["design/", "design/design.csv", "late.toml"]);
 }
 
 #[test]
