@@ -181,9 +181,46 @@ impl TickRecord for TickMessage {
     }
 }
 
+/// The tick of the log with which a run begins to count, and its time: 0 but where a simulated plant waits for its device to raise its
+/// force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Start {
+    /// Number of the tick.
+    pub tick: u64,
+    sample_time_s: f64,
+}
+
+impl Start {
+    /// At this tick of so many seconds each.
+    #[must_use]
+    pub const fn at(tick: u64, sample_time_s: f64) -> Self {
+        Self {
+            tick,
+            sample_time_s,
+        }
+    }
+
+    /// The sample counted from here on; `None` before.
+    #[must_use]
+    pub fn counted(self, sample: KeptSample) -> Option<KeptSample> {
+        if self.tick == 0 {
+            return Some(sample);
+        }
+        let tick = sample.tick.checked_sub(self.tick)?;
+        let time_s = tick as f64 * self.sample_time_s;
+        Some(KeptSample {
+            tick,
+            time_s,
+            ..sample
+        })
+    }
+}
+
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
 pub struct Record {
+    /// Where it begins in the log.
+    pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
     /// Number of samples that count.
@@ -239,6 +276,7 @@ impl Record {
             _ => None,
         };
         Ok(Self {
+            start: Start::default(),
             whole,
             samples: 0,
             last: None,
@@ -350,16 +388,19 @@ impl Record {
         self.not_realtime = thread.fallback().map(|fallback| fallback.to_string());
     }
 
-    /// Adds a sample.
+    /// Adds a sample, if it counts.
     pub(super) fn push<const D: usize>(&mut self, message: &impl TickRecord<D>) {
-        let sample = message.kept();
+        let logged = message.kept();
+        let Some(sample) = self.start.counted(logged) else {
+            return;
+        };
         self.limited += u64::from(message.limiters() != 0);
         self.limiters |= message.limiters();
         self.samples += 1;
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
         self.last = Some(sample);
-        self.after.fall.before(sample.tick, sample.applied_force_n);
+        self.after.fall.before(logged.tick, logged.applied_force_n);
         if let Some(whole) = &mut self.whole {
             whole.push(sample);
         }

@@ -37,7 +37,7 @@ fn advice(error: &ParameterError) -> Option<&'static str> {
         "stuck time" => "change `stuck_time_s`",
         "jump of the position" => "change `jump_m`",
         "speed limit" | "soft speed limit" => "change `speed_limit_m_per_s`",
-        "low end of the workspace" | "high end of the workspace" | "soft zone of the workspace" => {
+        "low end of the workspace" | "high end of the workspace" | "workspace soft zone" => {
             "change `workspace_low_m` or `workspace_high_m`"
         }
         "mass of the device" => "change `device_mass_kg`",
@@ -51,13 +51,11 @@ fn advice(error: &ParameterError) -> Option<&'static str> {
         "lag of the actuator" => "change the lag of the device, or take another guard",
         "mass" => "change `mass_kg`",
         "damping" => "change `damping_n_s_per_m`",
-        "stiffness of the hand" | "with friction, stiffness of the hand" => {
-            "change `hand_stiffness_n_per_m`"
-        }
+        "hand stiffness" | "with friction, hand stiffness" => "change `hand_stiffness_n_per_m`",
         "Coulomb friction" => "change `friction_n`",
         "actuator time constant" => "change `current_lag_s`",
         "force delay" => "change `delay_s` or the sample time",
-        "change of the fastest motion in one step" => {
+        "fastest motion per step" => {
             "such a device cannot be simulated: take more mass, less damping or stiffness, a longer current lag or a \
              shorter sample time"
         }

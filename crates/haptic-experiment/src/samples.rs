@@ -1,6 +1,6 @@
 //! The samples of a run, wherever they are: in memory, or in its log.
 
-use super::kept::{KeptSample, Record};
+use super::kept::{KeptSample, Record, Start};
 use crate::failure::Failure;
 use haptic_log::record::{Entry, LogReader};
 use std::path::PathBuf;
@@ -10,8 +10,8 @@ use std::path::PathBuf;
 pub enum Samples<'a> {
     /// In memory.
     Whole(&'a [KeptSample]),
-    /// In the files of the log, up to this tick.
-    Logged(&'a [PathBuf], u64),
+    /// In the files of the log, from this tick on, up to this one as it is counted from there.
+    Logged(&'a [PathBuf], Start, u64),
 }
 
 impl<'a> Samples<'a> {
@@ -20,7 +20,7 @@ impl<'a> Samples<'a> {
     pub fn of(record: &'a Record, logs: &'a [PathBuf]) -> Self {
         match (&record.whole, record.last) {
             (Some(whole), _) => Self::Whole(whole),
-            (None, Some(last)) => Self::Logged(logs, last.tick),
+            (None, Some(last)) => Self::Logged(logs, record.start, last.tick),
             (None, None) => Self::Whole(&[]),
         }
     }
@@ -35,14 +35,15 @@ impl<'a> Samples<'a> {
     ) -> Result<(), Failure> {
         match self {
             Self::Whole(samples) => samples.iter().try_for_each(take),
-            Self::Logged(logs, last_tick) => {
+            Self::Logged(logs, start, last_tick) => {
                 for log in logs {
                     for entry in LogReader::open(log)? {
-                        match entry? {
-                            Entry::Tick(message) if message.tick <= last_tick => {
-                                take(&KeptSample::of(&message))?;
-                            }
-                            _ => {}
+                        let Entry::Tick(message) = entry? else {
+                            continue;
+                        };
+                        let counted = start.counted(KeptSample::of(&message));
+                        if let Some(sample) = counted.filter(|sample| sample.tick <= last_tick) {
+                            take(&sample)?;
                         }
                     }
                 }

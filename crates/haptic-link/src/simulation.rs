@@ -21,6 +21,8 @@ pub struct Simulation {
     pub depth_m: f32,
     /// Time to reach it, s.
     pub ramp_time_s: f32,
+    /// Ticks from the start of a run in which the plant stands still; with one axis only.
+    pub start_ticks: f32,
 }
 
 read_in_order!(Simulation {
@@ -31,6 +33,7 @@ read_in_order!(Simulation {
     push_n,
     depth_m,
     ramp_time_s,
+    start_ticks,
 });
 
 blank!(SimulationKind: Self::Real);
@@ -45,6 +48,7 @@ impl Simulation {
         push_n: 0.0,
         depth_m: 0.0,
         ramp_time_s: 0.0,
+        start_ticks: 0.0,
     };
 
     /// The dissertation's testbed without a hand: 65 g, 3.5 N·s/m.

@@ -133,7 +133,7 @@ impl Checks {
     ) -> F {
         let rounded = F::from_f64(value);
         let kept = rounded.is_finite() && (rounded.abs() > F::ZERO || value.abs() == 0.0);
-        let allowed = "within the range of the loop's number type";
+        let allowed = "in the range of the number type";
         self.range(what, value, kept, allowed, unit);
         rounded
     }

@@ -53,7 +53,7 @@ impl<F: Real, const D: usize> Plane<F, D> {
     /// Refuses as [`new`](Self::new).
     pub(crate) fn checked(direction: [f64; D], surface: Metres, checks: &mut Checks) -> Self {
         let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
-        checks.positive("length of the contact's normal", length, "m");
+        checks.positive("contact normal", length, "m");
         checks.range("contact surface", surface.0, true, "finite", "m");
         Self {
             normal: SVector::from(direction.map(|n| F::from_f64(n / length))),

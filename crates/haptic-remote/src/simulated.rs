@@ -22,8 +22,16 @@ use nalgebra::SVector;
 pub struct SimulatedPlant {
     board: [u8; 16],
     cycles: fn() -> u32,
-    plant: Plant,
-    tick_period_us: u32,
+    setup: Setup,
+    /// Ticks until the plant moves.
+    still: f32,
+}
+
+/// A plant, and when it begins to move.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    pub(crate) plant: Plant,
+    start_ticks: f32,
 }
 
 /// Kind of the simulated plant.
@@ -32,7 +40,7 @@ pub struct SimulatedPlant {
     clippy::large_enum_variant,
     reason = "there is no heap, and one of them is in use"
 )]
-pub enum Plant {
+pub(crate) enum Plant {
     /// Nothing moves.
     Still,
     /// A mass-damper.
@@ -51,8 +59,11 @@ impl SimulatedPlant {
         Self {
             board: Capabilities::board_name(board),
             cycles,
-            plant: Plant::Still,
-            tick_period_us: 1000,
+            setup: Setup {
+                plant: Plant::Still,
+                start_ticks: 0.0,
+            },
+            still: 0.0,
         }
     }
 
@@ -107,7 +118,7 @@ pub(crate) fn mass_damper<const D: usize>(
 
 /// The plant of a configuration. On its own, for size, as [`prepare`](crate::prepare) is compiled with the tick.
 #[inline(never)]
-fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal> {
+fn setup(simulation: &Simulation, sample_time: Seconds) -> Result<Setup, Refusal> {
     let fields = Fields::default();
     let profile = |mut fields: Fields| {
         let depth = fields.finite(Field::Depth, simulation.depth_m);
@@ -115,22 +126,27 @@ fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal
         fields.done()?;
         RampHold::new(Metres(depth), Seconds(ramp)).map_err(too_fast)
     };
-    match simulation.kind {
-        SimulationKind::Real => Ok(Plant::Still),
-        SimulationKind::MassDamper => mass_damper(simulation, sample_time).map(Plant::MassDamper),
-        SimulationKind::RigidIndentation => ImposedMotion::new(profile(fields)?, sample_time)
-            .map(Plant::Imposed)
-            .map_err(too_fast),
+    let plant = match simulation.kind {
+        SimulationKind::Real => Plant::Still,
+        SimulationKind::MassDamper => Plant::MassDamper(mass_damper(simulation, sample_time)?),
+        SimulationKind::RigidIndentation => {
+            Plant::Imposed(ImposedMotion::new(profile(fields)?, sample_time).map_err(too_fast)?)
+        }
         #[cfg(feature = "std")]
         SimulationKind::CompliantIndentation => {
             let drive = RigDrive::Position(profile(fields)?);
-            IndentationRig::new(RigConfig::new(drive, RigContact::COMPLIANT, sample_time))
-                .map(Plant::Rig)
-                .map_err(too_fast)
+            let config = RigConfig::new(drive, RigContact::COMPLIANT, sample_time);
+            Plant::Rig(IndentationRig::new(config).map_err(too_fast)?)
         }
         #[cfg(not(feature = "std"))]
-        SimulationKind::CompliantIndentation => Err(Refusal::Unsupported(Field::SimulationKind)),
-    }
+        SimulationKind::CompliantIndentation => {
+            return Err(Refusal::Unsupported(Field::SimulationKind));
+        }
+    };
+    Ok(Setup {
+        plant,
+        start_ticks: simulation.start_ticks,
+    })
 }
 
 /// Abilities of a simulated board of so many axes.
@@ -156,7 +172,7 @@ impl Device<f32, 1> for SimulatedPlant {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        let reading = match &mut self.plant {
+        let reading = match &mut self.setup.plant {
             Plant::Still => return Ok(self.resting()),
             Plant::MassDamper(plant) => plant.read(),
             Plant::Imposed(motion) => motion.read(),
@@ -167,7 +183,11 @@ impl Device<f32, 1> for SimulatedPlant {
     }
 
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
-        let written = match &mut self.plant {
+        if self.still > 0.0 {
+            self.still -= 1.0;
+            return Ok(());
+        }
+        let written = match &mut self.setup.plant {
             Plant::Still => return Ok(()),
             Plant::MassDamper(plant) => plant.write(force),
             Plant::Imposed(motion) => motion.write(force),
@@ -183,23 +203,23 @@ impl Device<f32, 1> for SimulatedPlant {
 }
 
 impl Hardware for SimulatedPlant {
-    type Setup = Plant;
+    type Setup = Setup;
 
     fn capabilities(&self) -> Capabilities {
         capabilities(self.board, 1)
     }
 
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Plant, Refusal> {
-        plant(simulation, Seconds(f64::from(tick_period_us) * 1e-6))
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Setup, Refusal> {
+        setup(simulation, Seconds(f64::from(tick_period_us) * 1e-6))
     }
 
-    fn install(&mut self, setup: Plant, tick_period_us: u32) {
-        self.plant = setup;
-        self.tick_period_us = tick_period_us;
+    fn install(&mut self, setup: Setup, _: u32) {
+        self.setup = setup;
     }
 
     fn restart(&mut self) {
-        match &mut self.plant {
+        self.still = self.setup.start_ticks;
+        match &mut self.setup.plant {
             Plant::Still => {}
             Plant::MassDamper(plant) => plant.restart(),
             Plant::Imposed(motion) => motion.restart(),

@@ -145,6 +145,7 @@ fn configure(
             kind: SimulationKind::MassDamper,
             ..push(0.0)
         },
+        after_rise: false,
     };
     let schedule = Schedule {
         samples: plan.ticks_at_most(),

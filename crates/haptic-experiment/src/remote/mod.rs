@@ -102,6 +102,8 @@ pub struct RemoteLaw {
     pub guard: (GuardChoice, GuardedDevice),
     /// The plant of a simulated device.
     pub simulation: Simulation,
+    /// The plant stands still until the device has raised its force: what it does then is compared with theory from its start.
+    pub after_rise: bool,
 }
 
 impl RemoteLaw {
@@ -128,6 +130,7 @@ impl RemoteLaw {
             },
             guard: (safety.guard, safety.guarded(device)),
             simulation,
+            after_rise: false,
         }
     }
 }

@@ -4,7 +4,7 @@ use super::session::HostSession;
 use crate::device::{Warn, firmware_version, refused_at_port};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
-use crate::kept::{Record, TickRecord};
+use crate::kept::{Record, Start, TickRecord};
 use crate::preflight::{
     Dynamics, MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
@@ -104,6 +104,21 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         if let Some(text) = keep_within(&mut configuration, &set) {
             (supervisor.warn)(&text);
         }
+        let (t, rise_s) = (
+            self.schedule.sample_time_s,
+            configuration.limits.rise_time_s,
+        );
+        let start_ticks = match self.law.after_rise && link.capabilities().simulated && rise_s > 0.0
+        {
+            // The force is whole in the tick behind the rise.
+            true => (f64::from(rise_s) / t).ceil() as u64 + 1,
+            false => 0,
+        };
+        configuration.simulation.start_ticks = start_ticks as f32;
+        self.schedule.samples += start_ticks;
+        if start_ticks > 0 {
+            (self.metadata).insert("start_s".to_owned(), (start_ticks as f64 * t).to_string());
+        }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
         link.set_run(configuration, &self.law.operator.1, workspace.as_ref())
@@ -120,6 +135,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         let mut recorder = started.inspect_err(|_| folder.discard())?;
         recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        record.start = Start::at(start_ticks, t);
         record.lateness = Some(device.lateness());
         record.served = link.is_served();
         record.not_realtime = raised(&link, self.schedule);

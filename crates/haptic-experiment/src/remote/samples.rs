@@ -86,7 +86,17 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             flaws: axes[0].flaws,
             observed_energy_j: f64::NAN,
         };
-        Some((self.blank)(made.time_s).of(&made))
+        Some((self.blank)(made.time_s - self.start_s()).of(&made))
+    }
+
+    /// Ticks so far that count.
+    pub(super) const fn counted(&self) -> u64 {
+        self.next_tick.saturating_sub(self.record.start.tick)
+    }
+
+    /// When the run begins to count, s.
+    pub(super) fn start_s(&self) -> f64 {
+        self.record.start.tick as f64 * self.schedule.sample_time_s
     }
 
     /// Counts what is missing before this tick.

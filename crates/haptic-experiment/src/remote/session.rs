@@ -124,13 +124,13 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                     if !self.take_sample(&sample.into()) {
                         break;
                     }
-                    (supervisor.progress)(self.next_tick);
+                    (supervisor.progress)(self.counted());
                 }
                 Some(Heard::Vector(sample)) => {
                     if !self.take_sample(&sample) {
                         break;
                     }
-                    (supervisor.progress)(self.next_tick);
+                    (supervisor.progress)(self.counted());
                 }
                 Some(Heard::Event(event)) => match event.kind {
                     EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
@@ -231,9 +231,9 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                     },
                 observed_energy_j: f64::NAN,
             };
-            let message = (session.blank)(reading.time_s).of(&made);
+            let message = (session.blank)(reading.time_s - session.start_s()).of(&made);
             session.keep(message, counted);
-            (supervisor.progress)(session.next_tick);
+            (supervisor.progress)(session.counted());
             if session.record.ended.is_none() {
                 if let Some(fault) = done.fault {
                     session.ends(Ended::Fault(fault), "fault");

@@ -51,6 +51,7 @@ impl Rendering {
                 },
                 None => simulation,
             },
+            after_rise: true,
         })
     }
 }

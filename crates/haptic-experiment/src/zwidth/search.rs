@@ -317,6 +317,7 @@ impl<'a> Search<'a> {
                 hand_stiffness_n_per_m: device.stiffness.0 as f32,
                 ..push(self.plan.push_n)
             },
+            after_rise: false,
         }
     }
 }

@@ -91,6 +91,7 @@ pub(crate) fn configuration() -> Configuration {
             push_n: 10.25,
             depth_m: 11.25,
             ramp_time_s: 12.25,
+            start_ticks: 13.25,
         },
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn transition<const N: usize>(
     for &entry in &scaled {
         if !entry.is_finite() || entry.abs() > MOST_PER_STEP {
             return Err(RangeError::new(
-                "change of the fastest motion in one step",
+                "fastest motion per step",
                 entry.abs(),
                 "at most 1e6",
                 "rad",

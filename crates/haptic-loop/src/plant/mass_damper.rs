@@ -20,7 +20,7 @@ pub struct MassDamperConfig {
     pub damping: NewtonSecondsPerMetre,
     /// T > 0, the time from one write to the next.
     pub sample_time: Seconds,
-    /// k ≥ 0, stiffness of the hand towards position 0.
+    /// k ≥ 0, hand stiffness towards position 0.
     pub stiffness: NewtonsPerMetre,
     /// Fc ≥ 0, Coulomb friction per axis. With it k·T²/m must not exceed 1.
     pub friction: Newtons,
@@ -124,7 +124,7 @@ impl<const D: usize> MassDamper<D> {
         let mass = checks.positive("mass", config.mass.0, "kg");
         checks.not_negative("damping", config.damping.0, "N·s/m");
         let sample_time = checks.positive("sample time", config.sample_time.0, "s");
-        let stiffness = checks.not_negative("stiffness of the hand", config.stiffness.0, "N/m");
+        let stiffness = checks.not_negative("hand stiffness", config.stiffness.0, "N/m");
         let friction = checks.not_negative("Coulomb friction", config.friction.0, "N");
         checks.not_negative("actuator time constant", config.lag.0, "s");
         let limit = config.saturation.map_or(f64::INFINITY, |limit| {
@@ -134,7 +134,7 @@ impl<const D: usize> MassDamper<D> {
             whole_and_fraction("force delay", config.delay, sample_time, &mut checks);
         // A held friction force must push the velocity its own way: sin(ω·T) > 0.
         let pushes = !(friction > 0.0 && stiffness * sample_time * sample_time > mass);
-        let what = "with friction, stiffness of the hand";
+        let what = "with friction, hand stiffness";
         checks.range(what, stiffness, pushes, "at most m/T²", "N/m");
         checks.done()?;
         let before = if fraction > 0.0 {

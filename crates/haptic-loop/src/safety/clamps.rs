@@ -39,12 +39,12 @@ impl<F: Real> Clamps<F> {
         let rate = checks.positive("force rate limit", limits.rate.0, "N/s");
         let norm = limits.norm.map(|norm| {
             at_most_1e9("force limit", magnitude, checks);
-            at_most_1e9("limit of the force's norm", norm.0, checks);
+            at_most_1e9("force norm limit", norm.0, checks);
             Norm::new(norm.0, checks)
         });
         Self {
             magnitude: checks.rounded("force limit", magnitude, "N"),
-            step: checks.rounded("force step of a sample", rate * sample_time, "N"),
+            step: checks.rounded("force step", rate * sample_time, "N"),
             norm,
         }
     }
@@ -150,7 +150,7 @@ impl<F: Real> Clamps<F> {
 
 impl<F: Real> Norm<F> {
     fn new(limit: f64, checks: &mut Checks) -> Self {
-        let what = "limit of the force's norm";
+        let what = "force norm limit";
         let aim = limit * (1.0 - 1.0 / 1_048_576.0);
         let never = limit * (1.0 - 1.0 / 2_097_152.0);
         Self {

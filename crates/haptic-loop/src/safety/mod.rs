@@ -220,11 +220,11 @@ impl<F: Real> SafetyChain<F> {
         let sample_time = checks.positive("sample time", sample_time.0, "s");
         let clamps = Clamps::new(limits, sample_time, checks);
         let start_force = limits.start_force.map_or(f64::INFINITY, |force| {
-            checks.positive("force allowed at the start", force.0, "N")
+            checks.positive("start force", force.0, "N")
         });
         let rise = limits.rise_time.map(|time| {
             let share = sample_time / checks.positive("rise time", time.0, "s");
-            checks.rounded("rise of a sample", f64::min(share, 1.0), "")
+            checks.rounded("rise per sample", f64::min(share, 1.0), "")
         });
         let guard = limits.guard.as_ref();
         let moves = limits.bound_places() || limits.speed.is_some() || limits.jump.is_some();

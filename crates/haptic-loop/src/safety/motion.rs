@@ -130,18 +130,14 @@ impl<F: Real, const D: usize> Motion<F, D> {
 impl<F: Real> MotionLimits<F> {
     /// Refuses a limit outside the range that its field states.
     pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
-        let bandwidth = checks.positive(
-            "bandwidth of the velocity",
-            limits.velocity_bandwidth.0,
-            "Hz",
-        );
+        let bandwidth = checks.positive("velocity bandwidth", limits.velocity_bandwidth.0, "Hz");
         let braking = limits.braking.map_or(F::ZERO, |braking| {
             accepted_braking(limits, braking.0, sample_time, checks)
         });
         let follow = -libm::expm1(-core::f64::consts::TAU * bandwidth * sample_time);
         Self {
             rate: checks.rounded("sample rate", 1.0 / sample_time, "Hz"),
-            follow: checks.rounded("bandwidth of the velocity", follow, "of the sample rate"),
+            follow: checks.rounded("velocity bandwidth", follow, "of the sample rate"),
             workspace: limits.workspace.map(|ends| workspace(ends, checks)),
             #[cfg(feature = "std")]
             workspace_box: limits

@@ -54,7 +54,7 @@ pub(super) fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> E
     );
     let fits = (0.0..=0.5 * (high - low)).contains(&soft);
     let allowed = "from 0 to half the workspace";
-    checks.range("soft zone of the workspace", soft, fits, allowed, "m");
+    checks.range("workspace soft zone", soft, fits, allowed, "m");
     [
         Zone::new("high end of the workspace", high, soft, "m", checks),
         Zone::new("low end of the workspace", -low, soft, "m", checks),

@@ -35,7 +35,7 @@ const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = [
     ),
     (
         |config| config.stiffness = NewtonsPerMetre(f64::INFINITY),
-        "stiffness of the hand inf N/m is not finite and at least 0 N/m",
+        "hand stiffness inf N/m is not finite and at least 0 N/m",
     ),
     (
         |config| config.friction = Newtons(-0.1),
@@ -55,7 +55,7 @@ const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = [
     ),
     (
         |config| (config.friction, config.stiffness) = (Newtons(0.1), NewtonsPerMetre(1e5)),
-        "with friction, stiffness of the hand 100000 N/m is not at most m/T²",
+        "with friction, hand stiffness 100000 N/m is not at most m/T²",
     ),
 ];
 
@@ -83,7 +83,7 @@ fn a_mass_damper_refuses_bad_parameters() {
     }
     assert_eq!(
         refused(ideal(1.0, 2e6, 1.0)),
-        Err("change of the fastest motion in one step 2e6 rad is not at most 1e6 rad".into())
+        Err("fastest motion per step 2e6 rad is not at most 1e6 rad".into())
     );
 }
 

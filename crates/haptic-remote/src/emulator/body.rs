@@ -2,7 +2,7 @@
 
 use super::EmulatorError;
 use crate::hardware::Hardware;
-use crate::simulated::{Plant, too_fast};
+use crate::simulated::{Plant, Setup, too_fast};
 use haptic_link::{Capabilities, Field, Refusal, Simulation};
 use haptic_loop::plant::{
     IndentationRig, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig, RigConfig, Sensed,
@@ -75,17 +75,17 @@ impl<const D: usize> Fits for Option<MassDamper<D>> {
     }
 }
 
-impl Fits for Plant {
+impl Fits for Setup {
     fn fit(&mut self, device: &MassDamperConfig) -> Result<(), Refusal> {
-        match self {
+        match &mut self.plant {
             // What is imposed is the same for any device.
-            Self::Still | Self::Imposed(_) => Ok(()),
-            Self::MassDamper(plant) => plant.fit(device),
+            Plant::Still | Plant::Imposed(_) => Ok(()),
+            Plant::MassDamper(plant) => plant.fit(device),
             // The rig knows no more of its renderer than mass and damping.
-            Self::Rig(_) if device.friction.0 + device.delay.0 + device.lag.0 > 0.0 => {
+            Plant::Rig(_) if device.friction.0 + device.delay.0 + device.lag.0 > 0.0 => {
                 Err(Refusal::Unsupported(Field::SimulationKind))
             }
-            Self::Rig(rig) => {
+            Plant::Rig(rig) => {
                 let config = RigConfig {
                     renderer_mass: device.mass,
                     renderer_damping: device.damping,

@@ -39,7 +39,7 @@ fn an_analysis_names_the_option_and_writes_large_numbers_short() {
                 => mass 0 kg is not above 0 and at most 100 kg | change --mass
             analyze stability --order 0.5 --alpha -1 --beta 0.1 => alpha -1 is not | {stability} | change --alpha
             zwidth --mass 0 => mass 0 kg is not above 0 and at most 100 kg | --mass
-            zwidth --mass 1e-30 => change of the fastest motion | cannot be simulated
+            zwidth --mass 1e-30 => fastest motion per step | cannot be simulated
             zwidth --delay 3600s => delay 3600 s is not from 0 to 1 s: change --delay
             "
         ),

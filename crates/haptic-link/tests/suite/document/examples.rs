@@ -124,7 +124,7 @@ fn configuring() -> Vec<String> {
             host,
         ),
         example(
-            "digest of these two: 155 bytes of the configuration, one coefficient",
+            "digest of these two: 159 bytes of the configuration, one coefficient",
             &[("bytes", &digested), ("CRC-32", &number)],
         ),
         framed(
