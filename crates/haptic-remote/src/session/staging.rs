@@ -139,8 +139,11 @@ impl DeviceSession {
         device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         let values = used(configuration, &self.values);
-        let prepared = prepared(configuration, values, device)?;
-        device.with(|device| device.install(prepared, values))
+        let mut prepared = prepared(configuration, values, device)?;
+        device.with(|device| {
+            device.hardware().fit(&mut prepared.setup)?;
+            device.install(prepared, values)
+        })
     }
 
     /// The same for a run: keeps what was set to last in its place.
@@ -153,7 +156,8 @@ impl DeviceSession {
         let set = device.with(|device| *device.configuration().0);
         not_looser(configuration, &set)?;
         let values = used(configuration, &self.values);
-        let prepared = prepared(configuration, values, device)?;
+        let mut prepared = prepared(configuration, values, device)?;
+        device.with(|device| device.hardware().fit(&mut prepared.setup))?;
         #[cfg(feature = "several-axes")]
         let prepared = match self.workspace.take() {
             Some(workspace) => {
@@ -215,11 +219,7 @@ fn prepared<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
 ) -> Result<Prepared<H::Setup>, Refusal> {
     device.with(|device| device.may_install())?;
     let capabilities = device.with(|device| device.hardware().capabilities());
-    let mut prepared = prepare::<H, D>(*configuration, values, &capabilities);
-    if let Ok(prepared) = &mut prepared {
-        device.with(|device| device.hardware().fit(&mut prepared.setup))?;
-    }
-    prepared
+    prepare::<H, D>(*configuration, values, &capabilities)
 }
 
 /// A run may only tighten what was set to last.
