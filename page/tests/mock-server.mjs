@@ -438,7 +438,7 @@ function makeRun(name, kind, order) {
 
 /** A finger round a disc of 20 mm, 2 mm deep. */
 function makeTouch(name) {
-  const channels = ["reference_x_m", "reference_y_m", "position_x_m", "position_y_m", "force_x_n", "force_y_n", "force_norm_n", "limiter"];
+  const channels = ["reference_x_m", "reference_y_m", "position_x_m", "position_y_m", "commanded_force_x_n", "commanded_force_y_n", "commanded_force_norm_n", "limiter"];
   const samples = channels.map(() => []);
   for (let n = 0; n < 4000; n += 1) {
     const [angle, radius, force] = [(2 * Math.PI * n) / 2000, 0.02 - 0.002 * Math.min(1, n / 500), 0.5 * Math.min(1, n / 500)];

@@ -629,8 +629,8 @@ test("Runs: a log with two axes shows components, the norm, and the plane with i
   await page.keyboard.press("Escape");
   await until(async () => ((await page.locator(".plane .track.whole").getAttribute("d")) ?? "") === "", "no way back");
   // A component by itself.
-  await page.locator("select[aria-label='Channel above']").selectOption("force_y_n");
-  await until(async () => (await page.locator(".overlay .legend").first().textContent()) === "force y, N", "no component by itself");
+  await page.locator("select[aria-label='Channel above']").selectOption("commanded_force_y_n");
+  await until(async () => (await page.locator(".overlay .legend").first().textContent()) === "commanded force y, N", "no component by itself");
   if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/touch.png` });
   assert.deepEqual(errors, []);
   await context.close();
