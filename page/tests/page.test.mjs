@@ -262,7 +262,7 @@ test("Is it safe? shows the verdict of the server, and a map of what runs or non
     // A model of more elements: its verdict is the server's, and it has no map.
     await page.selectOption("select[aria-label='Tissue']", "fish-muscle");
     await until(async () => !(await map.isVisible()) && (await card.locator(".hint").isVisible()) && (await agrees()), "a map of something else");
-    assert.match(await verdict(), /^stable, margin 13\.9 /);
+    assert.match(await verdict(), /^stable, margin 19\.2 /);
   }
   assert.deepEqual(errors, []);
   await context.close();
@@ -650,7 +650,7 @@ test("Runs: a Z-width is asked for from its form and answered by map and tables,
   if (REAL) await field(/^points/).fill("3");
   await page.locator(".form button[type=submit]").click();
   await until(async () => /stiffest wall/.test(await page.locator(".answer .verdict").textContent()), "no answer", 120_000);
-  assert.equal(await page.locator(".answer details").count(), 2);
+  await until(async () => (await page.locator(".answer details").count()) === 2, "not two tables");
   await until(() => page.locator(".answer .chart canvas").isVisible(), "no map");
   await page.locator(".answer details").first().click();
   assert.ok((await page.locator(".answer tbody tr").first().textContent()).length > 3);
