@@ -28,6 +28,7 @@ mod log;
 #[cfg(unix)]
 mod measure;
 mod picture_file;
+mod pins;
 mod process;
 mod realtime;
 mod refusals;
