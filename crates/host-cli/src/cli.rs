@@ -107,10 +107,6 @@ pub enum Command {
     #[cfg(feature = "serve")]
     #[command(long_about = command::serve::LONG_ABOUT)]
     Serve(command::serve::Arguments),
-    /// The live figures of a run on a terminal, over ssh too
-    #[cfg(feature = "top")]
-    #[command(long_about = command::top::LONG_ABOUT)]
-    Top(command::top::Arguments),
     /// Print a completion script for a shell
     Completions(command::shell::Completions),
     /// Write the manual pages
@@ -147,8 +143,6 @@ impl Cli {
             Command::Log(command) => command.run(output),
             #[cfg(feature = "serve")]
             Command::Serve(arguments) => arguments.run(output),
-            #[cfg(feature = "top")]
-            Command::Top(arguments) => arguments.run(output),
             Command::Completions(arguments) => arguments.run(Self::command(), output),
             Command::Man(arguments) => arguments.run(Self::command(), output),
         }

@@ -13,7 +13,5 @@ pub mod pair;
 pub mod parameter;
 pub mod picture;
 pub mod picture_file;
-#[cfg(feature = "top")]
-pub mod top;
 pub mod whole;
 pub mod within;

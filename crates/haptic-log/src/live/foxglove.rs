@@ -4,7 +4,7 @@
 //! PlotJuggler's Foxglove bridge read. Viewers only listen: the server offers them nothing to call
 //! or to set. It asks nobody who he is, so whoever reaches the port may watch.
 
-use super::{Live, LiveError, TimeOfDay};
+use super::{Live, LiveError};
 use crate::record::{EventMessage, LogMessage, TickMessage, VectorTick};
 use foxglove::{
     Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
@@ -14,7 +14,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tracing::{Dispatch, Metadata, span};
 
 /// Messages that wait for a slow viewer before the oldest are dropped: at 1 kHz, 8 s.
@@ -203,4 +203,39 @@ impl tracing::Subscriber for Overflow {
     fn enter(&self, _: &span::Id) {}
 
     fn exit(&self, _: &span::Id) {}
+}
+
+/// Turns device time into time of day.
+#[derive(Clone, Copy, Debug, Default)]
+struct TimeOfDay {
+    /// Time of day at device time 0, ns since 1970.
+    start_ns: Option<u64>,
+}
+
+impl TimeOfDay {
+    /// Time of day, ns since 1970.
+    fn nanoseconds(&mut self, time_s: f64) -> u64 {
+        // The sum would lose digits in f64. Casts saturate.
+        let time_ns = (1e9 * time_s).round() as u64;
+        let start_ns = *self.start_ns.get_or_insert_with(|| {
+            let now = SystemTime::now().duration_since(UNIX_EPOCH);
+            (now.unwrap_or(Duration::ZERO).as_nanos() as u64).saturating_sub(time_ns)
+        });
+        start_ns.saturating_add(time_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_are_the_time_of_day_with_the_spacing_of_the_device() {
+        let mut stamp = TimeOfDay::default();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let first = stamp.nanoseconds(100.0);
+        let late_ns = i128::from(first) - now.expect("after 1970").as_nanos() as i128;
+        assert!(late_ns.abs() < 10_000_000_000, "{late_ns}");
+        assert_eq!(stamp.nanoseconds(101.000_000_001) - first, 1_000_000_001);
+    }
 }

@@ -30,7 +30,6 @@ mod entry;
 mod error;
 mod export;
 pub mod flaw;
-mod follow;
 mod format;
 mod inspect;
 mod lengths;
@@ -52,7 +51,6 @@ pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 pub use flaw::FlawCounts;
-pub use follow::{Followed, LogFollower, is_being_written};
 pub use inspect::{BUDGET, LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;

@@ -161,11 +161,6 @@ impl<R: Read> LogReader<R> {
         StartTime::of_log(log_time_ns, device_time_ns)
     }
 
-    /// True once nothing more can be read.
-    pub(super) const fn is_done(&self) -> bool {
-        self.done
-    }
-
     /// Bytes taken from the source so far.
     pub(crate) fn bytes_read(&self) -> u64 {
         self.bytes_read
@@ -310,23 +305,17 @@ impl<R: Read> LogReader<R> {
         Ok(())
     }
 
-    /// The source itself.
-    pub(super) fn source_mut(&mut self) -> &mut R {
-        self.source.get_mut().1
-    }
-
-    /// Takes more bytes; false if a source that grows has no more yet.
-    fn read(&mut self, need: usize) -> Result<bool, RecordError> {
+    /// Takes more bytes.
+    fn read(&mut self, need: usize) -> Result<(), RecordError> {
         loop {
             let space = self.walk.insert(need.clamp(1, READ_BYTES));
             match self.source.read(space) {
                 Ok(read) => {
                     self.bytes_read += read as u64;
                     self.walk.notify_read(read);
-                    return Ok(true);
+                    return Ok(());
                 }
                 Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => return Ok(false),
                 Err(source) => return Err(RecordError::read(&self.path, source)),
             }
         }
@@ -348,14 +337,12 @@ impl<R: Read> Iterator for LogReader<R> {
             match self.step() {
                 Step::Taken => {}
                 Step::End => self.done = true,
-                Step::Need(need) => match self.read(need) {
-                    Ok(true) => {}
-                    Ok(false) => return None,
-                    Err(error) => {
+                Step::Need(need) => {
+                    if let Err(error) = self.read(need) {
                         self.done = true;
                         return Some(Err(error));
                     }
-                },
+                }
             }
         }
     }

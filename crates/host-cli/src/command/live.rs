@@ -3,7 +3,7 @@
 use crate::output::{Output, note};
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_log::live::{Live, LiveStreams, Teleplot};
+use haptic_log::live::{Live, LiveStreams};
 use std::net::SocketAddr;
 
 /// Live viewers of a run.
@@ -16,10 +16,6 @@ pub struct LiveArguments {
     #[arg(long, value_name = "IP:PORT", value_parser = parse_address)]
     #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<SocketAddr>,
-    /// Stream the samples to a Teleplot server, over UDP, at 127.0.0.1:47269 if no address is given
-    #[arg(long, value_name = "IP:PORT", value_parser = parse_address)]
-    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:47269")]
-    teleplot: Option<SocketAddr>,
 }
 
 /// Reads an address.
@@ -37,18 +33,6 @@ impl LiveArguments {
         let mut streams: Vec<Box<dyn Live>> = Vec::new();
         if let Some(address) = self.foxglove {
             streams.push(open_foxglove(address, output)?);
-        }
-        if let Some(address) = self.teleplot {
-            if address.port() == 0 {
-                return Err(Failure::bad_input(format_args!(
-                    "--teleplot={address}: nobody listens at port 0; Teleplot's is 47269"
-                )));
-            }
-            let teleplot = Teleplot::open(address).map_err(|error| {
-                Failure::input_with_advice(error, "give --teleplot=IP:PORT that can be reached")
-            })?;
-            say(output, format_args!("Teleplot datagrams to {address}"));
-            streams.push(Box::new(teleplot));
         }
         if !streams.is_empty() && !realtime {
             note(
@@ -83,7 +67,7 @@ fn open_foxglove(address: SocketAddr, output: Output) -> Result<Box<dyn Live>, F
 #[cfg(not(feature = "foxglove"))]
 fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
     Err(Failure::bad_input(
-        "--foxglove: this build has no Foxglove WebSocket; build it with --features foxglove, or stream with --teleplot",
+        "--foxglove: this build has no Foxglove WebSocket; build it with --features foxglove",
     ))
 }
 

@@ -32,8 +32,6 @@ pub mod stop;
 pub mod summary;
 pub mod teleoperate;
 pub mod teleoperation;
-#[cfg(feature = "top")]
-pub mod top;
 pub mod touch;
 pub mod weights;
 pub mod words;

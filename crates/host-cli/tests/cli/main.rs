@@ -36,7 +36,6 @@ mod rehearsal;
 mod reproduce;
 mod safety;
 mod teleoperation;
-mod top;
 mod touch;
 #[cfg(target_os = "linux")]
 mod unwritten;

@@ -36,7 +36,7 @@ is closed, and the next one (monitor-2.mcap) begins when the device is there aga
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s\n  \
-                  host-cli device monitor --device serial:/dev/ttyACM0 --teleplot"
+                  host-cli device monitor --device serial:/dev/ttyACM0 --quiet"
 )]
 pub struct Arguments {
     #[command(flatten)]
