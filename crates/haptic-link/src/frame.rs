@@ -154,17 +154,6 @@ pub fn encode<M: Serialize>(
     frame(&mut content[..end + CRC_BYTES], line)
 }
 
-/// A hello of protocol version 1, whose answer tells that a device speaks it. Returns its length.
-///
-/// # Errors
-/// A line of less than 26 bytes.
-pub fn greet_version_1(line: &mut [u8]) -> Result<usize, EncodeError> {
-    // Version, sequence number 0, message number 0, two keys that nobody looks at.
-    let mut content = [0; 3 + 17 + CRC_BYTES];
-    content[0] = 1;
-    frame(&mut content, line)
-}
-
 /// Sets the CRC at the end of a content and writes it as a frame.
 fn frame(content: &mut [u8], line: &mut [u8]) -> Result<usize, EncodeError> {
     let Some((covered, crc)) = content.split_last_chunk_mut::<CRC_BYTES>() else {

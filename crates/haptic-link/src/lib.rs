@@ -38,7 +38,7 @@ pub use digest::{DigestBuilder, hand_digest};
 pub use field::Field;
 pub use frame::{
     Direction, EncodeError, FRAME_MAX, FrameError, Header, LineCounters, PROTOCOL_VERSION,
-    Receiver, encode, greet_version_1,
+    Receiver, encode,
 };
 pub use hand::{Architecture, HandHello, HandMessage, HandSample, HandSide, HandState};
 pub use identity::{Capabilities, Hello};

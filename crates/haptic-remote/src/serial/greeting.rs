@@ -8,7 +8,7 @@ use super::error::SerialError;
 use super::line::Line;
 use super::threads::write;
 use crate::{Conversation, Incoming, LinkError};
-use haptic_link::{FRAME_MAX, Hello, Report, Request, greet_version_1};
+use haptic_link::{FRAME_MAX, Hello, Report, Request};
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher as _, Hasher as _};
 use std::io::ErrorKind;
@@ -34,7 +34,6 @@ pub(super) fn greet(
 ) -> Result<(Hello, u32), SerialError> {
     let began = Instant::now();
     let nonce = RandomState::new().build_hasher().finish() as u32;
-    let mut old_version_too = false;
     let mut silent = LinkError::Gone;
     for &baud in bauds.iter().cycle() {
         if began.elapsed() >= GREETING {
@@ -42,13 +41,6 @@ pub(super) fn greet(
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
         port.set_baud_rate(baud);
-        if began.elapsed() > GREETING / 3 && !old_version_too {
-            old_version_too = true;
-            let mut line = [0; FRAME_MAX];
-            // Shorter than any frame.
-            let length = greet_version_1(&mut line).unwrap_or(0);
-            send(port, &line[..length])?;
-        }
         match take_turn(port, conversation, nonce) {
             Ok(hello) => return Ok((hello, baud)),
             Err(error @ LinkError::NoAnswer { .. }) => silent = error,

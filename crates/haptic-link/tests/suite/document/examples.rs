@@ -4,9 +4,8 @@ use super::reader::Document;
 use super::{frame, frame_with, message};
 use crate::frames::CONNECTION;
 use haptic_link::{
-    Ack, Batch, BatchItem, CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX,
-    Field, Header, Hello, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, Start,
-    Status, greet_version_1,
+    Ack, Batch, BatchItem, CoefficientBlock, Configuration, DigestBuilder, Direction, Field,
+    Header, Hello, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, Start, Status,
 };
 
 pub(super) fn hex(bytes: &[u8]) -> String {
@@ -210,10 +209,6 @@ fn running() -> Vec<String> {
             host,
         ),
         framed("disarm, sequence number 7", &Request::Disarm, 7, host),
-        example(
-            "a hello of version 1, to find out about an old device",
-            &[("line", &old_hello())],
-        ),
     ]
 }
 
@@ -225,12 +220,6 @@ pub(super) fn hello() -> String {
         "hello, sequence number 0, nonce 0x12345678",
         &[("content", &content), ("line", &line)],
     )
-}
-
-fn old_hello() -> Vec<u8> {
-    let mut line = [0; FRAME_MAX];
-    let length = greet_version_1(&mut line).expect("fits");
-    line[..length].to_vec()
 }
 
 #[test]

@@ -136,15 +136,6 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
             let words = ["protocol version 3", "this program 2", "flash"];
             Impostor::new(|_| of_version(3)).refused(&words);
         });
-        // A device of version 1 answers nobody but a host of version 1.
-        scope.spawn(|| {
-            let old = |bytes: &[u8]| {
-                let greeting = [2, 1, 1, 1, 1, 1, 1, 1, 1, 1];
-                let greeted = bytes.windows(10).any(|w| w == greeting);
-                if greeted { of_version(1) } else { Vec::new() }
-            };
-            Impostor::new(old).refused(&["protocol version 1", "this program 2", "flash"]);
-        });
     });
 }
 
