@@ -48,14 +48,15 @@ impl Found {
     }
 }
 
-/// Of a first function that does not settle by itself: another that does, and that the record speaks against no more than weakly, a criterion at most
-/// 6 above (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6).
+/// Of a first function that does not settle by itself: another that does, within the record, and that the record speaks against no more than weakly,
+/// a criterion at most 6 above (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6), or that of one number.
 #[must_use]
-pub fn settles_as_well(found: &[Found]) -> Option<&Found> {
+pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&'a Found> {
     let first = found.first().filter(|first| !first.settles())?;
-    let others = found.iter().filter(|other| other.settles());
-    let mut near = others.filter(|other| other.bic <= first.bic + WEAK);
-    near.next()
+    let one_number = libm::log(record.output.len() as f64);
+    let near = |other: &&Found| other.bic <= first.bic + one_number.max(WEAK);
+    let mut others = found.iter().filter(|other| other.settles()).filter(near);
+    others.find(|other| rest::comes_to_rest(&other.identified.function, record))
 }
 
 /// Guesses of whole orders that are fitted: the most promising.
@@ -137,6 +138,7 @@ pub fn identify(
         }
     }
     cancel(&mut found, record, held);
+    put_to_rest(&mut found, record, held);
     resolve_finer(&mut found, record);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Two guesses that end in one function.
@@ -160,10 +162,10 @@ pub fn identify(
     }
 }
 
-/// A function with fewer numbers than the first, the best, and another pole at rest comes before it, unless the record speaks very strongly
-/// against that.
+/// A function that is simpler than the first, the best, by fewer numbers or by whole orders, and has another pole at rest comes before it, unless
+/// the record speaks very strongly against that.
 fn simplest_at_rest(found: &[Found]) -> Option<usize> {
-    let numbers = |found: &Found| found.identified.standard_errors.len();
+    let numbers = |found: &Found| (found.identified.standard_errors.len(), !found.is_whole());
     let order = |found: &Found| rest::order_at_rest(&found.identified.function);
     let best = found.first()?;
     let near = found.iter().enumerate().filter(|(_, other)| {
@@ -193,6 +195,18 @@ fn cancel(found: &mut [Found], record: &InputOutput, held: bool) {
             None => place += 1,
         }
     }
+}
+
+/// Adds the functions with an integrator in place of a pole that is at rest.
+fn put_to_rest(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
+    let whole = found.iter().filter(|found| found.is_whole());
+    let integrating =
+        whole.filter_map(|found| rest::integrating(&found.identified.function, record));
+    let fitted: Vec<Found> = integrating
+        .filter_map(|function| identify_coefficients(&function, &record.as_record(held)).ok())
+        .map(|identified| judged(identified, record))
+        .collect();
+    found.extend(fitted);
 }
 
 /// The coefficients of a function, and those of the functions that are left without what the record does not determine, one by one.

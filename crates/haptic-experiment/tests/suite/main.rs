@@ -1,6 +1,7 @@
 //! Tests of the public face of `haptic-experiment`, in one binary.
 
 mod drive;
+mod identification;
 mod measured_device;
 mod models;
 mod teleoperation;

@@ -182,9 +182,9 @@ pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f6
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 
-/// A model by a rule runs no better than this itself: what is less says nothing for one of them.
+/// A model by a rule runs no better than this itself, nor is the record better than its rounding: what is less says nothing for one of them.
 pub(super) fn resolved(record: &InputOutput) -> f64 {
-    EXACT * largest(&record.output)
+    rounding(record).max(EXACT * largest(&record.output))
 }
 
 /// A model of whole orders runs exactly, but for some roundings of each sample and the last digit of the record: what is less says nothing for one
@@ -200,7 +200,7 @@ const MOST_DIGITS: i32 = 12;
 /// What the last digit of a record is at most, over its largest value.
 const LEAST_DIGITS: f64 = 1e-3;
 
-/// Root mean square of what rounding to the last decimal took from a signal; 0 where it has all its digits.
+/// What rounding to the last decimal took from a sample at most, as from all where the plant rests; 0 where a signal has all its digits.
 fn last_digit(signal: &[f64]) -> f64 {
     let highest = libm::floor(libm::log10(largest(signal))) as i32;
     let units = (0..MOST_DIGITS).map(|digits| libm::pow(10.0, f64::from(highest - digits)));
@@ -209,7 +209,7 @@ fn last_digit(signal: &[f64]) -> f64 {
         (times - libm::round(times)).abs() <= 4.0 * f64::EPSILON * times.abs()
     };
     let mut units = units.filter(|unit| signal.iter().all(|value| is_multiple(*value, *unit)));
-    units.next().map_or(0.0, |unit| unit / libm::sqrt(12.0))
+    units.next().map_or(0.0, |unit| 0.5 * unit)
 }
 
 fn largest(signal: &[f64]) -> f64 {

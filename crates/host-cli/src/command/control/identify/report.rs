@@ -162,11 +162,11 @@ impl Report {
             .extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
         report.warnings.extend(report.not_determined());
         if report.fit >= LEAST
-            && let Some(other) = settles_as_well(found)
+            && let Some(other) = settles_as_well(found, record)
         {
             report.in_doubt = true;
             report.warnings.push(format!(
-                "the record does not tell whether the plant comes to rest: {}, which does, fits nearly as well (BIC {:.1} more): record until the output \
+                "the record does not tell whether the plant comes to rest: {}, which does, fits nearly as well (BIC {:+.1}): record until the output \
                  rests or clearly does not, and then choose with --model",
                 rounded(&other.identified.function),
                 other.bic - best.bic
