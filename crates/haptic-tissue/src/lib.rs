@@ -18,4 +18,4 @@ pub use model::{
     Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
 };
 pub use rendering::{FullHistory, SampledModel};
-pub use text_file::{TEXT_MOST, read_text};
+pub use text_file::{TEXT_MOST, open_file, read_text};

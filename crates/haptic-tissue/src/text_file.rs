@@ -1,4 +1,4 @@
-//! Text files from outside, which never take more memory than they may.
+//! Files from outside, which are not waited for, and texts that never take more memory than they may.
 
 use std::fs::File;
 use std::io::{self, Read as _};
@@ -7,17 +7,25 @@ use std::path::Path;
 /// No experiment or tissue file is longer, bytes.
 pub const TEXT_MOST: u64 = 1 << 20;
 
-/// The text of a file, if it is not longer than [`TEXT_MOST`].
+/// Opens a file to read.
 ///
 /// # Errors
-/// Those of the system; a longer file; what is not a regular file, as a pipe, where nobody may ever write.
-pub fn read_text(path: &Path) -> io::Result<String> {
+/// Those of the system; what is not a regular file, as a pipe, where nobody may ever write.
+pub fn open_file(path: &Path) -> io::Result<File> {
     if !std::fs::metadata(path)?.is_file() {
         let why = "it is not a regular file";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, why));
     }
+    File::open(path)
+}
+
+/// The text of a file, if it is not longer than [`TEXT_MOST`].
+///
+/// # Errors
+/// Those of [`open_file`]; a longer file.
+pub fn read_text(path: &Path) -> io::Result<String> {
     let mut text = Vec::new();
-    (File::open(path)?.take(TEXT_MOST + 1)).read_to_end(&mut text)?;
+    (open_file(path)?.take(TEXT_MOST + 1)).read_to_end(&mut text)?;
     if text.len() as u64 > TEXT_MOST {
         return Err(io::Error::new(
             io::ErrorKind::InvalidData,

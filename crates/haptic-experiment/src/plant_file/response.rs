@@ -1,8 +1,8 @@
 //! A measured frequency response out of a CSV file.
 
 use crate::input::{Rows, short};
+use haptic_tissue::open_file;
 use num_complex::Complex;
-use std::fs::File;
 use std::path::Path;
 
 /// Frequencies at most.
@@ -17,7 +17,7 @@ const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_
 pub fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, String> {
     let shown = path.display();
     let bad = |text: String| format!("{shown}: {text}");
-    let file = File::open(path).map_err(|error| {
+    let file = open_file(path).map_err(|error| {
         format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")
     })?;
     let (rows, length) = Rows::new(file);

@@ -19,7 +19,7 @@ use haptic_experiment::input::short;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
 use haptic_quantity::Time;
-use std::fs::File;
+use haptic_tissue::open_file;
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -181,7 +181,7 @@ impl Arguments {
         self.check_columns()?;
         let name = self.data.display().to_string();
         let column = |wanted: &str, option: &str| {
-            let file = File::open(&self.data).map_err(|error| {
+            let file = open_file(&self.data).map_err(|error| {
                 Failure::bad_input(format_args!(
                     "cannot read the record `{name}`: {error}; give the path of a CSV file"
                 ))

@@ -21,8 +21,8 @@ use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
+use haptic_tissue::open_file;
 use serde::Serialize;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -305,7 +305,7 @@ impl Record {
     fn read(path: &Path) -> Result<Self, Failure> {
         let name = path.display().to_string();
         let column = |wanted: &str| {
-            let file = File::open(path).map_err(|error| {
+            let file = open_file(path).map_err(|error| {
                 Failure::bad_input(format_args!(
                     "cannot read `{name}`: {error}; give --reference a CSV with time_s and reference"
                 ))

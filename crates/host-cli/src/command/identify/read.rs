@@ -1,5 +1,6 @@
 //! From the file to a record.
 
+use crate::files::look_at_log;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -10,7 +11,7 @@ use haptic_tissue::identify::table::{
     Choice, Column, Columns, Loading, Reader, Reading, TABLE_MOST, Understood, read_table,
 };
 use haptic_tissue::identify::{RecordKind, SAMPLES_MOST};
-use std::fs::File;
+use haptic_tissue::open_file;
 use std::io::Read as _;
 use std::path::Path;
 
@@ -81,6 +82,7 @@ impl TableArguments {
         }
         let (from, to) = (self.from.map(|time| time.0), self.to.map(|time| time.0));
         let mut read = LogColumns::default();
+        look_at_log(path)?;
         let mut log = LogReader::open(path)?;
         for entry in &mut log {
             let Entry::Tick(tick) = entry? else { continue };
@@ -168,7 +170,7 @@ fn in_file(path: &Path, error: &impl std::fmt::Display) -> Failure {
 
 fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(TABLE_MOST + 1).read_to_end(&mut bytes));
+    let read = open_file(path).and_then(|file| file.take(TABLE_MOST + 1).read_to_end(&mut bytes));
     read.map_err(|error| {
         Failure::bad_input(format_args!(
             "cannot read the record `{}`: {error}; give the path of a table or of a log",

@@ -87,3 +87,26 @@ fn an_empty_folder_of_the_users_outlives_bad_parameters() {
     place.run_arguments(&words(line), b"").failed(2);
     assert_eq!(place.files(), ["mine/"]);
 }
+
+/// A pipe that nobody writes to must not be waited for.
+#[test]
+#[cfg(unix)]
+fn a_pipe_is_no_record_and_no_log() {
+    let place = Place::new();
+    place.shell("mkfifo q.csv p.mcap").succeeded();
+    place.refuses(
+        "
+        log info p.mcap => p.mcap | not a regular file
+        log check p.mcap => p.mcap | not a regular file
+        log recover p.mcap => p.mcap | not a regular file
+        log export p.mcap => p.mcap | not a regular file
+        log plot p.mcap => p.mcap | not a regular file
+        identify p.mcap --area 4cm2 --thickness 20mm => p.mcap | not a regular file
+        identify q.csv => q.csv | not a regular file
+        control identify q.csv => q.csv | not a regular file
+        control analyze --plant q.csv => q.csv | not a regular file
+        control simulate --plant 1/(s+1) --controller 2 --sample-time 1s --reference q.csv => q.csv | not a regular file
+        ",
+    );
+    assert_eq!(place.files().len(), 2, "nothing was written");
+}
