@@ -187,6 +187,7 @@ fn the_reason_of_a_verdict_is_said() {
             &["because of the dead time", "up to 0.59"],
         ),
         ("1/s^2", "2", &["Neither a hundred times more"]),
+        ("1/(s^4+1)", "2.0", &["more phase near 1 rad/s"]),
     ] {
         let line = format!(
             "control analyze --plant {plant} --controller {controller} --sample-time 10ms --out {}",

@@ -235,8 +235,10 @@ fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
         ),
         _ => format!(
             ". Neither a hundred times more or less gain nor less dead time makes it stable: it takes another \
-             controller (more phase near {} rad/s) or faster samples.",
-            at(&analysis.margins.sensitivity)
+             controller{} or faster samples.",
+            (analysis.margins.phase.as_ref()).map_or_else(String::new, |crossover| {
+                format!(" (more phase near {} rad/s)", at(crossover))
+            })
         ),
     }
 }
