@@ -286,7 +286,9 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
     place
         .run("design --wish coupler --device-model late.toml")
         .refused(2, &["ideal device", "--device-model", "--mass"]);
-    place.run("design --wish coupler --out design").succeeded();
+    // No delay is none.
+    let ended = place.run("design --wish coupler --delay 0ms --out design");
+    ended.succeeded();
     let ended = place.run("design --wish coupler --damping 0 --out design --overwrite --json");
     let ended = ended.failed(1);
     assert!(ended.error().contains("no damping"), "{ended}");

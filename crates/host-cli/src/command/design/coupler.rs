@@ -77,7 +77,6 @@ impl Arguments {
             || self.force_noise_limit.is_some()
             || self.delay_samples.is_some_and(|samples| samples > 0)
             || self.device.limits_the_force()
-            || self.device.is_less_than_ideal()
     }
 }
 
