@@ -27,7 +27,7 @@ pub struct Library {
     skipped: Vec<Skipped>,
 }
 
-/// A file of the user's folder that is no tissue, or a damaged one.
+/// A file of the user's folder that is no tissue, or a damaged one, or a second of its name.
 #[derive(Clone, Debug, PartialEq)]
 struct Skipped {
     path: PathBuf,
@@ -35,21 +35,24 @@ struct Skipped {
 }
 
 impl Library {
-    /// Those that come with the program, and all `*.toml` files of a folder of the user's. A file that is no tissue is
-    /// [skipped](Self::skipped).
+    /// Those that come with the program, and all `*.toml` files of a folder of the user's. A file that is no tissue, or of a name that is taken,
+    /// is [skipped](Self::skipped).
     ///
     /// # Errors
-    /// If the folder cannot be read, or a name is taken.
+    /// If the folder cannot be read.
     pub fn load(folder: Option<&Path>) -> Result<Self, MaterialError> {
         let (mut materials, mut skipped) = (Vec::new(), Vec::new());
         for (name, text) in BUILT_IN {
             materials.push(Material::parse(Path::new(name), text)?);
         }
         for path in folder.map(toml_files).transpose()?.unwrap_or_default() {
-            match Material::read(&path) {
-                Ok(material) if materials.iter().any(|known| known.name == material.name) => {
-                    return Err(MaterialError::Twice(material.name, path));
-                }
+            let read = Material::read(&path).and_then(|material| {
+                let is_taken = materials.iter().any(|own| own.name == material.name);
+                let taken =
+                    is_taken.then(|| MaterialError::Twice(material.name.clone(), path.clone()));
+                taken.map_or(Ok(material), Err)
+            });
+            match read {
                 Ok(material) => materials.push(material),
                 Err(error) => {
                     let why = error.to_string();
@@ -246,9 +249,13 @@ mod tests {
         assert!(unknown.contains("fish-muscle, gel"), "{unknown}");
         // A second of the same name.
         std::fs::write(folder.path().join("too.toml"), GOOD).expect("writes");
-        assert!(matches!(
-            Library::load(Some(folder.path())),
-            Err(MaterialError::Twice(_, _))
-        ));
+        let library = Library::load(Some(folder.path())).expect("valid");
+        let skipped: Vec<String> = library.skipped().collect();
+        let taken = "too.toml: the library has a material \"gel\" already";
+        assert!(
+            skipped.len() == 1 && skipped[0].contains(taken),
+            "{skipped:?}"
+        );
+        assert_eq!(library.find("gel").expect("known").order(), Some(0.3));
     }
 }
