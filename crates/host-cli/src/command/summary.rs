@@ -134,7 +134,9 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
                 }),
             match report.run.limited_samples {
                 0 => String::new(),
-                limited => format!("; {limited} samples of it were limited, see the warning"),
+                limited => format!(
+                    "; the force of {limited} samples of the run was limited, see the warning"
+                ),
             }
         )?,
     }
