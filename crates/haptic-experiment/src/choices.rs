@@ -4,7 +4,7 @@ use crate::design::{RequireName, WishName};
 use crate::device::Loop;
 use crate::teleoperation::{ArchitectureName, PlaceName};
 use crate::touch::{GripName, ShapeName};
-use crate::{Contact, CriterionName, GuardChoice, Named, Precision};
+use crate::{Contact, GuardChoice, Named, Precision};
 
 /// Names that the text of a key may be, each with a few words for people; none where any text will do.
 #[must_use]
@@ -16,7 +16,6 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
     match key {
         "architecture" => names::<ArchitectureName>(),
         "contact" => names::<Contact>(),
-        "criterion" => names::<CriterionName>(),
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),
         "loop" => names::<Loop>(),

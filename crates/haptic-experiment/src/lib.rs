@@ -75,7 +75,7 @@ pub use run::Supervisor;
 pub use safety::{GuardChoice, Safety};
 pub use schedule::Pace;
 pub use sensed::Sensors;
-pub use settling::{Criterion, CriterionName, Settling, TrialVerdict};
+pub use settling::{Criterion, Settling, TrialVerdict};
 pub use teleoperation::{TeleoperationExperiment, TeleoperationReport};
 pub use touch::{TouchExperiment, TouchReport};
 pub use wall::{WallExperiment, WallReport};

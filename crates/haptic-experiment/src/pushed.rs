@@ -67,7 +67,7 @@ impl TrialPlan {
     };
     /// The experiment of the dissertation's figure 4.3.
     pub const DISSERTATION: Self = Self {
-        criterion: Criterion::DISSERTATION,
+        criterion: Criterion::Dissertation,
         impact_m_per_s: 0.0,
         ..Self::DEFAULT
     };
@@ -111,23 +111,6 @@ impl TrialPlan {
                 Shown(self.impact_m_per_s)
             )));
         }
-        if let Criterion::Dissertation { threshold_m } = self.criterion {
-            let thresholds = parameters::THRESHOLD.range();
-            if !thresholds.contains(threshold_m) {
-                return Err(Failure::bad_input(format_args!(
-                    "threshold {} m is not {thresholds} m: the dissertation's is {:e} m",
-                    Shown(threshold_m),
-                    Criterion::DISSERTATION_THRESHOLD_M
-                )));
-            }
-            if self.impact_m_per_s > 0.0 {
-                return Err(Failure::bad_input(format_args!(
-                    "impact {} m/s does not belong to the criterion dissertation, which pushes from rest: leave \
-                     one of them out",
-                    Shown(self.impact_m_per_s)
-                )));
-            }
-        }
         Ok(samples)
     }
 
@@ -145,7 +128,7 @@ impl TrialPlan {
             encoder_step_m,
         };
         Judge::new(
-            (self.criterion.name(), self.impact_m_per_s),
+            (self.criterion, self.impact_m_per_s),
             Tolerance::new(self.criterion, scales),
             // The window holds whole samples; times are multiples of T, rounded.
             self.duration_s - self.window_s + 0.5 * sample_time_s,

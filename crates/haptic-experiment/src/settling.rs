@@ -28,7 +28,7 @@ mod judge;
 mod tests;
 mod verdict;
 
-pub use criterion::{Criterion, CriterionName};
+pub use criterion::Criterion;
 pub(crate) use criterion::{Scales, Tolerance};
 pub(crate) use judge::Judge;
 pub use verdict::{GONE_M, Settling, TrialVerdict};

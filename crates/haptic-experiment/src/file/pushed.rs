@@ -9,7 +9,7 @@ use crate::plant_file::{DeviceModel, DeviceValues};
 use crate::pushed::TRIAL_SAMPLES;
 use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
-use crate::{Criterion, CriterionName, TrialPlan, TrialSetup, parameters as p};
+use crate::{TrialPlan, TrialSetup, parameters as p};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use haptic_loop::plant::MassDamperConfig;
@@ -95,31 +95,13 @@ pub(super) fn setup(
 
 /// Reads the plan of a trial: how a wall is tried and judged.
 pub(super) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
-    let name = table.choice(&p::CRITERION)?;
-    let threshold = table.number_if(&p::THRESHOLD)?;
-    let (default, criterion) = match (name, threshold) {
-        (CriterionName::Settling, Some(threshold)) => {
-            let reason = format!(
-                "threshold_m = {threshold} belongs to criterion = \"dissertation\": add that, or leave it out"
-            );
-            return Err(table.fail_at("threshold_m", reason));
-        }
-        (CriterionName::Settling, None) => (TrialPlan::DEFAULT, Criterion::Settling),
-        (CriterionName::Dissertation, threshold) => {
-            let threshold_m = threshold.unwrap_or(Criterion::DISSERTATION_THRESHOLD_M);
-            let criterion = Criterion::Dissertation { threshold_m };
-            (TrialPlan::DISSERTATION, criterion)
-        }
-    };
     let plan = TrialPlan {
-        criterion,
-        impact_m_per_s: table
-            .number_if(&p::IMPACT)?
-            .unwrap_or(default.impact_m_per_s),
+        impact_m_per_s: table.number(&p::IMPACT)?,
         push_n: table.number(&p::PUSH)?,
         duration_s,
         window_s: table.number(&p::WINDOW)?,
         force_limit_n: table.number(&p::TRIAL_FORCE_LIMIT)?,
+        ..TrialPlan::DEFAULT
     };
     if plan.push_n >= plan.force_limit_n {
         let reason = format!(

@@ -39,7 +39,7 @@ pub const COUPLER_REQUIRED: &[Parameter] = &[
     COUPLER_DISSIPATION,
 ];
 /// Of `[coupler]`, with defaults.
-pub const COUPLER: &[Parameter] = &joined::<21>(&[
+pub const COUPLER: &[Parameter] = &joined::<19>(&[
     &[DEVICE_MODEL, OBJECT_MASS, OBJECT_DAMPING, OBJECT_STIFFNESS],
     &[HAND_STIFFNESS],
     LESS_THAN_IDEAL,

@@ -6,8 +6,8 @@ use super::experiment::{
 use super::kind::{Parameter, parameters};
 use super::range::{self, Range};
 use super::wall::{
-    CRITERION, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL, FRICTION, HAND_STIFFNESS, IMPACT, MASS,
-    ONE_SIDED, PUSH, THRESHOLD, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW,
+    CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL, FRICTION, HAND_STIFFNESS, IMPACT, MASS, ONE_SIDED,
+    PUSH, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW,
 };
 
 parameters! {
@@ -63,12 +63,10 @@ pub const ZWIDTH: &[Parameter] = &[
     ZWIDTH_POINTS,
     SCHEME,
     ONE_SIDED,
-    CRITERION,
     PUSH,
     IMPACT,
     TRIAL_DURATION,
     WINDOW,
-    THRESHOLD,
 ];
 
 /// Of `[design]`, beside [`BENCH`].

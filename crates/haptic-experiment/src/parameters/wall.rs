@@ -4,7 +4,7 @@ use super::experiment::{ENCODER_RESOLUTION, SAMPLE_TIME, SCHEME, SEED, SENSOR_NO
 use super::kind::{Parameter, joined, parameters};
 use super::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
-    FORCES_ABOVE_0, IMPACTS, MASSES, REACHES_ABOVE_0, STIFFNESSES, WALL_ORDERS,
+    FORCES_ABOVE_0, IMPACTS, MASSES, STIFFNESSES, WALL_ORDERS,
 };
 
 parameters! {
@@ -31,8 +31,6 @@ parameters! {
     DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS, "Dissipation B of the wall, N·s^μ/m");
     /// True if a wall only pushes.
     ONE_SIDED = flag("one_sided", "A wall that pushes but never pulls; without this it is linear, as the theory assumes");
-    /// Rule of a trial.
-    CRITERION = text("criterion", "settling", "By which rule a wall is stable");
     /// Impact of a trial, m/s.
     IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
         "Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]");
@@ -42,9 +40,6 @@ parameters! {
     TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
     /// Window of a trial, s.
     WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Window at the end that is judged");
-    /// Threshold of the dissertation's rule, m.
-    THRESHOLD = optional("threshold_m", REACHES_ABOVE_0,
-        "Largest standard deviation of a stable position, with criterion dissertation [default: 0.1 mm]");
     /// Force limit of a trial, N.
     TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
     /// Rate limit of a trial, N/s.
@@ -69,10 +64,9 @@ pub(super) const LESS_THAN_IDEAL: &[Parameter] = &[
 /// Of the safety chain and the operator in a trial.
 pub(super) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
 /// Of a trial.
-pub(super) const TRIAL: &[Parameter] =
-    &[CRITERION, IMPACT, PUSH, TRIAL_DURATION, WINDOW, THRESHOLD];
+pub(super) const TRIAL: &[Parameter] = &[IMPACT, PUSH, TRIAL_DURATION, WINDOW];
 /// Of `[wall]`, with defaults.
-pub const WALL: &[Parameter] = &joined::<19>(&[
+pub const WALL: &[Parameter] = &joined::<17>(&[
     &[DEVICE_MODEL, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
     TRIAL_LOOP,

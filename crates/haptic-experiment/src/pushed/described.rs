@@ -5,7 +5,7 @@ use crate::kept::Record;
 use crate::named::Named as _;
 use crate::remote::device_name;
 use crate::safety::GuardChoice;
-use crate::settling::{Criterion, Settling};
+use crate::settling::Settling;
 use crate::warnings::Warnings;
 use fracdiff::{Order, Scheme};
 use std::collections::BTreeMap;
@@ -37,7 +37,6 @@ impl TrialSetup {
             ("seed", self.sensors.seed.to_string()),
             ("order", order.to_string()),
             ("scheme", scheme.to_string()),
-            ("criterion", plan.criterion.name().name().to_owned()),
             ("impact_m_per_s", plan.impact_m_per_s.to_string()),
             ("push_n", plan.push_n.to_string()),
             ("duration_s", plan.duration_s.to_string()),
@@ -50,9 +49,6 @@ impl TrialSetup {
             .chain(law)
             .map(|(key, value)| (key.to_owned(), value))
             .collect();
-        if let Criterion::Dissertation { threshold_m } = plan.criterion {
-            metadata.insert("threshold_m".to_owned(), threshold_m.to_string());
-        }
         self.safety().describe(&mut metadata);
         metadata
     }

@@ -1,66 +1,22 @@
 //! The rules, and how much a wall at rest may vary by each.
 
-use crate::named::Named;
 use serde::Serialize;
 
 /// Share of the samples in which the force may be at its limit.
 pub(super) const LIMITED_SHARE: f64 = 0.01;
 
 /// By which rule a trial is judged.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Criterion {
     /// Position, force and the force limit, see the [module](crate::settling).
     Settling,
-    /// The dissertation's: the standard deviation of the position alone.
-    Dissertation {
-        /// Largest standard deviation of a stable position, m.
-        threshold_m: f64,
-    },
-}
-
-/// Names of the rules, as files and options have them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CriterionName {
-    /// Impact and push; position, force and saturation are judged.
-    #[default]
-    Settling,
-    /// Push alone; the position is judged against one threshold.
+    /// That of the dissertation's figure 4.3: a push from rest, and a standard deviation of the position of at most 0.1 mm.
     Dissertation,
 }
 
-impl Criterion {
-    /// Threshold of figure 4.3, m.
-    pub const DISSERTATION_THRESHOLD_M: f64 = 1e-4;
-    /// The rule of figure 4.3.
-    pub const DISSERTATION: Self = Self::Dissertation {
-        threshold_m: Self::DISSERTATION_THRESHOLD_M,
-    };
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> CriterionName {
-        match self {
-            Self::Settling => CriterionName::Settling,
-            Self::Dissertation { .. } => CriterionName::Dissertation,
-        }
-    }
-}
-
-impl Named for CriterionName {
-    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (
-            Self::Settling,
-            "settling",
-            "Impact and push; position, force and saturation are judged",
-        ),
-        (
-            Self::Dissertation,
-            "dissertation",
-            "Push alone; the position is judged against one threshold",
-        ),
-    ];
-}
+/// Threshold of figure 4.3, m.
+const DISSERTATION_THRESHOLD_M: f64 = 1e-4;
 
 /// Everything about a wall that its tolerance depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,8 +60,8 @@ const FORCE_STEP_SHARE: f64 = 0.25;
 impl Tolerance {
     pub(crate) fn new(criterion: Criterion, scales: Scales) -> Self {
         match criterion {
-            Criterion::Dissertation { threshold_m } => Self {
-                position_std_m: Some(threshold_m),
+            Criterion::Dissertation => Self {
+                position_std_m: Some(DISSERTATION_THRESHOLD_M),
                 force_std_n: None,
                 force_range_n: None,
                 limited: None,

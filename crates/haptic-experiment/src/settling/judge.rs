@@ -1,6 +1,6 @@
 //! Looks on while a device is tried.
 
-use super::criterion::{CriterionName, Tolerance};
+use super::criterion::{Criterion, Tolerance};
 use super::verdict::{GONE_M, Settling, TrialVerdict};
 
 /// Share of the force limit that counts as the limit: single precision on a device rounds it.
@@ -30,7 +30,7 @@ impl Moments {
 /// Looks on while a device is tried.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Judge {
-    criterion: CriterionName,
+    criterion: Criterion,
     impact_m_per_s: f64,
     tolerance: Tolerance,
     /// Begin of the window, s.
@@ -47,7 +47,7 @@ pub(crate) struct Judge {
 
 impl Judge {
     pub(crate) fn new(
-        (criterion, impact_m_per_s): (CriterionName, f64),
+        (criterion, impact_m_per_s): (Criterion, f64),
         tolerance: Tolerance,
         from_s: f64,
         force_limit_n: f64,

@@ -13,7 +13,7 @@ const STIFF: Scales = Scales {
 /// Judges 5 s at 1 kHz of these positions and forces, the window being the last 0.4 s.
 fn judged(criterion: Criterion, scales: Scales, motion: impl Fn(u32) -> (f64, f64)) -> Settling {
     let tolerance = Tolerance::new(criterion, scales);
-    let mut judge = Judge::new((criterion.name(), 0.1), tolerance, 4.6, 3.3);
+    let mut judge = Judge::new((criterion, 0.1), tolerance, 4.6, 3.3);
     for n in 0..5001 {
         let (position, force) = motion(n);
         judge.see(1e-3 * f64::from(n), position, force);
@@ -30,7 +30,7 @@ fn a_wall_that_buzzes_below_a_tenth_of_a_millimetre_is_not_stable() {
     let buzzing = |n| (10e-6 + 9e-6 * sign(n), -1.0 + 2.3 * sign(n));
     let new = judged(Criterion::Settling, STIFF, buzzing);
     assert_eq!(new.verdict, TrialVerdict::Saturated);
-    let old = judged(Criterion::DISSERTATION, STIFF, buzzing);
+    let old = judged(Criterion::Dissertation, STIFF, buzzing);
     assert_eq!(old.verdict, TrialVerdict::Stable);
     // Far from the force limit it is seen too: by the position, by the force.
     let by_position = |n| (10e-6 + 3e-6 * sign(n), -1.0);
@@ -117,7 +117,7 @@ fn an_impact_may_reach_the_limit_for_a_hundredth_of_the_samples() {
 #[test]
 fn what_leaves_or_never_ends_is_not_stable() {
     let tolerance = Tolerance::new(Criterion::Settling, STIFF);
-    let mut judge = Judge::new((CriterionName::Settling, 0.1), tolerance, 4.6, 3.3);
+    let mut judge = Judge::new((Criterion::Settling, 0.1), tolerance, 4.6, 3.3);
     assert!(judge.see(0.0, 0.0, 0.0));
     assert_eq!(judge.settling(true, None).verdict, TrialVerdict::Unfinished);
     assert!(!judge.see(1.0, f64::NAN, 0.0));
@@ -133,5 +133,5 @@ fn without_a_spring_the_force_alone_is_judged() {
     let slides = |n: u32| (1e-5 * f64::from(n), -1.0);
     let settling = judged(Criterion::Settling, damper, slides);
     assert!(settling.stable && settling.position_std_limit_m.is_none());
-    assert!(!judged(Criterion::DISSERTATION, damper, slides).stable);
+    assert!(!judged(Criterion::Dissertation, damper, slides).stable);
 }

@@ -1,6 +1,6 @@
 //! The outcome of a trial.
 
-use super::criterion::{CriterionName, LIMITED_SHARE};
+use super::criterion::{Criterion, LIMITED_SHARE};
 use serde::Serialize;
 
 /// A device this far away has left, m: it will not come to rest.
@@ -47,7 +47,7 @@ pub struct Settling {
     /// Verdict on the trial.
     pub verdict: TrialVerdict,
     /// By which rule.
-    pub criterion: CriterionName,
+    pub criterion: Criterion,
     /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
     pub impact_m_per_s: f64,
     /// Standard deviation of the position over the window, m; null if the device has left or the trial did

@@ -2,7 +2,7 @@
 
 use crate::asked::AskedDevice;
 use crate::failure::Failure;
-use crate::settling::CriterionName;
+use crate::settling::Criterion;
 use serde::{Serialize, Serializer};
 
 /// The result. The keys are a contract of the command line.
@@ -20,7 +20,7 @@ pub struct ZWidthReport {
     /// δ = bT/m of the device.
     pub delta: f64,
     /// By which rule walls were judged.
-    pub criterion: CriterionName,
+    pub criterion: Criterion,
     /// Speed at which the device hit them, m/s.
     pub impact_m_per_s: f64,
     /// Constant push, N.

@@ -62,7 +62,7 @@ impl ZWidth {
             device: device_name(self.remote.as_ref()),
             asked: AskedDevice::of(config),
             delta,
-            criterion: plan.criterion.name(),
+            criterion: plan.criterion,
             impact_m_per_s: plan.impact_m_per_s,
             push_n: plan.push_n,
             alpha_searched: search_limit(delta),

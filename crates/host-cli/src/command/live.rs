@@ -54,13 +54,15 @@ fn open_foxglove(address: SocketAddr, output: Output) -> Result<Box<dyn Live>, F
              a free one",
         )
     })?;
-    say(
-        output,
-        format_args!(
-            "ws://{}, open it in Foxglove (Open connection) or PlotJuggler (Foxglove bridge)",
-            foxglove.address()
-        ),
-    );
+    if !output.quiet {
+        note(
+            "live stream",
+            format_args!(
+                "ws://{}, open it in Foxglove (Open connection) or PlotJuggler (Foxglove bridge)",
+                foxglove.address()
+            ),
+        );
+    }
     Ok(Box::new(foxglove))
 }
 
@@ -69,10 +71,4 @@ fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
     Err(Failure::bad_input(
         "--foxglove: this build has no Foxglove WebSocket; build it with --features foxglove",
     ))
-}
-
-fn say(output: Output, text: std::fmt::Arguments<'_>) {
-    if !output.quiet {
-        note("live stream", text);
-    }
 }

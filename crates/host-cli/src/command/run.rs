@@ -36,8 +36,7 @@ Keys have their SI unit in the name, as in duration_s = 200. Paths in the file s
 over keys of the file.
 
 A wall: the device hits it at impact_m_per_s, is pushed into it with a constant force, and is stable if it comes to rest: see \
-`host-cli zwidth --help` for the rule. A serial device cannot be thrown. criterion = \"dissertation\" is a push from rest, judged by \
-threshold_m alone. verdict in the summary is stable, held-by-friction (it would not settle without friction), \
+`host-cli zwidth --help` for the rule. A serial device cannot be thrown. verdict in the summary is stable, held-by-friction (it would not settle without friction), \
 unstable, saturated, gone or unfinished; analysis_agrees compares it with the pre-flight. With \
 must_be_stable = true the exit code is 1 unless both call the wall stable. On a serial device rate limit, speed limit and rise time \
 that are not given stay as they are set there. `host-cli design` writes such a file.

@@ -5,7 +5,6 @@ use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
 use super::stop::stop_on_interrupt;
 use super::words::{parse_scheme, parse_wall_order, wall_order};
-use crate::choice::choice;
 use crate::files::Place;
 use crate::output::{Output, note, warn};
 use crate::whole::whole;
@@ -15,11 +14,9 @@ use fracdiff::{Order, Scheme};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::zwidth::BoundaryPoint;
-use haptic_experiment::{
-    Criterion, CriterionName, Imperfections, Named as _, TrialPlan, ZWidth, ZWidthReport,
-};
+use haptic_experiment::{Imperfections, TrialPlan, ZWidth, ZWidthReport};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use haptic_quantity::{Force, Length, Speed, Time};
+use haptic_quantity::{Force, Speed, Time};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -28,12 +25,11 @@ Z-width: throws a simulated device against a wall at its start position, pushes 
 stiffest wall at which it comes to rest, for each order and dissipation. The default device is as \
 heavy and as damped as that of the dissertation's section 4.4: 65 g, 3.5 N.s/m. --realistic adds what real devices have.
 
-At rest, by --criterion settling: over the last 0.4 s of 5 s the position varies (standard deviation) by at most \
+At rest: over the last 0.4 s of 5 s the position varies (standard deviation) by at most \
 2 encoder steps or 1 % of the deflection push/K, whichever is larger, and the force by at most one encoder step \
 through the operator, but no more than 25 % of the push, or 5 % of the push; a force at its limit in more than 1 % of the samples is saturated, \
 never stable. With friction each wall is tried without it too: stable is what settles both ways, and the \
-stiffness up to which friction alone holds the device stands beside. --criterion dissertation is the rule of \
-figure 4.3: a push from rest, and a position that varies by at most --threshold.
+stiffness up to which friction alone holds the device stands beside.
 
 Beside each point stands the largest stiffness by the analysis. Ctrl-C keeps the points that are done, writes \
 them and exits with 1.
@@ -46,8 +42,7 @@ mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, sample_time_s, delta, criter
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --realistic --out zwidth\n  \
-                  host-cli zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1\n  \
-                  host-cli zwidth --criterion dissertation --scheme muir:3"
+                  host-cli zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1"
 )]
 pub struct Arguments {
     #[arg(long, help = parameters::ZWIDTH_ORDERS.help, value_parser = parse_wall_order, value_delimiter = ',', default_value = parameters::ZWIDTH_ORDERS.shown, allow_hyphen_values = true)]
@@ -76,8 +71,6 @@ pub struct Arguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Trial")]
 struct TrialArguments {
-    #[arg(long, help = parameters::CRITERION.help, value_parser = choice::<CriterionName>(), default_value = parameters::CRITERION.shown)]
-    criterion: CriterionName,
     #[arg(long, value_parser = within::<Force>(parameters::PUSH.range()), help = parameters::PUSH.help, default_value = parameters::PUSH.shown, allow_hyphen_values = true)]
     push: Force,
     #[arg(long, help = parameters::IMPACT.help, value_parser = within::<Speed>(parameters::IMPACT.range()), allow_hyphen_values = true)]
@@ -86,39 +79,23 @@ struct TrialArguments {
     duration: Time,
     #[arg(long, value_parser = within::<Time>(parameters::WINDOW.range()), help = parameters::WINDOW.help, default_value = parameters::WINDOW.shown, allow_hyphen_values = true)]
     window: Time,
-    #[arg(long, value_parser = within::<Length>(parameters::THRESHOLD.range()), help = parameters::THRESHOLD.help, allow_hyphen_values = true)]
-    threshold: Option<Length>,
 }
 
 impl TrialArguments {
     fn plan(&self, force_limit_n: f64, serial: bool) -> Result<TrialPlan, Failure> {
-        let (default, criterion) = match (self.criterion, self.threshold) {
-            (CriterionName::Settling, Some(_)) => {
-                return Err(Failure::bad_input(
-                    "--threshold belongs to --criterion dissertation: add that, or leave it out",
-                ));
-            }
-            (CriterionName::Settling, None) => (TrialPlan::DEFAULT, Criterion::Settling),
-            (CriterionName::Dissertation, threshold) => {
-                let threshold_m = threshold.map_or(Criterion::DISSERTATION_THRESHOLD_M, |x| x.0);
-                let criterion = Criterion::Dissertation { threshold_m };
-                (TrialPlan::DISSERTATION, criterion)
-            }
-        };
+        let default = TrialPlan::DEFAULT;
         if serial && self.impact.is_some() {
             return Err(Failure::bad_input(
                 "--impact is for the simulated device: a serial one cannot be thrown, leave it out",
             ));
         }
         Ok(TrialPlan {
-            criterion,
             push_n: self.push.0,
-            impact_m_per_s: self
-                .impact
-                .map_or(default.impact_m_per_s, |impact| impact.0),
+            impact_m_per_s: (self.impact).map_or(default.impact_m_per_s, |impact| impact.0),
             duration_s: self.duration.0,
             window_s: self.window.0,
             force_limit_n,
+            ..default
         })
     }
 }
@@ -329,12 +306,11 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
     ChartPage {
         title: "Z-width: the stiffest walls that settle",
         subtitle: &format!(
-            "scheme {} · T = {} s · δ = {:.5} · device {} · criterion {} · impact {} m/s · push {} N",
+            "scheme {} · T = {} s · δ = {:.5} · device {} · impact {} m/s · push {} N",
             report.scheme,
             report.asked.sample_time_s,
             report.delta,
             report.device,
-            report.criterion.name(),
             report.impact_m_per_s,
             report.push_n
         ),

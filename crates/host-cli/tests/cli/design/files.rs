@@ -141,7 +141,7 @@ const WRONG: &[(&str, &str, &str)] = &[
         "wall.toml:3: unknown key `damping` in [wall]: known are mass_kg, damping_n_s_per_m, sample_time_s, \
          order, stiffness_n_per_m, dissipation_n_s_mu_per_m, device_model, hand_stiffness_n_per_m, delay_s, friction_n, \
          current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, force_rate_limit_n_per_s, \
-         scheme, one_sided, criterion, impact_m_per_s, push_n, duration_s, window_s, threshold_m, \
+         scheme, one_sided, impact_m_per_s, push_n, duration_s, window_s, \
          must_be_stable, device, loop, watchdog_s, late_ticks, max_age_ticks, guard, workspace_low_m, \
          workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, stop_time_s, brake_force_n, \
          stuck_force_n, stuck_time_s, jump_m, device_mass_kg, device_damping_n_s_per_m, device_delay_least_s, \
