@@ -50,6 +50,8 @@ pub enum LinkError {
         /// Waited, ms.
         waited_ms: u64,
     },
+    /// The reading was stopped, and no sample came meanwhile.
+    Stopped,
     /// A sample cannot be. The device was told to let go.
     Impossible(Impossible),
     /// The device tells of itself what cannot be.
@@ -113,6 +115,7 @@ impl fmt::Display for LinkError {
                 "no sample came for {waited_ms} ms, though the device answers: this machine or the line was held \
                  up: close other programs on this machine, or take a better line"
             ),
+            Self::Stopped => f.write_str("stopped, where no sample came: look at the device, then start again"),
             Self::Impossible(impossible) => write!(
                 f,
                 "the device told what cannot be, {impossible}, and was told to let go: look at its sensor and its firmware"

@@ -36,7 +36,7 @@ pub struct Driven {
 }
 
 /// A measurement that could not be made.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub enum DriveError<E> {
     /// Limits that make no safety chain.
     Plan(ParameterError),

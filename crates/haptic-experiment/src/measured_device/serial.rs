@@ -1,6 +1,6 @@
 //! The excitation on a serial device: the loop is closed here, the force is the one that the device tells it applied.
 
-use super::conduct::{DriveError, Driven, drive};
+use super::conduct::{DriveError, Driven, Outcome, drive};
 use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
@@ -12,7 +12,7 @@ use crate::safety::{GuardChoice, GuardedDevice};
 use crate::schedule::{Pace, Schedule};
 use fracdiff::parameter::Shown;
 use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};
-use haptic_loop::Fault;
+use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use std::sync::atomic::AtomicBool;
@@ -75,15 +75,20 @@ fn driven(
     let watchdog = Duration::from_millis(u64::from(remote.watchdog_ms()));
     link.arm(watchdog).map_err(problem)?;
     link.start(Start::ENDLESS).map_err(problem)?;
-    let mut applied = |link: &SerialLink, _sent: f64| {
-        let axis = link.newest().axes.first();
+    let mut applied = |stoppable: &Stoppable<'_>, _sent: f64| {
+        let axis = stoppable.link.newest().axes.first();
         axis.map_or(0.0, |axis| f64::from(axis.force_n))
     };
-    let driven = drive(plan, link, &mut applied, progress, stop);
+    let mut stoppable = Stoppable { link, stop };
+    let driven = drive(plan, &mut stoppable, &mut applied, progress, stop);
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();
     if let (None, Some(trouble)) = (link.lost_board(), link.trouble()) {
         warn(&trouble.words);
+    }
+    let stopped = DriveError::Device(LinkError::Stopped.into());
+    if driven.as_ref().err() == Some(&stopped) && disarmed.is_ok() && link.wait_for_rest() {
+        Outcome::Interrupted.require_complete(plan)?;
     }
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
@@ -94,6 +99,28 @@ fn driven(
     driven.outcome.require_complete(plan)?;
     disarmed.map_err(problem)?;
     Ok(driven)
+}
+
+/// A link whose loop hears who stops it, even where no sample comes.
+struct Stoppable<'a> {
+    link: &'a mut SerialLink,
+    stop: &'a AtomicBool,
+}
+
+impl Device<f64, 1> for Stoppable<'_> {
+    type Error = SerialError;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, SerialError> {
+        self.link.read_or_stop(self.stop)
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), SerialError> {
+        self.link.write(force)
+    }
+
+    fn let_go(&mut self) {
+        Device::<f64, 1>::let_go(self.link);
+    }
 }
 
 /// A fault that the machine makes, and no device: with its remedy.

@@ -11,12 +11,14 @@ use haptic_link::{
 };
 use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, TryRecvError, TrySendError};
 use std::time::{Duration, Instant};
 
 /// A run that gives no sample for so long is stuck.
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
+/// A pause in which a missing end is looked for, or somebody who stops the reading.
+const PAUSE: Duration = Duration::from_millis(50);
 /// Forces of which a device has one if they come in time.
 pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
@@ -24,8 +26,6 @@ impl SerialLink {
     /// The next thing the device says unasked; `None` after the time, of which a pause of this process itself, stopped or asleep, is no
     /// part. The end of a run and a fault are told even if their own frame was lost: what the device answers to keep-alives says so too.
     pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
-        /// A pause in which a missing end is looked for.
-        const PAUSE: Duration = Duration::from_millis(50);
         let mut left = patience;
         loop {
             if let Some(heard) = self.ahead.take() {
@@ -215,6 +215,41 @@ impl SerialLink {
         }))
     }
 
+    /// [`read`](Device::read) that is over within 0.2 s once `stop` is set and no sample comes any more. As long as some come it reads on, so
+    /// that a loop can let its force fall.
+    ///
+    /// # Errors
+    /// As `read`; [`LinkError::Stopped`].
+    pub fn read_or_stop<F: Real, const D: usize>(
+        &mut self,
+        stop: &AtomicBool,
+    ) -> Result<Reading<F, D>, SerialError> {
+        let mut left = SAMPLE_TIMEOUT;
+        loop {
+            let began = Instant::now();
+            match self.hear(left.min(PAUSE)) {
+                Some(heard @ (Heard::Sample(_) | Heard::Vector(_))) => {
+                    if let Some((tick, position_m)) = self.noted_sample::<D>(heard) {
+                        return Ok(Reading {
+                            tick: u64::from(tick),
+                            time_s: f64::from(tick) * self.period_s(),
+                            position_m: position_m.map(|axis| F::from_f64(f64::from(axis))),
+                        });
+                    }
+                }
+                Some(Heard::Over(error)) => return Err(error.into()),
+                Some(Heard::Fault(report)) => return Err(LinkError::Faulted(report).into()),
+                None if stop.load(Ordering::Relaxed) => return Err(LinkError::Stopped.into()),
+                Some(Heard::Event(_)) | None => {}
+            }
+            // A pause of this process itself is no part of the time.
+            left = left.saturating_sub(began.elapsed().min(PAUSE));
+            if left.is_zero() {
+                return Err(self.silent(SAMPLE_TIMEOUT).into());
+            }
+        }
+    }
+
     /// Sends a force of a host loop, N, an element an axis. Never waits; without room it is dropped and counted.
     pub fn send_force(&self, tick: u32, force_n: &[f32]) {
         let request = match force_n {
@@ -276,25 +311,7 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
     type Error = SerialError;
 
     fn read(&mut self) -> Result<Reading<F, D>, SerialError> {
-        let began = Instant::now();
-        loop {
-            let left = SAMPLE_TIMEOUT.saturating_sub(began.elapsed());
-            match self.hear(left) {
-                Some(heard @ (Heard::Sample(_) | Heard::Vector(_))) => {
-                    if let Some((tick, position_m)) = self.noted_sample::<D>(heard) {
-                        return Ok(Reading {
-                            tick: u64::from(tick),
-                            time_s: f64::from(tick) * self.period_s(),
-                            position_m: position_m.map(|axis| F::from_f64(f64::from(axis))),
-                        });
-                    }
-                }
-                Some(Heard::Over(error)) => return Err(error.into()),
-                Some(Heard::Fault(report)) => return Err(LinkError::Faulted(report).into()),
-                Some(Heard::Event(_)) => {}
-                None => return Err(self.silent(SAMPLE_TIMEOUT).into()),
-            }
-        }
+        self.read_or_stop(&AtomicBool::new(false))
     }
 
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {

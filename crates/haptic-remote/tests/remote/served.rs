@@ -5,7 +5,7 @@ use haptic_link::{
 };
 use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Heard, SerialLink, Served, ServedHardware};
-use haptic_remote::{Hardware, SimulatedPlant, TickSide};
+use haptic_remote::{Hardware, LinkError, SimulatedPlant, TickSide};
 use nalgebra::SVector;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -112,6 +112,10 @@ fn spring(late_ticks: u16) -> Configuration {
 }
 
 fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
+    running_as(Start::ENDLESS, takes, late_ticks)
+}
+
+fn running_as(start: Start, takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
     let done = Arc::new(Done::default());
     let slow = Slow {
         done: Arc::clone(&done),
@@ -122,7 +126,7 @@ fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
     assert_eq!((link.name().as_str(), link.trouble()), ("slow:one", None));
     link.set(spring(late_ticks), &[0.0]).expect("good");
     link.arm(WATCHDOG).expect("arms");
-    link.start(Start::ENDLESS).expect("starts");
+    link.start(start).expect("starts");
     (link, done)
 }
 
@@ -159,6 +163,22 @@ fn ticks_that_take_too_long_are_counted_and_are_a_fault() {
     assert_eq!(fault(&mut link).0, Fault::TickOverrun);
     let overruns = link.statistics().expect("answers").overruns;
     assert!(overruns >= 20, "{overruns}");
+}
+
+#[test]
+fn a_stop_is_heard_where_no_sample_comes() {
+    // After the first it runs for a minute without a word.
+    let seldom = Start {
+        every: u16::MAX,
+        ..Start::ENDLESS
+    };
+    let (mut link, _) = running_as(seldom, Duration::ZERO, 0);
+    let stop = AtomicBool::new(true);
+    let first: Reading<f64, 1> = link.read().expect("comes");
+    assert_eq!(first.tick, 0);
+    let none = link.read_or_stop::<f64, 1>(&stop);
+    let error = none.expect_err("none comes");
+    assert_eq!(error, LinkError::Stopped.into());
 }
 
 #[test]
