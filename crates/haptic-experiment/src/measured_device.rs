@@ -10,7 +10,8 @@
 //! *Estimation* ([`estimate`]): a pure function of the [`MotionRecord`], force applied and position read at each tick. The force is
 //! recorded, so the spring and every limiter may close the loop as they like. The model is the sampled device of
 //! [`haptic_loop::plant`], exact for a fraction of a sample of delay and for the lag.
-//! Least squares over pieces of the motion, each with a state of its own at its start, so that what no model knows does not add up.
+//! Least squares over short pieces of the motion, each with a state of its own at its start, so that what no model knows does not add up; from
+//! several lags, as there are several minima. Where the residual goes on from sample to sample, friction is stepped more finely than samples.
 
 mod conduct;
 mod estimate;

@@ -1,12 +1,13 @@
 //! From a record to the device that made it.
 
 use super::first_guess::{first_guess, velocity};
-use super::fit::{Fit, Fitted, Number};
-use super::intervals::{SIDES, Spread};
+use super::fit::{Fit, Fitted, Number, square};
+use super::intervals::{GOES_ON, SIDES, Spread, goes_on};
 use super::measured::{Estimate, Measured, UNSURE};
 use super::record::MotionRecord;
 use super::replay::{DELAY_MAX, Model, Replay, State};
 use super::sensor::{deviation_m, encoder_step, noise_m};
+use nalgebra::DVector;
 
 /// A record that tells too little.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -60,56 +61,56 @@ pub enum MeasureError {
     },
 }
 
-/// Lengths of a piece of the motion with a state of its own, s: short ones find their way from a poor guess, long ones tell more.
-const PIECES_S: [f64; 3] = [0.08, 0.25, 0.5];
+/// Length of a piece of the motion with a state of its own, s, and at least so many samples. In longer ones what no model knows adds up, and so
+/// does what friction makes of a wrong delay: then there is a minimum in every place. Shorter ones tell less.
+const PIECE: (f64, usize) = (0.08, 40);
 /// The start of a piece is looked for within this share of it, where the device is fastest.
 const CHOICE: f64 = 0.4;
-/// A residual that grows by this factor with longer pieces is no noise of the sensor.
-const GATHERS: f64 = 1.05;
 /// Fewest samples of the multi-sine.
 const LEAST: usize = 500;
 /// One sample in so many may be lost.
 const LOST: usize = 20;
+/// Steps of a sample in a finer model.
+const PARTS: u32 = 4;
+/// Shares of all that is late which are taken for lag at the starts of the search.
+const LAG_SHARES: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
+/// From a delay of whole samples to the starts on its sides, samples.
+const BESIDE: [f64; 2] = [-0.05, 0.05];
+/// Residuals larger by this factor tell a worse fit from a better one.
+const TELLS_APART: f64 = 1.02;
+/// Residuals below it, m, are rounding and tell nothing.
+const NOTHING_M: f64 = 1e-15;
+/// Minima whose lags differ by less, samples, are one.
+const ONE: f64 = 0.01;
+
 /// Finds the device that made a record.
 ///
-/// `hand` looks for the stiffness of a hand too. Intervals are those of the linearised problem, with residuals that go together for a while.
-/// *Cost*: some 300 runs of the model over the record.
+/// `hand` looks for the stiffness of a hand too. Intervals are those of the linearised problem, with residuals that go together for a while, and
+/// hold every minimum that fits as well as the best.
+/// *Cost*: some 2500 runs of the model over the record.
 ///
 /// # Errors
 /// A record that is too short, has lost too much, or does not tell the mass.
 pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
     check(record)?;
     let start = first_guess(record, hand).ok_or(MeasureError::Still)?;
-    let search = Search {
-        record,
-        speed: &velocity(record),
-        zero: first_known(&record.position_m).ok_or(MeasureError::Still)?,
-        hand,
-    };
-    let mut model = start;
-    let mut best: Option<(f64, Measured)> = None;
-    for piece_s in PIECES_S {
-        let Some((found, measured)) = search.with_pieces(piece_s, &model) else {
-            continue;
-        };
-        let rms = measured.residual_rms_m;
-        // Longer pieces tell more, unless they gather what no model knows.
-        if best
-            .as_ref()
-            .is_none_or(|(_, before)| rms < GATHERS * before.residual_rms_m)
-        {
-            model = found;
-            best = Some((piece_s, measured));
+    let mut search = Search::new(record, hand).ok_or(MeasureError::Still)?;
+    let starts = LAG_SHARES.map(|share| start.with_lag(share * start.delay));
+    let mut minima = search.minima(&starts, !hand);
+    // Friction of a device that is there turns within a sample.
+    if let Some(best) = minima.first().filter(|best| goes_on(&best.left) > GOES_ON) {
+        search.replay.parts = PARTS;
+        let starts: Vec<Model> = minima.iter().map(|minimum| minimum.model).collect();
+        let finer = search.minima(&starts, false);
+        let is_better = |finer: &Fitted| square(&finer.left) < square(&best.left);
+        if finer.first().is_some_and(is_better) {
+            minima = finer;
         }
     }
-    let (piece_s, measured) = best.ok_or(MeasureError::NoFit)?;
-    let measured = match exchanged(&model, record.sample_time_s) {
-        Some(other) if !hand => match search.with_pieces(piece_s, &other) {
-            Some((_, other)) => measured.or_exchanged(other),
-            None => measured,
-        },
-        _ => measured,
-    };
+    let told = minima.iter().filter_map(|minimum| search.told(minimum));
+    let measured = told.reduce(Measured::or_as_well);
+    let mut measured = measured.ok_or(MeasureError::NoFit)?;
+    measured.warn(record.len());
     let unsure = measured.mass_kg.relative();
     if unsure.is_nan() || unsure > UNSURE {
         let percent = 100.0 * unsure;
@@ -125,7 +126,7 @@ fn exchanged(model: &Model, sample_time_s: f64) -> Option<Model> {
         model.damping * model.lag * sample_time_s,
         model.mass / model.damping / sample_time_s,
     );
-    (mass > 0.0 && lag < DELAY_MAX).then_some(Model {
+    (model.lag > ONE && lag < DELAY_MAX).then_some(Model {
         mass,
         lag,
         ..*model
@@ -135,44 +136,83 @@ fn exchanged(model: &Model, sample_time_s: f64) -> Option<Model> {
 /// The search over one record.
 struct Search<'a> {
     record: &'a MotionRecord,
-    speed: &'a [f64],
-    /// Position that counts as zero, m.
-    zero: f64,
+    replay: Replay,
+    /// About the first, at the modelled ticks, m.
+    position: Vec<f64>,
+    states: Vec<State>,
     hand: bool,
 }
 
-impl Search<'_> {
-    /// The model that fits best with pieces of this length, from a first one.
-    fn with_pieces(&self, piece_s: f64, start: &Model) -> Option<(Model, Measured)> {
-        let Self {
+impl<'a> Search<'a> {
+    fn new(record: &'a MotionRecord, hand: bool) -> Option<Self> {
+        let speed = velocity(record);
+        let zero = first_known(&record.position_m)?;
+        let replay = Replay::new(record, starts(record, &speed)).ok()?;
+        let at = |n: usize| record.position_m[n] - zero;
+        Some(Self {
+            position: (replay.from()..record.len()).map(at).collect(),
+            states: replay.starts.iter().map(|&n| [at(n), speed[n]]).collect(),
             record,
-            speed,
-            zero,
+            replay,
             hand,
-        } = *self;
-        let replay = Replay::new(record, starts(record, speed, piece_s)).ok()?;
-        let first = replay.from();
-        let position: Vec<f64> = record.position_m[first..record.len()]
-            .iter()
-            .map(|x| x - zero)
-            .collect();
-        let states: Vec<State> = (replay.starts.iter())
-            .map(|&n| [record.position_m[n] - zero, speed[n]])
-            .collect();
-        let force = record.largest_force_n();
-        let fitted = Fit::new(&replay, &position, force, hand, start, states).search()?;
-        let known = position.iter().filter(|x| x.is_finite()).count();
-        let fixed = 2 * replay.starts.len();
-        let spread = Spread::of(&fitted, record.sample_time_s, known, fixed)?;
-        let free = known.saturating_sub(fixed + fitted.numbers.len());
-        let mut measured = measured(record, &fitted, &spread, free);
-        measured.curve = (position.iter().zip(&fitted.left).enumerate())
+        })
+    }
+
+    fn fit(&self, start: &Model) -> Option<Fitted> {
+        let (replay, position) = (&self.replay, &self.position);
+        let force = self.record.largest_force_n();
+        Fit::new(
+            replay,
+            position,
+            force,
+            self.hand,
+            start,
+            self.states.clone(),
+        )
+        .search()
+    }
+
+    /// All minima that fit as well as the best, the best first.
+    fn minima(&self, starts: &[Model], exchanges: bool) -> Vec<Fitted> {
+        let rms = |fitted: &Fitted| (square(&fitted.left) / fitted.left.len() as f64).sqrt();
+        let mut minima: Vec<Fitted> = Vec::new();
+        let mut search = |starts: &[Model]| {
+            minima.extend(starts.iter().filter_map(|start| self.fit(start)));
+            minima.sort_by(|a, b| rms(a).total_cmp(&rms(b)));
+            minima.first().map(|best| best.model)
+        };
+        search(starts)
+            .filter(|_| exchanges)
+            .and_then(|best| exchanged(&best, self.record.sample_time_s))
+            .and_then(|other| search(&[other]));
+        // With friction the residual has an edge at a delay of whole samples.
+        if let Some(best) = search(&[]) {
+            let beside = |by: f64| Model {
+                delay: best.delay.round() + by,
+                ..best
+            };
+            search(&BESIDE.map(beside));
+        }
+        let most = TELLS_APART * minima.first().map_or(0.0, rms) + NOTHING_M;
+        minima.retain(|fitted| rms(fitted) <= most);
+        minima.dedup_by(|b, a| (b.model.lag - a.model.lag).abs() < ONE);
+        minima
+    }
+
+    /// What a minimum says of the device.
+    fn told(&self, fitted: &Fitted) -> Option<Measured> {
+        let known = self.position.iter().filter(|x| x.is_finite()).count();
+        let numbers = 2 * self.replay.starts.len() + fitted.numbers.len();
+        let spread = Spread::of(fitted, self.replay.parts == 1)?;
+        let mut measured = measured(self.record, fitted, &spread, known.saturating_sub(numbers));
+        let first = self.replay.from();
+        measured.curve = (self.position.iter().zip(&fitted.left).enumerate())
             .map(|(n, (read, left))| {
-                let time_s = (first + n) as f64 * record.sample_time_s;
+                let time_s = (first + n) as f64 * self.record.sample_time_s;
                 [time_s, *read, read + left]
             })
             .collect();
-        Some((fitted.model, measured))
+        Some(measured)
     }
 }
 
@@ -201,9 +241,9 @@ fn first_known(positions: &[f64]) -> Option<f64> {
 }
 
 /// Starts of the pieces, each where the device is fastest near its turn: a state at rest would say nothing of its velocity.
-fn starts(record: &MotionRecord, speed: &[f64], piece_s: f64) -> Vec<usize> {
-    let ticks = |time_s: f64| ((time_s / record.sample_time_s) as usize).max(1);
-    let (piece, choice) = (ticks(piece_s), ticks(CHOICE * piece_s));
+fn starts(record: &MotionRecord, speed: &[f64]) -> Vec<usize> {
+    let piece = ((PIECE.0 / record.sample_time_s) as usize).max(PIECE.1);
+    let choice = (CHOICE * piece as f64) as usize;
     let last = record.len().saturating_sub(piece / 2);
     let fastest = |from: usize| {
         let there = (from..(from + choice).min(record.len()))
@@ -249,22 +289,24 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     let t = record.sample_time_s;
     let model = &fitted.model;
     let index = |number: Number| fitted.numbers.iter().position(|known| *known == number);
-    let side = |number| SIDES * index(number).map_or(f64::INFINITY, |n| spread.error(n));
-    let around = |number, value: f64, unit: f64| {
-        let side = side(number) * unit;
-        Estimate {
-            value,
-            low: (value - side).max(0.0),
-            high: value + side,
-        }
+    let only = |number| {
+        let weight = |n: usize, _| if index(number) == Some(n) { 1.0 } else { 0.0 };
+        DVector::from_fn(fitted.numbers.len(), weight)
     };
+    let lag = only(Number::Lag);
+    // Of what is late the delay is what the lag is not.
+    let delay = only(Number::Lateness) - &lag;
+    let side = |number| spread.side(&only(number));
+    let about = |value: f64, side: f64| Estimate {
+        value,
+        low: (value - side).max(0.0),
+        high: value + side,
+    };
+    let around = |number, value: f64, unit: f64| about(value, side(number) * unit);
     let factor = libm::exp(side(Number::Mass));
     let bias = side(Number::Bias);
     let sensor = Sensor::of(record, &fitted.left, free);
-    let correlation = index(Number::Delay)
-        .zip(index(Number::Lag))
-        .map_or(0.0, |(delay, lag)| spread.correlation(delay, lag));
-    let mut measured = Measured {
+    Measured {
         mass_kg: Estimate {
             value: model.mass,
             low: model.mass / factor,
@@ -274,8 +316,8 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         friction_n: around(Number::Friction, model.friction, 1.0),
         hand_stiffness_n_per_m: index(Number::Stiffness)
             .map(|_| around(Number::Stiffness, model.stiffness, 1.0)),
-        delay_s: around(Number::Delay, model.delay * t, t),
-        current_lag_s: around(Number::Lag, model.lag * t, t),
+        delay_s: about(model.delay.max(0.0) * t, spread.side(&delay) * t),
+        current_lag_s: around(Number::Lag, model.lag.max(0.0) * t, t),
         encoder_resolution_m: sensor.step_m,
         sensor_noise_m: sensor.noise_m,
         bias_n: Estimate {
@@ -286,13 +328,12 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         breakaway_n: record.breakaway_n.map(|(up, down)| 0.5 * (up - down)),
         residual_rms_m: sensor.residual_rms_m,
         expected_residual_rms_m: sensor.expected_rms_m,
-        delay_lag_correlation: correlation,
+        residual_correlation: goes_on(&fitted.left),
+        delay_lag_correlation: spread.correlation(&delay, &lag),
         sample_time_s: t,
         samples: fitted.left.len(),
         lost_samples: record.lost(),
         warnings: Vec::new(),
         curve: Vec::new(),
-    };
-    measured.warn(record.len());
-    measured
+    }
 }

@@ -14,8 +14,6 @@ use nalgebra::{DMatrix, DVector};
 const SMOOTH: (f64, f64) = (2.5e-3, 2.0);
 /// Slower than this share of the rms velocity counts as near zero.
 const SLOW: f64 = 0.15;
-/// Of the delay in all, the part that is first taken for lag.
-const LAG_SHARE: f64 = 0.3;
 
 /// Smoothed position, velocity and acceleration, and the smoothed force; not a number where a sample is missing.
 struct Smoothed {
@@ -63,7 +61,7 @@ fn smoothed(record: &MotionRecord) -> Smoothed {
     }
 }
 
-/// The model with which the search begins; `None` if nothing moves.
+/// The model with which the search begins, all that is late in it taken for delay; `None` if nothing moves.
 pub(super) fn first_guess(record: &MotionRecord, hand: bool) -> Option<Model> {
     let signals = smoothed(record);
     let from = record.driven_from + DELAY_MAX as usize;
@@ -109,14 +107,13 @@ pub(super) fn first_guess(record: &MotionRecord, hand: bool) -> Option<Model> {
         }
     }
     let (_, delay, found) = best?;
-    let rest = f64::max(delay - 0.5, 0.1);
     Some(Model {
         mass: found[0].max(1e-6),
         damping: found[1].max(1e-3),
         friction: found[2].max(0.0),
         bias: found[3],
-        delay: (1.0 - LAG_SHARE) * rest,
-        lag: LAG_SHARE * rest,
+        delay: f64::max(delay - 0.5, 0.1),
+        lag: 0.0,
         stiffness: found.get(4).map_or(0.0, |k| k.max(0.0)),
     })
 }

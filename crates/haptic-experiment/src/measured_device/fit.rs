@@ -6,7 +6,7 @@
 //! For a given θ the states are found by Gauss–Newton, piece by piece, two numbers each. The Jacobian over θ is projected onto what no state can
 //! make (variable projection, after L. Kaufman, BIT 15, 1975). θ moves by Levenberg–Marquardt.
 
-use super::replay::{DELAY_MAX, Model, Replay, State};
+use super::replay::{DELAY_MAX, EARLY_MAX, Model, Replay, State};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -16,6 +16,8 @@ use std::ops::Range;
 const STATE_STEPS: usize = 5;
 /// Relative gain below which a further step is none.
 const STATES_SETTLED: f64 = 1e-5;
+/// Step of the difference quotient over the lag, samples: of a shorter one it would be that of its square.
+const LAG_STEP: f64 = 0.03;
 /// Evaluations of the search per number.
 const PATIENCE: usize = 25;
 
@@ -26,9 +28,19 @@ pub(super) enum Number {
     Damping,
     Friction,
     Bias,
-    Delay,
+    /// Delay and lag together: from a measurement to the mean of what answers it, samples.
+    Lateness,
+    /// Of a negative one the square counts as negative: with a given lateness a short lag acts by its square.
     Lag,
     Stiffness,
+}
+
+impl Number {
+    /// True of a coordinate that may be negative. So may a lag and a delay: no device has such ones, but the best of those that fit a device
+    /// without delay or lag is as often there as not.
+    const fn is_signed(self) -> bool {
+        !matches!(self, Self::Damping | Self::Friction | Self::Stiffness)
+    }
 }
 
 /// Numbers without and with a hand.
@@ -37,7 +49,7 @@ pub(super) const NUMBERS: [Number; 7] = [
     Number::Damping,
     Number::Friction,
     Number::Bias,
-    Number::Delay,
+    Number::Lateness,
     Number::Lag,
     Number::Stiffness,
 ];
@@ -51,7 +63,7 @@ pub(super) struct Fit<'a> {
     /// Largest force, N: the unit of steps in force.
     force: f64,
     numbers: &'static [Number],
-    /// Coordinates of θ: the logarithm of the mass, the others as they are. Only the magnitude of those that cannot be negative counts.
+    /// Coordinates of θ: the logarithm of the mass, the others as they are. Of damping, friction and stiffness the magnitude counts.
     theta: DVector<f64>,
     states: Vec<State>,
     found: Option<Solved>,
@@ -73,8 +85,6 @@ pub(super) struct Fitted {
     pub(super) left: Vec<f64>,
     /// Slopes of the residuals over the numbers, a row for each number, without what the states at the starts can make.
     pub(super) slopes: Vec<Vec<f64>>,
-    /// The same over position and velocity at the start of the piece.
-    pub(super) by_state: [Vec<f64>; 2],
     /// Ticks of each piece.
     pub(super) pieces: Vec<Range<usize>>,
     pub(super) numbers: &'static [Number],
@@ -95,7 +105,7 @@ impl<'a> Fit<'a> {
             Number::Damping => start.damping,
             Number::Friction => start.friction,
             Number::Bias => start.bias,
-            Number::Delay => start.delay,
+            Number::Lateness => start.delay + start.lag.abs(),
             Number::Lag => start.lag,
             Number::Stiffness => start.stiffness,
         });
@@ -122,30 +132,43 @@ impl<'a> Fit<'a> {
             .with_patience(PATIENCE)
             .minimize(self);
         for (number, x) in fit.numbers.iter().zip(fit.theta.iter_mut()) {
-            if !matches!(number, Number::Mass | Number::Bias) {
+            if !number.is_signed() {
                 *x = x.abs();
             }
         }
         fit.solve();
         let slopes = fit.slopes()?;
-        let Solved { left, by_state } = fit.found?;
+        let left = fit.found?.left;
         Some(Fitted {
             model: model(fit.numbers, &fit.theta),
             left,
             slopes,
-            by_state,
             pieces: fit.replay.pieces().collect(),
             numbers: fit.numbers,
         })
     }
 
-    /// Residuals of a model with these states; 0 where nothing is known.
-    fn residuals(&self, model: &Model, states: &[State]) -> Option<Vec<f64>> {
-        let mut left = self.replay.run(model, states)?;
+    /// Residuals of a model with these states, 0 where nothing is known, and the states in which it comes to the start of each piece.
+    fn run(&self, model: &Model, states: &[State]) -> Option<(Vec<f64>, Vec<State>)> {
+        let (mut left, mut arrivals) = self.replay.run(model, states)?;
+        if model.lag < 0.0 {
+            let (none, _) = self.replay.run(&model.with_lag(0.0), states)?;
+            for (left, none) in left.iter_mut().zip(none) {
+                *left = 2.0 * none - *left;
+            }
+        }
         for (left, y) in left.iter_mut().zip(self.position) {
             *left = if y.is_finite() { *left - y } else { 0.0 };
         }
-        Some(left)
+        // Before the first there is none.
+        if let (Some(arrival), Some(start)) = (arrivals.first_mut(), states.first()) {
+            *arrival = *start;
+        }
+        Some((left, arrivals))
+    }
+
+    fn residuals(&self, model: &Model, states: &[State]) -> Option<Vec<f64>> {
+        Some(self.run(model, states)?.0)
     }
 
     /// The best states for the present θ.
@@ -155,28 +178,29 @@ impl<'a> Fit<'a> {
 
     fn solved(&mut self) -> Option<Solved> {
         let model = model(self.numbers, &self.theta);
-        let mut left = self.residuals(&model, &self.states)?;
-        let mut by_state = self.by_state(&model, &left)?;
+        let (mut left, mut arrivals) = self.run(&model, &self.states)?;
         // Of the last step the share that is tried, for each piece.
         let mut shares = vec![1.0; self.states.len()];
+        let mut by_state = self.by_state(&model, &left)?;
         for _ in 0..STATE_STEPS {
+            let before = square(&left);
+            // Friction makes many minima over a state, and forgets: where the piece before ends is near the best of them.
+            let (next, further) = self.run(&model, &arrivals)?;
+            let taken = self.take(&mut left, &arrivals, &next);
+            if taken.contains(&true) {
+                by_state = self.by_state(&model, &left)?;
+            }
+            arrivals = further;
             let mut tried = self.states.clone();
             for ((piece, state), share) in self.replay.pieces().zip(&mut tried).zip(&shares) {
                 let [x, v] = step_of(&left, &by_state, piece);
                 state[0] -= share * x;
                 state[1] -= share * v;
             }
-            let next = self.residuals(&model, &tried)?;
-            let before = square(&left);
-            // Pieces do not touch one another: each takes its step or goes half as far.
-            for (index, piece) in self.replay.pieces().enumerate() {
-                if square(&next[piece.clone()]) < square(&left[piece.clone()]) {
-                    self.states[index] = tried[index];
-                    left[piece.clone()].copy_from_slice(&next[piece]);
-                    shares[index] = 1.0;
-                } else {
-                    shares[index] *= 0.5;
-                }
+            let (next, _) = self.run(&model, &tried)?;
+            let taken = self.take(&mut left, &tried, &next);
+            for (share, taken) in shares.iter_mut().zip(taken) {
+                *share = if taken { 1.0 } else { 0.5 * *share };
             }
             by_state = self.by_state(&model, &left)?;
             if before - square(&left) < STATES_SETTLED * before {
@@ -184,6 +208,20 @@ impl<'a> Fit<'a> {
             }
         }
         Some(Solved { left, by_state })
+    }
+
+    /// Takes the states of those pieces that leave less with them, as pieces do not touch one another; which.
+    fn take(&mut self, left: &mut [f64], states: &[State], next: &[f64]) -> Vec<bool> {
+        let pieces = self.replay.pieces().enumerate();
+        let taken = pieces.map(|(index, piece)| {
+            let better = square(&next[piece.clone()]) < square(&left[piece.clone()]);
+            if better {
+                self.states[index] = states[index];
+                left[piece.clone()].copy_from_slice(&next[piece]);
+            }
+            better
+        });
+        taken.collect()
     }
 
     /// Slopes over the states at the starts, of all pieces at once: they do not touch one another.
@@ -212,7 +250,8 @@ impl<'a> Fit<'a> {
             Number::Mass => 1e-4,
             Number::Damping => 1e-3 * x.max(0.05),
             Number::Friction | Number::Bias => 1e-3 * x.max(0.02 * self.force),
-            Number::Delay | Number::Lag => 1e-3,
+            Number::Lateness => 1e-3,
+            Number::Lag => LAG_STEP,
             Number::Stiffness => 1e-3 * x.max(1.0),
         }
     }
@@ -228,9 +267,8 @@ impl<'a> Fit<'a> {
                 self.residuals(&model(self.numbers, &theta), &self.states)
             };
             let here = self.theta[index];
-            let signed = matches!(self.numbers[index], Number::Mass | Number::Bias);
             // Near zero one side alone: the other is its mirror.
-            let (low, high) = if signed || here.abs() > step {
+            let (low, high) = if self.numbers[index].is_signed() || here.abs() > step {
                 (here - step, here + step)
             } else {
                 (here, here + libm::copysign(step, here))
@@ -276,7 +314,7 @@ fn step_of(signal: &[f64], by_state: &[Vec<f64>; 2], piece: Range<usize>) -> Sta
     }
 }
 
-fn square(left: &[f64]) -> f64 {
+pub(super) fn square(left: &[f64]) -> f64 {
     left.iter().map(|x| x * x).sum()
 }
 
@@ -289,11 +327,12 @@ fn model(numbers: &[Number], theta: &DVector<f64>) -> Model {
             Number::Damping => model.damping = x.abs(),
             Number::Friction => model.friction = x.abs(),
             Number::Bias => model.bias = x,
-            Number::Delay => model.delay = x.abs().min(DELAY_MAX),
-            Number::Lag => model.lag = x.abs().min(DELAY_MAX),
+            Number::Lateness => model.delay = x,
+            Number::Lag => model.lag = x.clamp(-DELAY_MAX, DELAY_MAX),
             Number::Stiffness => model.stiffness = x.abs(),
         }
     }
+    model.delay = (model.delay - model.lag.abs()).clamp(-EARLY_MAX, DELAY_MAX);
     model
 }
 

@@ -1,13 +1,10 @@
 //! A device as a record tells it: numbers with their intervals, and what a user should know of them.
 
+use super::intervals::GOES_ON;
 use serde::Serialize;
 
 /// Widest interval of the mass, half of it, that still is an answer.
 pub(super) const UNSURE: f64 = 0.5;
-/// Residuals larger by this factor tell a worse fit from a better one.
-const TELLS_APART: f64 = 1.02;
-/// Residuals below it, m, are rounding and tell nothing.
-const NOTHING_M: f64 = 1e-15;
 /// Residuals beyond so many times what the sensor explains are worth a warning.
 const UNEXPLAINED: f64 = 2.0;
 /// Residuals below it, m, are none, whatever the sensor explains: finer than the sensor of a desktop device.
@@ -67,6 +64,8 @@ pub struct Measured {
     pub residual_rms_m: f64,
     /// What rounding and the noise at rest explain of it.
     pub expected_residual_rms_m: f64,
+    /// Correlation of successive residuals: near 0 unless the model is off.
+    pub residual_correlation: f64,
     /// Correlation of delay and lag, −1 to 1.
     pub delay_lag_correlation: f64,
     /// Sample time of the record.
@@ -83,31 +82,23 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// This device, or the one with exchanged time constants if that fits better. If none does, the one with the faster motor,
-    /// its intervals wide enough for both.
-    pub(super) fn or_exchanged(self, other: Self) -> Self {
-        let [ours, theirs] = [&self, &other].map(|found| found.residual_rms_m.max(NOTHING_M));
-        let apart = |a: &Estimate, b: &Estimate| a.high < b.low || b.high < a.low;
-        if !apart(&self.mass_kg, &other.mass_kg) || theirs > TELLS_APART * ours {
-            return self;
+    /// This device, and another one that fits as well: intervals wide enough for both. Where their masses are apart, the one with the
+    /// faster motor is told.
+    pub(super) fn or_as_well(self, other: Self) -> Self {
+        let (mut found, mut other) = (self, other);
+        if found.mass_kg.high < other.mass_kg.low || other.mass_kg.high < found.mass_kg.low {
+            if other.current_lag_s.value < found.current_lag_s.value {
+                std::mem::swap(&mut found, &mut other);
+            }
+            found.warnings.push(format!(
+                "the motion does not tell mass and current lag apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; the intervals \
+                 hold both. Add a mass that you know and measure again, or take the lag from the motor's data",
+                1e3 * found.mass_kg.value,
+                1e3 * found.current_lag_s.value,
+                1e3 * other.mass_kg.value,
+                1e3 * other.current_lag_s.value
+            ));
         }
-        if ours > TELLS_APART * theirs {
-            return other;
-        }
-        let faster = |a: &Self, b: &Self| a.current_lag_s.value <= b.current_lag_s.value;
-        let (mut found, other) = if faster(&self, &other) {
-            (self, other)
-        } else {
-            (other, self)
-        };
-        found.warnings.push(format!(
-            "the motion does not tell mass and current lag apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; the intervals \
-             hold both. Add a mass that you know and measure again, or take the lag from the motor's data",
-            1e3 * found.mass_kg.value,
-            1e3 * found.current_lag_s.value,
-            1e3 * other.mass_kg.value,
-            1e3 * other.current_lag_s.value
-        ));
         for (ours, theirs) in [
             (&mut found.mass_kg, other.mass_kg),
             (&mut found.current_lag_s, other.current_lag_s),
@@ -141,12 +132,15 @@ impl Measured {
     fn warn_of_the_unexplained(&mut self) {
         let micro = |x: f64| 1e6 * x;
         let (left, expected) = (self.residual_rms_m, self.expected_residual_rms_m);
-        if left > UNEXPLAINED * expected && left > UNNOTICED_M {
+        // No sensor makes what goes on from sample to sample.
+        let goes_on = self.residual_correlation > GOES_ON;
+        let sensed = left * (1.0 - self.residual_correlation.clamp(0.0, 1.0)).sqrt();
+        if (left > UNEXPLAINED * expected || goes_on) && left > UNNOTICED_M {
             self.warnings.push(format!(
                 "the model is off by {:.3} µm rms, of which the sensor explains {:.3} µm: a line that loses frames, play, friction that \
                  changes with the place, or a hand that moves; the intervals allow for it as far as it comes and goes",
                 micro(left),
-                micro(expected)
+                micro(expected.min(sensed))
             ));
         }
     }
@@ -221,6 +215,7 @@ mod tests {
             breakaway_n: Some(0.06),
             residual_rms_m: 3e-6,
             expected_residual_rms_m: 2.9e-6,
+            residual_correlation: 0.0,
             delay_lag_correlation: 0.0,
             sample_time_s: 1e-3,
             samples: 8000,
@@ -247,7 +242,7 @@ mod tests {
             (found.residual_rms_m, found.expected_residual_rms_m) = (1e-9, 0.0);
         };
         assert_eq!(said(exact), [""; 0]);
-        let defects: [(&str, Defect); 7] = [
+        let defects: [(&str, Defect); 8] = [
             ("10 of 10000 samples were lost", |found| {
                 found.lost_samples = 10;
             }),
@@ -258,6 +253,9 @@ mod tests {
                 },
             ),
             ("off by 9.000 µm", |found| found.residual_rms_m = 9e-6),
+            ("off by 3.000 µm", |found| {
+                found.residual_correlation = 0.06;
+            }),
             ("the delay is known not at all", |found| {
                 found.delay_s = about(1e-3, 1.47);
             }),

@@ -10,6 +10,8 @@ use nalgebra::Vector1;
 
 /// Longest delay that is looked for, samples.
 pub(super) const DELAY_MAX: f64 = 60.0;
+/// Negative delays down to this are modelled too, samples: forces that act before they were given.
+pub(super) const EARLY_MAX: f64 = 4.0;
 /// Shorter lags than this share of a sample count as none: the force is off by less than any rounding of a position.
 const NO_LAG: f64 = 1e-4;
 
@@ -22,6 +24,7 @@ pub(super) struct Model {
     /// Constant force, N.
     pub(super) bias: f64,
     pub(super) delay: f64,
+    /// A negative one stands for the motion that is as far from that without lag, on its other side.
     pub(super) lag: f64,
     /// Of the hand.
     pub(super) stiffness: f64,
@@ -38,6 +41,15 @@ impl Model {
         lag: 0.0,
         stiffness: 0.0,
     };
+
+    /// The same with another lag, and as late in all.
+    pub(super) const fn with_lag(self, lag: f64) -> Self {
+        Self {
+            delay: self.delay + self.lag.abs() - lag.abs(),
+            lag,
+            ..self
+        }
+    }
 }
 
 /// Position and velocity at the start of a piece.
@@ -48,6 +60,8 @@ pub(super) type State = [f64; 2];
 pub(super) struct Replay {
     sample_time: f64,
     forces: Vec<SafeForce<f64, 1>>,
+    /// Steps of a sample, each with a friction of its own.
+    pub(super) parts: u32,
     /// First tick of each piece; the last ends with the record.
     pub(super) starts: Vec<usize>,
 }
@@ -64,6 +78,7 @@ impl Replay {
         Ok(Self {
             sample_time: t.0,
             forces: record.force_n.iter().map(hand_on).collect(),
+            parts: 1,
             starts,
         })
     }
@@ -85,40 +100,46 @@ impl Replay {
         (self.starts.iter().zip(ends)).map(move |(&start, end)| start - from..end - from)
     }
 
-    /// Positions of the model at the modelled ticks; `None` if there is no such device.
-    pub(super) fn run(&self, model: &Model, states: &[State]) -> Option<Vec<f64>> {
+    /// Positions of the model at the modelled ticks, and the states in which it comes to the start of each piece from the one before;
+    /// `None` if there is no such device.
+    pub(super) fn run(&self, model: &Model, states: &[State]) -> Option<(Vec<f64>, Vec<State>)> {
         let t = self.sample_time;
+        let lag = model.lag.abs();
+        // Whole samples of delay are forces of earlier ticks, of a negative one forces that are still to come.
+        let whole = model.delay.floor();
         let mut device = MassDamper::<1>::new(MassDamperConfig {
             mass: Kilograms(model.mass),
             damping: NewtonSecondsPerMetre(model.damping),
-            sample_time: Seconds(t),
+            sample_time: Seconds(t / f64::from(self.parts)),
             stiffness: NewtonsPerMetre(model.stiffness),
             friction: Newtons(model.friction),
-            delay: Seconds(model.delay * t),
+            delay: Seconds((model.delay - whole) * t),
             saturation: None,
-            lag: Seconds(if model.lag > NO_LAG {
-                model.lag * t
-            } else {
-                0.0
-            }),
+            lag: Seconds(if lag > NO_LAG { lag * t } else { 0.0 }),
         })
         .ok()?;
         device.set_external_force(Vector1::new(model.bias));
         let from = self.from();
-        // The forces on their way at the first tick, and a current that has forgotten where it began.
-        let before =
-            from.saturating_sub(2 * DELAY_MAX as usize + 40 * model.lag.min(10.0) as usize);
+        // A current that has forgotten where it began.
+        let before = from.saturating_sub(2 + 40 * lag.min(10.0) as usize);
         let mut pieces = self.starts.iter().zip(states).peekable();
         let mut positions = Vec::with_capacity(self.len());
-        for (tick, force) in self.forces.iter().enumerate().skip(before) {
+        let mut arrivals = Vec::with_capacity(states.len());
+        for tick in before..self.forces.len() {
             if let Some((_, [x, v])) = pieces.next_if(|(start, _)| **start == tick) {
+                arrivals.push([device.position()[0], device.velocity()[0]]);
                 device.set_state(Vector1::new(*x), Vector1::new(*v));
             }
             if tick >= from {
                 positions.push(device.position()[0]);
             }
-            device.write(*force).unwrap_or_else(|never| match never {});
+            let given = tick.saturating_add_signed(-whole as isize);
+            let force = self.forces.get(given).or(self.forces.last())?;
+            for _ in 0..self.parts {
+                device.write(*force).unwrap_or_else(|never| match never {});
+            }
         }
-        positions.iter().all(|x| x.is_finite()).then_some(positions)
+        let is_finite = positions.iter().all(|x| x.is_finite());
+        is_finite.then_some((positions, arrivals))
     }
 }

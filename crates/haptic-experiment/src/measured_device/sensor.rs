@@ -54,8 +54,9 @@ pub(super) fn noise_m(left: &[f64], free: usize, step_m: f64, sides: f64) -> [f6
     let spread = means.iter().map(|m| (m - mean) * (m - mean)).sum::<f64>();
     let error = (spread / (count * (count - 1.0).max(1.0))).sqrt();
     let rounding = step_m * step_m / 12.0;
-    [variance, variance - sides * error, variance + sides * error]
-        .map(|variance| (variance - rounding).max(0.0).sqrt())
+    let beside = (variance - rounding).max(0.0);
+    [beside, beside - sides * error, beside + sides * error]
+        .map(|variance| variance.max(0.0).sqrt())
 }
 
 /// Standard deviation, m; 0 of fewer than two.

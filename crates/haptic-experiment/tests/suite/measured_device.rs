@@ -1,6 +1,6 @@
 //! Random simulated devices are measured, and what is found is held against what they are.
 //!
-//! `CAMPAIGN_CASES` sets how many; 20 unless it is given.
+//! `CAMPAIGN_CASES` sets how many; 10 unless it is given, 500 at night.
 
 mod random_devices;
 
@@ -128,7 +128,11 @@ fn friction_of_another_make_is_found_too_and_lost_samples_do_no_harm() {
     let driven = Fine::new(usual(), 16).drive(&short());
     assert_eq!(driven.outcome, Outcome::Complete);
     let mut record = driven.record;
-    is_usual(&found(&record, false));
+    let measured = found(&record, false);
+    is_usual(&measured);
+    assert!(measured.mass_kg.covers(0.065) && measured.damping_n_s_per_m.covers(3.5));
+    assert!(measured.friction_n.covers(0.05), "{measured:?}");
+    assert!(measured.delay_s.covers(1.3e-3) && measured.current_lag_s.covers(0.5e-3));
     let (up, down) = record.breakaway_n.expect("it moved both ways");
     assert!(up > 0.05 && up < 0.15 && down < -0.05 && down > -0.15);
     // One sample in forty is lost.
