@@ -80,8 +80,8 @@ const BESIDE: [f64; 2] = [-0.05, 0.05];
 const TELLS_APART: f64 = 1.02;
 /// Residuals below it, m, are rounding and tell nothing.
 const NOTHING_M: f64 = 1e-15;
-/// Minima whose lags differ by less, samples, are one.
-const ONE: f64 = 0.01;
+/// A shorter lag, samples, is not exchanged: there is no device so light.
+const NO_LAG: f64 = 0.01;
 
 /// Finds the device that made a record.
 ///
@@ -126,7 +126,7 @@ fn exchanged(model: &Model, sample_time_s: f64) -> Option<Model> {
         model.damping * model.lag * sample_time_s,
         model.mass / model.damping / sample_time_s,
     );
-    (model.lag > ONE && lag < DELAY_MAX).then_some(Model {
+    (model.lag > NO_LAG && lag < DELAY_MAX).then_some(Model {
         mass,
         lag,
         ..*model
@@ -187,15 +187,14 @@ impl<'a> Search<'a> {
             .and_then(|other| search(&[other]));
         // With friction the residual has an edge at a delay of whole samples.
         if let Some(best) = search(&[]) {
-            let beside = |by: f64| Model {
-                delay: best.delay.round() + by,
-                ..best
-            };
-            search(&BESIDE.map(beside));
+            let at = |delay: f64, lag: f64| Model { delay, lag, ..best };
+            let beside = BESIDE.map(|by| best.delay.round() + by);
+            search(&beside.map(|delay| at(delay, best.lag)));
+            // And without lag.
+            search(&beside.map(|delay| at(delay, 0.0)));
         }
         let most = TELLS_APART * minima.first().map_or(0.0, rms) + NOTHING_M;
         minima.retain(|fitted| rms(fitted) <= most);
-        minima.dedup_by(|b, a| (b.model.lag - a.model.lag).abs() < ONE);
         minima
     }
 
