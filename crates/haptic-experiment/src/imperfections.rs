@@ -32,21 +32,6 @@ impl Imperfections {
         },
     };
 
-    /// Those of a good desktop device (our choice): 0.05 N of friction, half a sample of delay, 1 ms of current
-    /// lag, an encoder of 1 µm.
-    #[must_use]
-    pub fn realistic(sample_time_s: f64) -> Self {
-        Self {
-            friction_n: 0.05,
-            delay_s: 0.5 * sample_time_s,
-            current_lag_s: 1e-3,
-            sensors: Sensors {
-                encoder_resolution_m: 1e-6,
-                ..Self::NONE.sensors
-            },
-        }
-    }
-
     /// True if there is none.
     #[must_use]
     pub fn is_ideal(&self) -> bool {

@@ -4,7 +4,7 @@ use super::figure::{Curve, Figure, Panel, per_order, share_axes};
 use super::walls::{ALPHA, BETA, border};
 use super::{DELTA, Kind, ORDERS, SAMPLE_TIME_S};
 use fracdiff::{Order, Seconds};
-use haptic_experiment::{Failure, Imperfections, TrialPlan, ZWidth, dissertation_device};
+use haptic_experiment::{Failure, Imperfections, Sensors, TrialPlan, ZWidth, dissertation_device};
 use haptic_figure::Look;
 use std::sync::atomic::AtomicBool;
 
@@ -32,7 +32,15 @@ pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
 /// The border of theory and the markers of a simulated device.
 fn panel(caption: &str, realistic: bool, stop: &AtomicBool) -> Result<Panel, Failure> {
     let imperfections = if realistic {
-        Imperfections::realistic(SAMPLE_TIME_S)
+        Imperfections {
+            friction_n: 0.05,
+            delay_s: 1e-3,
+            current_lag_s: 1e-3,
+            sensors: Sensors {
+                encoder_resolution_m: 1e-6,
+                ..Imperfections::NONE.sensors
+            },
+        }
     } else {
         Imperfections::NONE
     };

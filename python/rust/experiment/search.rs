@@ -8,7 +8,7 @@ use crate::refused::{OrRefused as _, refused};
 use crate::tissue::PyMaterial;
 use fracdiff::Order;
 use haptic_experiment::design::{Design, Device, Requirement, Wish};
-use haptic_experiment::{ExperimentFile, Imperfections, ModelledTissue, WallExperiment, ZWidth};
+use haptic_experiment::{ExperimentFile, ModelledTissue, WallExperiment, ZWidth};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use pyo3::prelude::*;
@@ -16,7 +16,7 @@ use pyo3::types::PyDict;
 use std::time::Duration;
 
 /// Device, trial and operator, read as those of a wall; the wall itself plays no part.
-fn bench(parameters: &Bound<'_, PyDict>, realistic: bool) -> PyResult<WallExperiment> {
+fn bench(parameters: &Bound<'_, PyDict>) -> PyResult<WallExperiment> {
     let parameters = parameters.copy()?;
     for (key, value) in [
         ("order", 1.0),
@@ -30,50 +30,11 @@ fn bench(parameters: &Bound<'_, PyDict>, realistic: bool) -> PyResult<WallExperi
         }
         parameters.set_item(key, value)?;
     }
-    let given = |key: &str| parameters.contains(key);
-    let keep = [
-        given("friction_n")?,
-        given("delay_s")?,
-        given("current_lag_s")?,
-        given("encoder_resolution_m")?,
-    ];
     let text = written("wall", &parameters)?;
     let read = move |_: &_| parsed("wall", &text);
-    let ExperimentFile::Wall(mut wall) = heard(parameters.py(), Duration::MAX, read)? else {
+    let ExperimentFile::Wall(wall) = heard(parameters.py(), Duration::MAX, read)? else {
         return Err(refused("not a wall"));
     };
-    if realistic {
-        // What is given by itself stays.
-        let usual = Imperfections::realistic(wall.setup.device.sample_time.0);
-        let [friction, delay, lag, encoder] = keep;
-        let own = Imperfections {
-            friction_n: if friction {
-                wall.setup.device.friction.0
-            } else {
-                usual.friction_n
-            },
-            delay_s: if delay {
-                wall.setup.device.delay.0
-            } else {
-                usual.delay_s
-            },
-            current_lag_s: if lag {
-                wall.setup.device.lag.0
-            } else {
-                usual.current_lag_s
-            },
-            sensors: haptic_experiment::Sensors {
-                encoder_resolution_m: if encoder {
-                    wall.setup.sensors.encoder_resolution_m
-                } else {
-                    usual.sensors.encoder_resolution_m
-                },
-                ..wall.setup.sensors
-            },
-        };
-        wall.setup.device = own.on(wall.setup.device);
-        wall.setup.sensors = own.sensors;
-    }
     Ok(wall)
 }
 
@@ -90,11 +51,10 @@ pub(crate) fn zwidth<'py>(
     parameters: &Bound<'py, PyDict>,
     orders: Vec<f64>,
     points: Whole,
-    realistic: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = parameters.py();
-    let wall = bench(parameters, realistic)?;
+    let wall = bench(parameters)?;
     let experiment = ZWidth {
         device: wall.setup.device,
         sensors: wall.setup.sensors,
@@ -173,11 +133,10 @@ pub(crate) fn design<'py>(
     gain_margin: Option<f64>,
     orders: Vec<f64>,
     force_noise_limit_n: Option<f64>,
-    realistic: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = parameters.py();
-    let wall = bench(parameters, realistic)?;
+    let wall = bench(parameters)?;
     let wish = wish_of(wish, tissue, frequency_hz)?;
     let design = Design {
         device: Device {

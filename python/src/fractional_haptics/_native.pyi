@@ -225,7 +225,7 @@ def run_experiment(
     progress: _Progress | None,
 ) -> tuple[dict[str, Any], dict[str, _Floats], list[str]]: ...
 def zwidth(
-    parameters: dict[str, Any], orders: list[float], points: int, realistic: bool, progress: _Progress | None
+    parameters: dict[str, Any], orders: list[float], points: int, progress: _Progress | None
 ) -> dict[str, Any]: ...
 def design(
     parameters: dict[str, Any],
@@ -235,7 +235,6 @@ def design(
     gain_margin: float | None,
     orders: list[float],
     force_noise_limit_n: float | None,
-    realistic: bool,
     progress: _Progress | None,
 ) -> dict[str, Any]: ...
 

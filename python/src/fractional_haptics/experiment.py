@@ -219,7 +219,6 @@ def zwidth(
     *,
     orders: Iterable[float] = (0.0, 0.5, 1.0, 1.5, 2.0),
     points: int = 21,
-    realistic: bool = False,
     progress: Progress | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
@@ -231,8 +230,6 @@ def zwidth(
         Orders of the dissipation, 0 to 2.
     points : int, default 21
         Dissipations for each order, from 0 to the largest stable one.
-    realistic : bool, default False
-        What real devices have: encoder, friction, delay, current lag; each that is given by itself stays.
     progress : callable, optional
         Called with the number of walls done; or a bar of ``tqdm``.
     <parameters>
@@ -250,7 +247,7 @@ def zwidth(
     RuntimeError
         A device that failed.
     """
-    return _native.zwidth(_bench(parameters), list(orders), points, realistic, _told(progress))
+    return _native.zwidth(_bench(parameters), list(orders), points, _told(progress))
 
 
 def design(
@@ -263,7 +260,6 @@ def design(
     gain_margin: float | None = 2.0,
     orders: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0),
     force_noise_limit_n: float | None = None,
-    realistic: bool = False,
     progress: Progress | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
@@ -285,8 +281,6 @@ def design(
         Orders to try, 0 to 2.
     force_noise_limit_n : float, optional
         Largest noise of the force that encoder steps and sensor noise may make, rms.
-    realistic : bool, default False
-        As in `zwidth`.
     progress : callable, optional
         Called with the number of orders done; or a bar of ``tqdm``.
     <parameters>
@@ -310,7 +304,6 @@ def design(
         gain_margin,
         list(orders),
         force_noise_limit_n,
-        realistic,
         _told(progress),
     )
 

@@ -1,10 +1,11 @@
-//! A wall that was designed for an ideal device, tried on a realistic one.
+//! A wall that was designed for an ideal device, tried with what the device `laboratory` has.
 
 use super::candidate::{Candidate, RealisticTrial};
 use super::question::Design;
-use crate::Imperfections;
 use crate::failure::Failure;
+use crate::plant_file::DeviceModel;
 use fracdiff::Order;
+use std::path::Path;
 
 impl Design {
     /// The same candidate on a realistic device.
@@ -13,7 +14,8 @@ impl Design {
     /// A candidate without a wall.
     pub(super) fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
-        let imperfections = Imperfections::realistic(self.device.plant.sample_time.0);
+        let laboratory = DeviceModel::find(Path::new("laboratory"), Path::new(""));
+        let imperfections = laboratory.map_err(Failure::input)?.imperfections();
         real.device.plant = imperfections.on(self.device.plant);
         real.device.sensors = imperfections.sensors;
         let bench = real.bench(Order::new(best.order).map_err(Failure::input)?)?;

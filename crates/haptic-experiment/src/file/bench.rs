@@ -1,5 +1,4 @@
-//! The device of a question: its keys, where there are none the device file or what real devices have, where there is none the
-//! dissertation's.
+//! The device of a question: its keys, where there are none the device file, where there is none the dissertation's.
 
 use super::device::sensors;
 use super::error::FileError;
@@ -7,6 +6,7 @@ use super::pushed::device_model;
 use super::reader::Table;
 use crate::design::Device;
 use crate::parameters::{self as p, Parameter};
+use crate::plant_file::DeviceModel;
 use crate::sensed::Sensors;
 use crate::{Imperfections, dissertation_device};
 use fracdiff::Seconds;
@@ -16,16 +16,8 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     let model = device_model(table)?;
-    let realistic = table.flag(&p::REALISTIC)?;
-    if realistic && model.is_some() {
-        let reason = "device_model says what the device has, and so does realistic: leave one out";
-        return Err(table.fail_at(p::DEVICE_MODEL.key, reason.to_owned()));
-    }
-    let usual = match &model {
-        Some(model) => model.imperfections(),
-        None if realistic => Imperfections::realistic(sample_time_s),
-        None => Imperfections::NONE,
-    };
+    let usual = model.as_ref().map(DeviceModel::imperfections);
+    let usual = usual.unwrap_or(Imperfections::NONE);
     let or = |parameter: &Parameter, usual: f64| {
         let given = table.number_if(parameter)?;
         Ok(given.unwrap_or(usual))

@@ -14,6 +14,7 @@ use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use std::path::Path;
 
 /// Sample time and duration, s, of a run that is not too long.
 pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
@@ -27,7 +28,7 @@ pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
 pub(super) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
     let name = table.text(&p::DEVICE_MODEL)?;
     let read = |name: &str| {
-        DeviceModel::read(&table.beside(name))
+        DeviceModel::find(Path::new(name), &table.beside(""))
             .map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))
     };
     (!name.is_empty()).then(|| read(name)).transpose()

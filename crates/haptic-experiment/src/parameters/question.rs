@@ -15,9 +15,6 @@ parameters! {
     ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", range::WALL_ORDERS, "Orders of the dissipation, 0 to 2");
     /// Dissipations of a Z-width.
     ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
-    /// What real devices have.
-    REALISTIC = flag("realistic",
-        "What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag (each can be set by itself)");
     /// Aim of a design.
     WISH = text("wish", "stiffest-wall", "What is wanted most");
     /// Tissue of a design.
@@ -48,7 +45,6 @@ pub const BENCH: &[Parameter] = &[
     SAMPLE_TIME,
     TRIAL_FORCE_LIMIT,
     DEVICE_MODEL,
-    REALISTIC,
     FRICTION,
     DELAY,
     CURRENT_LAG,

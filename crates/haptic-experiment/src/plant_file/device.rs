@@ -56,6 +56,17 @@ impl DeviceValues {
 }
 
 impl DeviceModel {
+    /// The device `laboratory`, which is shipped, or that of a file in this folder.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn find(name: &Path, folder: &Path) -> Result<Self, FileError> {
+        match name.to_str() {
+            Some("laboratory") => Self::parse(name, include_str!("../../devices/laboratory.toml")),
+            _ => Self::read(&folder.join(name)),
+        }
+    }
+
     /// Reads and checks a file.
     ///
     /// # Errors

@@ -116,7 +116,7 @@ fn a_question_is_stopped_and_keeps_what_it_found() {
     let (_runs, _server, mut page) = opened();
     page.ask(
         "runs.start",
-        json!({"kind": "zwidth", "parameters": {"orders": [1], "points": 1000, "scheme": "muir:3", "realistic": true}}),
+        json!({"kind": "zwidth", "parameters": {"orders": [1], "points": 1000, "scheme": "muir:3", "device_model": "laboratory"}}),
     );
     page.wait("run", |run| run["samples_done"].as_u64() > Some(0));
     page.ask("runs.stop", json!({}));

@@ -34,8 +34,8 @@ order that does it best. Nothing is searched by trying: stable walls come from t
 passive ones from Theorem 1 for the operator that really runs, with delay and current lag of the device. The best \
 one is then tried on the simulated device, with its friction and encoder too.
 
-Without --realistic, or one of --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise, an \
-ideal device is assumed, and the trial on a realistic one stands beside. The force noise of encoder steps q is \
+Without --device-model, or one of --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise, an \
+ideal device is assumed, and the trial with what --device-model laboratory has stands beside. The force noise of encoder steps q is \
 B.(q/sqrt 12).T^(-mu).sqrt(sum of the squared weights), rms; --force-noise-limit keeps B below it.
 
 Wishes:
@@ -68,7 +68,7 @@ margin, felt_stiffness_n_per_m, share, loop_margin, sampled_damping_n_s_per_m, r
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli design --wish stiffest-wall --delay-samples 1 --out design\n  \
-                  host-cli design --realistic --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --out mine\n  \
+                  host-cli design --device-model laboratory --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --out mine\n  \
                   host-cli design --encoder-resolution 30um --friction 0.2N --force-noise-limit 0.05N\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue prostate-cancerous"

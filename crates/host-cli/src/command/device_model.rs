@@ -3,13 +3,13 @@
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::plant_file::DeviceModel;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A device whose values are in a file.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct DeviceModelArguments {
-    /// Device file, as host-cli device measure writes it; an option of one of its values wins over it
+    /// Device file, as host-cli device measure writes it, or `laboratory`, a usual device; an option of one of its values wins over it
     #[arg(long, value_name = "FILE.toml")]
     device_model: Option<PathBuf>,
 }
@@ -26,7 +26,7 @@ impl DeviceModelArguments {
     /// # Errors
     /// A file that cannot be read or is wrong.
     pub fn read(&self) -> Result<Option<DeviceModel>, Failure> {
-        let read = |path: &PathBuf| DeviceModel::read(path).map_err(Failure::input);
+        let read = |name: &PathBuf| DeviceModel::find(name, Path::new("")).map_err(Failure::input);
         self.device_model.as_ref().map(read).transpose()
     }
 }

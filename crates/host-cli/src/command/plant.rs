@@ -37,8 +37,6 @@ pub struct SimulatedArguments {
     damping: Option<Damping>,
     #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), help = help_with_default(&parameters::HAND_STIFFNESS), value_name = "STIFFNESS", allow_hyphen_values = true)]
     hand_stiffness: Option<Stiffness>,
-    #[arg(long, help = parameters::REALISTIC.help, conflicts_with = "device_model")]
-    realistic: bool,
     #[arg(long, value_parser = within::<Force>(parameters::FRICTION.range()), help = parameters::FRICTION.help, value_name = "FORCE", allow_hyphen_values = true)]
     friction: Option<Force>,
     #[arg(long, value_parser = within::<Time>(parameters::DELAY.range()), help = parameters::DELAY.help, value_name = "TIME", allow_hyphen_values = true)]
@@ -56,8 +54,7 @@ pub struct SimulatedArguments {
 impl SimulatedArguments {
     /// True if the simulated device is to have any imperfection of a real one by an option of its own.
     pub(super) fn is_less_than_ideal(&self) -> bool {
-        self.realistic
-            || self.friction.is_some()
+        self.friction.is_some()
             || self.delay.is_some()
             || self.current_lag.is_some()
             || self.encoder_resolution.is_some()
@@ -107,16 +104,13 @@ impl SimulatedArguments {
         })
     }
 
-    /// Imperfections of the simulated device. A device file or `--realistic` sets each one that is not given by its own option.
+    /// Imperfections of the simulated device. A device file sets each one that is not given by its own option.
     ///
     /// # Errors
     /// A device file that is wrong, a seed without noise.
-    pub(super) fn imperfections(&self, sample_time_s: f64) -> Result<Imperfections, Failure> {
-        let usual = match self.file.read()? {
-            Some(file) => file.imperfections(),
-            None if self.realistic => Imperfections::realistic(sample_time_s),
-            None => Imperfections::NONE,
-        };
+    pub(super) fn imperfections(&self) -> Result<Imperfections, Failure> {
+        let file = self.file.read()?;
+        let usual = file.map_or(Imperfections::NONE, |file| file.imperfections());
         let steps = usual.sensors.encoder_resolution_m;
         let noise_m = (self.sensor_noise).map_or(usual.sensors.noise_m, |noise| noise.0);
         Ok(Imperfections {
@@ -146,12 +140,12 @@ impl PlantArguments {
         self.simulated.ideal(self.sample_time.0)
     }
 
-    /// Imperfections of the simulated device. A device file or `--realistic` sets each one that is not given by its own option.
+    /// Imperfections of the simulated device. A device file sets each one that is not given by its own option.
     ///
     /// # Errors
     /// A device file that is wrong, a seed without noise.
     pub(super) fn imperfections(&self) -> Result<Imperfections, Failure> {
-        self.simulated.imperfections(self.sample_time.0)
+        self.simulated.imperfections()
     }
 
     /// True if a force limit was given.

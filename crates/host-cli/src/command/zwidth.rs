@@ -23,7 +23,7 @@ use std::path::PathBuf;
 pub(crate) const LONG_ABOUT: &str = "\
 Z-width: throws a simulated device against a wall at its start position, pushes it into it, and looks for the \
 stiffest wall at which it comes to rest, for each order and dissipation. The default device is as \
-heavy and as damped as that of the dissertation's section 4.4: 65 g, 3.5 N.s/m. --realistic adds what real devices have.
+heavy and as damped as that of the dissertation's section 4.4: 65 g, 3.5 N.s/m. --device-model laboratory adds what real devices have.
 
 At rest: over the last 0.4 s of 5 s the position varies (standard deviation) by at most \
 2 encoder steps or 1 % of the deflection push/K, whichever is larger, and the force by at most one encoder step \
@@ -41,7 +41,7 @@ mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, sample_time_s, delta, criter
 /// Arguments of `zwidth`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --realistic --out zwidth\n  \
+    after_help = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1"
 )]
 pub struct Arguments {
@@ -159,7 +159,7 @@ impl Arguments {
         let remote = self.remote.remote(None)?;
         if remote.is_some() && plant.is_less_than_ideal() {
             return Err(Failure::bad_input(
-                "--realistic, --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise are \
+                "--device-model, --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise are \
                  of the simulated device: omit them with a serial one, which has its own",
             ));
         }

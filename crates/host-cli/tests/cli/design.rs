@@ -236,7 +236,7 @@ fn squared_weights(order: f64) -> f64 {
     found.expect("an order of the list").1
 }
 
-const DESK: &str = "--realistic --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 0,0.5,1,1.5,2";
+const DESK: &str = "--device-model laboratory --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 0,0.5,1,1.5,2";
 
 #[test]
 fn a_design_for_the_device_on_the_desk_runs_there() {

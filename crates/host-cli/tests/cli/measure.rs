@@ -171,7 +171,6 @@ fn what_cannot_be_measured_is_said_in_one_line() {
         zwidth --device-model bad.toml => bad.toml:2 | mass_kg = -1 | above 0
         design --device-model late.toml => late.toml:4 | delay_s = 1.3 is not from 0 to 1
         analyze stability --order 1 --stiffness 1 --dissipation 1 --sample-time 1ms --device-model none.toml => none.toml
-        zwidth --device-model bad.toml --realistic => --realistic
         relax --device-model good.toml => --device-model | guard
         ",
     );

@@ -31,7 +31,7 @@ impl Arguments {
         if self.asks_for_a_real_device() || !self.device.imperfections()?.is_ideal() {
             return Err(Failure::bad_input(
                 "a coupler is designed for an ideal device: leave out --gain-margin, --force-limit, \
-                 --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic; of a --device-model give --mass and --damping",
+                 --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise; of a --device-model give --mass and --damping",
             ));
         }
         let criterion = match self.require {

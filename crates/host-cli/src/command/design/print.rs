@@ -127,7 +127,7 @@ fn print_verdicts(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> 
         writeln!(
             out,
             "on a realistic one ({}) the best is {} by the analysis{} and {} when tried{}, with {:.2e} N rms of force \
-             noise; --realistic designs for such a device",
+             noise; --device-model laboratory designs for such a device",
             real.imperfections.words(),
             if real.analysis_stable {
                 "stable"

@@ -49,7 +49,7 @@ lost_samples, largest_force_n, reach_low_m, reach_high_m, model, figure, warning
 #[command(
     long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli device measure --device serial:/dev/ttyACM0 --force-limit 3.3N --out device.toml\n  \
-                  host-cli zwidth --device-model device.toml --sample-time 1ms\n  host-cli device measure --device sim --realistic --mass 80g   \
+                  host-cli zwidth --device-model device.toml --sample-time 1ms\n  host-cli device measure --device sim --device-model laboratory --mass 80g   \
                   # how well would it find this one?"
 )]
 pub struct Arguments {
@@ -187,7 +187,7 @@ impl Arguments {
             }
             None => {
                 let device = self.simulated.ideal(plan.sample_time_s)?;
-                let imperfections = self.simulated.imperfections(plan.sample_time_s)?;
+                let imperfections = self.simulated.imperfections()?;
                 on_simulated(plan, device, &imperfections, &progress, stop).map(|record| Motion {
                     record,
                     device: "sim".to_owned(),

@@ -160,7 +160,7 @@ fn a_wall_that_friction_alone_holds_still_is_named_so() {
 fn a_realistic_device_loses_no_cell_either_however_soft_its_walls() {
     // Below α = 0.1 most of these walls are; each dissipation has one.
     let place = Place::new();
-    let line = "zwidth --realistic --orders 0,0.5,1 --points 3 --sample-time 2ms --json";
+    let line = "zwidth --device-model laboratory --delay 1ms --orders 0,0.5,1 --points 3 --sample-time 2ms --json";
     let report = place.run(line).succeeded().json();
     for order in report["orders"].as_array().expect("orders") {
         let boundary = order["boundary"].as_array().expect("points");
