@@ -200,6 +200,12 @@ impl Start {
         }
     }
 
+    /// Its time in the log, s.
+    #[must_use]
+    pub const fn time_s(self) -> f64 {
+        self.tick as f64 * self.sample_time_s
+    }
+
     /// The sample counted from here on; `None` before.
     #[must_use]
     pub fn counted(self, sample: KeptSample) -> Option<KeptSample> {
@@ -424,6 +430,8 @@ impl Record {
     pub(super) fn falls<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();
         let fall = &mut self.after.fall;
-        fall.after(sample.tick, sample.time_s, sample.applied_force_n);
+        // Told from where the run begins to count, as its end is.
+        let time_s = sample.time_s - self.start.time_s();
+        fall.after(sample.tick, time_s, sample.applied_force_n);
     }
 }

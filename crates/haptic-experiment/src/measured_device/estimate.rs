@@ -80,8 +80,6 @@ const BESIDE: [f64; 2] = [-0.05, 0.05];
 const TELLS_APART: f64 = 1.02;
 /// Residuals below it, m, are rounding and tell nothing.
 const NOTHING_M: f64 = 1e-15;
-/// A shorter lag, samples, is not exchanged: there is no device so light.
-const NO_LAG: f64 = 0.01;
 
 /// Finds the device that made a record.
 ///
@@ -107,15 +105,15 @@ pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureEr
             minima = finer;
         }
     }
-    let told = minima.iter().filter_map(|minimum| search.told(minimum));
-    let measured = told.reduce(Measured::or_as_well);
-    let mut measured = measured.ok_or(MeasureError::NoFit)?;
-    measured.warn(record.len());
-    let unsure = measured.mass_kg.relative();
+    let mut told = minima.iter().filter_map(|minimum| search.told(minimum));
+    let best = told.next().ok_or(MeasureError::NoFit)?;
+    let unsure = best.mass_kg.relative();
     if unsure.is_nan() || unsure > UNSURE {
         let percent = 100.0 * unsure;
         return Err(MeasureError::Unsure { percent });
     }
+    let mut measured = told.fold(best, Measured::or_as_well);
+    measured.warn(record.len());
     Ok(measured)
 }
 
@@ -126,7 +124,7 @@ fn exchanged(model: &Model, sample_time_s: f64) -> Option<Model> {
         model.damping * model.lag * sample_time_s,
         model.mass / model.damping / sample_time_s,
     );
-    (model.lag > NO_LAG && lag < DELAY_MAX).then_some(Model {
+    (lag < DELAY_MAX).then_some(Model {
         mass,
         lag,
         ..*model
@@ -179,14 +177,19 @@ impl<'a> Search<'a> {
         let mut search = |starts: &[Model]| {
             minima.extend(starts.iter().filter_map(|start| self.fit(start)));
             minima.sort_by(|a, b| rms(a).total_cmp(&rms(b)));
-            minima.first().map(|best| best.model)
+            minima.first().cloned()
+        };
+        // A lag that may be none is not exchanged: there is no device so light.
+        let has_lag = |best: &Fitted| {
+            let told = self.told(best);
+            told.is_some_and(|told| told.current_lag_s.low > 0.0)
         };
         search(starts)
-            .filter(|_| exchanges)
-            .and_then(|best| exchanged(&best, self.record.sample_time_s))
+            .filter(|best| exchanges && has_lag(best))
+            .and_then(|best| exchanged(&best.model, self.record.sample_time_s))
             .and_then(|other| search(&[other]));
         // With friction the residual has an edge at a delay of whole samples.
-        if let Some(best) = search(&[]) {
+        if let Some(best) = search(&[]).map(|best| best.model) {
             let at = |delay: f64, lag: f64| Model { delay, lag, ..best };
             let beside = BESIDE.map(|by| best.delay.round() + by);
             search(&beside.map(|delay| at(delay, best.lag)));
@@ -296,6 +299,16 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     // Of what is late the delay is what the lag is not.
     let delay = only(Number::Lateness) - &lag;
     let side = |number| spread.side(&only(number));
+    // A negative lag is none, and all that is late is delay.
+    let lateness = model.delay + model.lag.abs();
+    let delayed = (lateness - model.lag.max(0.0)).max(0.0);
+    let [delay_low, delay_high] = match model.lag < 0.0 {
+        true => [
+            (lateness - model.lag - spread.side(&delay)).min(delayed),
+            delayed + side(Number::Lateness),
+        ],
+        false => [-1.0, 1.0].map(|sign| delayed + sign * spread.side(&delay)),
+    };
     let about = |value: f64, side: f64| Estimate {
         value,
         low: (value - side).max(0.0),
@@ -315,7 +328,11 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         friction_n: around(Number::Friction, model.friction, 1.0),
         hand_stiffness_n_per_m: index(Number::Stiffness)
             .map(|_| around(Number::Stiffness, model.stiffness, 1.0)),
-        delay_s: about(model.delay.max(0.0) * t, spread.side(&delay) * t),
+        delay_s: Estimate {
+            value: delayed * t,
+            low: delay_low.max(0.0) * t,
+            high: delay_high * t,
+        },
         current_lag_s: around(Number::Lag, model.lag.max(0.0) * t, t),
         encoder_resolution_m: sensor.step_m,
         sensor_noise_m: sensor.noise_m,

@@ -81,12 +81,16 @@ pub struct Measured {
     pub curve: Vec<[f64; 3]>,
 }
 
+/// Masses that differ by this factor are those of two devices that move alike.
+const APART: f64 = 1.1;
+
 impl Measured {
     /// This device, and another one that fits as well: intervals wide enough for both. Where their masses are apart, the one with the
     /// faster motor is told.
     pub(super) fn or_as_well(self, other: Self) -> Self {
         let (mut found, mut other) = (self, other);
-        if found.mass_kg.high < other.mass_kg.low || other.mass_kg.high < found.mass_kg.low {
+        let ratio = other.mass_kg.value / found.mass_kg.value;
+        if !(1.0 / APART..=APART).contains(&ratio) {
             if other.current_lag_s.value < found.current_lag_s.value {
                 std::mem::swap(&mut found, &mut other);
             }
@@ -99,7 +103,15 @@ impl Measured {
                 1e3 * other.current_lag_s.value
             ));
         }
+        if let (Some(ours), Some(theirs)) = (
+            &mut found.hand_stiffness_n_per_m,
+            other.hand_stiffness_n_per_m,
+        ) {
+            ours.low = ours.low.min(theirs.low);
+            ours.high = ours.high.max(theirs.high);
+        }
         for (ours, theirs) in [
+            (&mut found.bias_n, other.bias_n),
             (&mut found.mass_kg, other.mass_kg),
             (&mut found.current_lag_s, other.current_lag_s),
             (&mut found.delay_s, other.delay_s),

@@ -110,8 +110,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         );
         let start_ticks = match self.law.after_rise && link.capabilities().simulated && rise_s > 0.0
         {
-            // The force is whole in the tick behind the rise.
-            true => (f64::from(rise_s) / t).ceil() as u64 + 1,
+            true => risen_after((t / f64::from(rise_s)) as f32),
             false => 0,
         };
         configuration.simulation.start_ticks = start_ticks as f32;
@@ -156,6 +155,16 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             deaf: false,
         })
     }
+}
+
+/// Ticks until a force that rises by this share each is whole, summed as the device does.
+fn risen_after(share: f32) -> u64 {
+    let (mut risen, mut ticks) = (0.0, 1);
+    while risen < 1.0 {
+        risen += share;
+        ticks += 1;
+    }
+    ticks
 }
 
 /// The first ranges of a box, as they go over the wire.

@@ -96,7 +96,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
 
     /// When the run begins to count, s.
     pub(super) fn start_s(&self) -> f64 {
-        self.record.start.tick as f64 * self.schedule.sample_time_s
+        self.record.start.time_s()
     }
 
     /// Counts what is missing before this tick.
