@@ -124,7 +124,6 @@ const FORMS = [
           { key: "stiffness_n_per_m", kind: "number", default: null, least: 0, most: null, range: "at least 0", required: false, choices: null, help: "Stiffness K of the wall" },
           { key: "order", kind: "number", default: null, least: 0, most: 2, range: "from 0 to 2", required: true, choices: null, help: "Order of the dissipation" },
           { key: "one_sided", kind: "flag", default: false, least: null, most: null, range: null, required: false, choices: null, help: "It pushes only" },
-          { key: "criterion", kind: "text", default: "settling", least: null, most: null, range: null, required: false, choices: ["settling", "energy"], help: "By which rule a wall is stable" },
         ],
       },
     ],

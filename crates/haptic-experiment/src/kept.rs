@@ -435,3 +435,31 @@ impl Record {
         fall.after(sample.tick, time_s, sample.applied_force_n);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_counts_from_its_start() {
+        let start = Start::at(502, 1e-3);
+        let mut record = Record::with_room_for(10).expect("few");
+        record.start = start;
+        for tick in 500..505 {
+            record.push(&TickMessage {
+                tick,
+                time_s: tick as f64 * 1e-3,
+                limiters: 16 * u8::from(tick < 502),
+                ..TickMessage::default()
+            });
+        }
+        let whole = record.whole.as_deref().unwrap_or_default();
+        let counted: Vec<_> = whole
+            .iter()
+            .map(|sample| (sample.tick, sample.time_s))
+            .collect();
+        assert_eq!(counted, [(0, 0.0), (1, 1e-3), (2, 2e-3)]);
+        assert_eq!((record.samples, record.limited), (3, 0));
+        assert_eq!(Start::default().counted(whole[2]), Some(whole[2]));
+    }
+}
