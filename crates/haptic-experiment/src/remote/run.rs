@@ -159,7 +159,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
 
 /// Ticks until a force that rises by this share each is whole, summed as the device does.
 fn risen_after(share: f32) -> u64 {
-    let (mut risen, mut ticks) = (0.0, 1);
+    let (mut risen, mut ticks) = (0.0, 0);
     while risen < 1.0 {
         risen += share;
         ticks += 1;

@@ -218,7 +218,7 @@ fn what_is_no_log_is_refused_by_every_command() {
             ("text", "not an MCAP log"),
             ("empty", "empty"),
             ("nowhere", "No such file"),
-            ("folder", "directory"),
+            ("folder", "not a regular file"),
         ] {
             let ended = place.run(&format!("log {command} {name}"));
             complaints.extend(ended.complaint(2, &[name, reason]));
