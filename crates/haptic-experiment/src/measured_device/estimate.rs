@@ -304,7 +304,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     let delayed = (lateness - model.lag.max(0.0)).max(0.0);
     let [delay_low, delay_high] = match model.lag < 0.0 {
         true => [
-            (lateness - model.lag - spread.side(&delay)).min(delayed),
+            (lateness - model.lag - spread.side(&delay)).min(delayed - side(Number::Lateness)),
             delayed + side(Number::Lateness),
         ],
         false => [-1.0, 1.0].map(|sign| delayed + sign * spread.side(&delay)),
