@@ -105,7 +105,11 @@ pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureEr
             minima = finer;
         }
     }
-    let mut told = minima.iter().filter_map(|minimum| search.told(minimum));
+    let told = minima.iter().filter_map(|minimum| search.told(minimum));
+    let mut told: Vec<Measured> = told.collect();
+    // All fit as well: the one that is surest of its mass is told, the others widen its intervals.
+    told.sort_by(|a, b| (a.mass_kg.relative()).total_cmp(&b.mass_kg.relative()));
+    let mut told = told.into_iter();
     let best = told.next().ok_or(MeasureError::NoFit)?;
     let unsure = best.mass_kg.relative();
     if unsure.is_nan() || unsure > UNSURE {
