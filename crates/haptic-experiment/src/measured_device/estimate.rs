@@ -107,8 +107,8 @@ pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureEr
     }
     let told = minima.iter().filter_map(|minimum| search.told(minimum));
     let mut told: Vec<Measured> = told.collect();
-    // All fit as well: the one that is surest of its mass is told, the others widen its intervals.
-    told.sort_by(|a, b| (a.mass_kg.relative()).total_cmp(&b.mass_kg.relative()));
+    // All fit as well: the first that is sure of its mass is told, the others widen its intervals.
+    told.sort_by_key(|told| told.mass_kg.relative() > UNSURE);
     let mut told = told.into_iter();
     let best = told.next().ok_or(MeasureError::NoFit)?;
     let unsure = best.mass_kg.relative();
