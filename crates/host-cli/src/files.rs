@@ -8,8 +8,6 @@ use crate::picture_file;
 use haptic_experiment::Failure;
 use haptic_experiment::folder::{FolderRequest, OutputFolder};
 use haptic_figure::{FigureError, Picture};
-use haptic_log::record::RecordError;
-use haptic_tissue::open_file;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -36,18 +34,6 @@ pub fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure
         ));
     }
     Ok(())
-}
-
-/// Refuses a log that nobody may ever write, as a pipe.
-///
-/// # Errors
-/// What is not a regular file, or cannot be opened.
-pub fn look_at_log(path: &Path) -> Result<(), RecordError> {
-    let opened = open_file(path).map_err(|source| RecordError::Read {
-        path: path.to_owned(),
-        source,
-    });
-    opened.map(drop)
 }
 
 /// Program and command line, as log metadata.

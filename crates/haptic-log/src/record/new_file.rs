@@ -219,13 +219,25 @@ pub fn leftover_at(part: &Path) -> NewFileError {
     }
 }
 
+/// Opens a file to read.
+///
+/// # Errors
+/// Those of the system; what is not a regular file, as a pipe, where nobody may ever write.
+pub(crate) fn open_file(path: &Path) -> io::Result<File> {
+    if !fs::metadata(path)?.is_file() {
+        let why = "it is not a regular file";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    }
+    File::open(path)
+}
+
 /// Refuses a file that another run is writing: one whose lock is held.
 ///
 /// # Errors
 /// [`NewFileError::BeingWritten`].
 pub(crate) fn refuse_being_written(file: &Path) -> Result<(), NewFileError> {
     // One that cannot be opened is no business of this check.
-    match File::open(file).map(|file| file.try_lock_shared()) {
+    match open_file(file).map(|file| file.try_lock_shared()) {
         Ok(Err(TryLockError::WouldBlock)) => Err(NewFileError::BeingWritten(file.to_owned())),
         _ => Ok(()),
     }

@@ -19,6 +19,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use super::format::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, VECTOR_CHANNEL, nanoseconds};
 use super::lengths::{texts_fit, unpadded};
 use super::message::LogMessage;
+use super::new_file::open_file;
 use super::{
     Condition, Damage, Entry, EventMessage, MetadataRecord, RecordError, StartTime, TickMessage,
     VectorTick,
@@ -105,9 +106,9 @@ impl LogReader<BufReader<File>> {
     /// Opens a log.
     ///
     /// # Errors
-    /// If the file cannot be read or is not MCAP.
+    /// If it is no regular file, cannot be read or is not MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let file = File::open(path).map_err(|source| RecordError::read(path, source))?;
+        let file = open_file(path).map_err(|source| RecordError::read(path, source))?;
         Self::new(BufReader::with_capacity(READ_BYTES, file), path)
     }
 }

@@ -5,7 +5,6 @@ mod words;
 use self::words::{
     advice, print_extent, print_flaws, print_info, print_missing, reasons, recovered,
 };
-use crate::files::look_at_log;
 use crate::log_plot::LogFigure;
 use crate::output::Output;
 use crate::picture_file::{self, PictureFileError};
@@ -110,12 +109,6 @@ impl Command {
     /// # Errors
     /// A file that cannot be read or written; for `check` and `recover` a log that is not whole.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let (Self::Info { log }
-        | Self::Check { log }
-        | Self::Recover { log, .. }
-        | Self::Export { log, .. }
-        | Self::Plot { log, .. }) = &self;
-        look_at_log(log)?;
         match self {
             Self::Info { log } => {
                 let summary = inspect(&log)?;

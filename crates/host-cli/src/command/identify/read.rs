@@ -1,6 +1,5 @@
 //! From the file to a record.
 
-use crate::files::look_at_log;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -82,7 +81,6 @@ impl TableArguments {
         }
         let (from, to) = (self.from.map(|time| time.0), self.to.map(|time| time.0));
         let mut read = LogColumns::default();
-        look_at_log(path)?;
         let mut log = LogReader::open(path)?;
         for entry in &mut log {
             let Entry::Tick(tick) = entry? else { continue };
