@@ -87,15 +87,28 @@ pub fn of_coupler(curves: &CouplerCurves) -> Result<Picture, FigureError> {
     })
 }
 
+/// Values in another unit, each at its time.
+fn over_time(time_s: &[f64], values: &[f64], scale: f64) -> Vec<(f64, f64)> {
+    let scaled = values.iter().map(|value| scale * value);
+    time_s.iter().copied().zip(scaled).collect()
+}
+
+/// Curves over time.
+fn time_chart<'a>(caption: &'a str, y: &'a str, series: Vec<Series<'a>>) -> Chart<'a> {
+    Chart {
+        caption,
+        x: AxisSpec::new("time / s", Scale::Linear),
+        y: AxisSpec::new(y, Scale::Linear),
+        series,
+    }
+}
+
 /// One side of a teleoperation: places and forces.
 ///
 /// # Errors
 /// If there is nothing to draw.
 pub fn of_side(curves: &SideCurves) -> Result<Picture, FigureError> {
-    let over_time = |values: &[f64], scale: f64| -> Vec<(f64, f64)> {
-        let scaled = values.iter().map(|value| scale * value);
-        curves.time_s.iter().copied().zip(scaled).collect()
-    };
+    let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
     let [hand, device] = [&curves.reference_m, &curves.position_m].map(|m| over_time(m, 1e3));
     let [force, outside] = [&curves.force_n, &curves.outside_n].map(|n| over_time(n, 1.0));
     let (hand_is, device_is) = (
@@ -104,18 +117,12 @@ pub fn of_side(curves: &SideCurves) -> Result<Picture, FigureError> {
     );
     // There is no hand on the side of the slave.
     let has_hand = curves.reference_m.iter().any(|place| place.is_finite());
-    let chart = |caption, y, series: Vec<_>| Chart {
-        caption,
-        x: AxisSpec::new("time / s", Scale::Linear),
-        y: AxisSpec::new(y, Scale::Linear),
-        series,
-    };
     ChartPage {
         title: &curves.title,
         subtitle: &curves.subtitle,
         columns: 1,
         charts: vec![
-            chart(
+            time_chart(
                 "place",
                 "place / mm",
                 if has_hand {
@@ -124,7 +131,7 @@ pub fn of_side(curves: &SideCurves) -> Result<Picture, FigureError> {
                     vec![device_is]
                 },
             ),
-            chart(
+            time_chart(
                 "force on the device",
                 "force / N",
                 vec![
@@ -142,10 +149,7 @@ pub fn of_side(curves: &SideCurves) -> Result<Picture, FigureError> {
 /// # Errors
 /// If there is nothing to draw.
 pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureError> {
-    let over_time = |values: &[f64], scale: f64| -> Vec<(f64, f64)> {
-        let scaled = values.iter().map(|value| scale * value);
-        curves.time_s.iter().copied().zip(scaled).collect()
-    };
+    let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
     let [hand, master, slave] =
         [&curves.hand_m, &curves.master_m, &curves.slave_m].map(|m| over_time(m, 1e3));
     let [master_n, slave_n] = [&curves.master_n, &curves.slave_n].map(|n| over_time(n, 1.0));
@@ -153,18 +157,12 @@ pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureE
     let felt = |value: fn(&FeltAt) -> Option<f64>| felt_over_frequency(&curves.felt, value);
     let (run, formula) = (felt(|f| Some(f.felt_n_per_m)), felt(|f| f.formula_n_per_m));
     let touched = felt(|f| Some(f.touched_n_per_m));
-    let chart = |caption, y, series: Vec<_>| Chart {
-        caption,
-        x: AxisSpec::new("time / s", Scale::Linear),
-        y: AxisSpec::new(y, Scale::Linear),
-        series,
-    };
     ChartPage {
         title: "A teleoperation, simulated",
         subtitle: &curves.subtitle,
         columns: 2,
         charts: vec![
-            chart(
+            time_chart(
                 "place",
                 "place / mm",
                 vec![
@@ -173,7 +171,7 @@ pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureE
                     Series::new("slave", &slave, Look::Line, 1),
                 ],
             ),
-            chart(
+            time_chart(
                 "force on the device",
                 "force / N",
                 vec![
@@ -181,7 +179,7 @@ pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureE
                     Series::new("slave", &slave_n, Look::Line, 1),
                 ],
             ),
-            chart(
+            time_chart(
                 "energy taken by the line",
                 "energy / mJ",
                 vec![Series::new("line", &taken, Look::Line, 3)],
