@@ -101,16 +101,7 @@ fn columns(place: &Place, log: &str, held: &mut String) {
 
 /// What is held of a command.
 fn held(line: &str, document: &str) -> String {
-    let place = Place::new();
-    let experiments = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments");
-    for file in std::fs::read_dir(experiments).expect("lists") {
-        let path = file.expect("lists").path();
-        let name = path.file_name().expect("a file").to_string_lossy();
-        place.write(&name, std::fs::read(&path).expect("reads"));
-    }
-    let record = "/../haptic-tissue/records/fish-muscle-relaxation.tsv";
-    let record = std::fs::read(format!("{}{record}", env!("CARGO_MANIFEST_DIR")));
-    place.write("fish-muscle.tsv", record.expect("reads"));
+    let place = Place::with_examples();
     if !document.is_empty() {
         let name = line.rsplit(' ').next().expect("a file");
         place.write(name, document);

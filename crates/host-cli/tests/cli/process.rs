@@ -37,6 +37,22 @@ impl Place {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
+    /// One with the folder `experiments` and a record of fish muscle.
+    pub(crate) fn with_examples() -> Self {
+        let place = Self::new();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        std::fs::create_dir(place.path("experiments")).expect("a folder");
+        for entry in std::fs::read_dir(root.join("experiments")).expect("a folder") {
+            let entry = entry.expect("an entry");
+            let copy = place.path("experiments").join(entry.file_name());
+            std::fs::copy(entry.path(), copy).expect("copies");
+        }
+        let record = "fish-muscle-relaxation.tsv";
+        let records = root.join("crates/haptic-tissue/records");
+        std::fs::copy(records.join(record), place.path(record)).expect("copies");
+        place
+    }
+
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }

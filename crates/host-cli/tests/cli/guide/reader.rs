@@ -61,12 +61,7 @@ pub(super) fn runs_something(block: &Block) -> bool {
 
 /// Follows a chapter, which leaves these files among others.
 pub(super) fn follows(file: &str, wanted: &[&str]) {
-    let place = Place::new();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    copy(&root.join("experiments"), &place.path("experiments"));
-    let record = "fish-muscle-relaxation.tsv";
-    let records = root.join("crates/haptic-tissue/records");
-    std::fs::copy(records.join(record), place.path(record)).expect("copies");
+    let place = Place::with_examples();
     let text = book::chapter(file);
     let page = Markdown::new(&text);
     let mut reader = Reader {
@@ -90,14 +85,6 @@ pub(super) fn follows(file: &str, wanted: &[&str]) {
             files.iter().any(|file| file == wanted),
             "{file}: no {wanted}: {files:?}"
         );
-    }
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).expect("a folder");
-    for entry in std::fs::read_dir(from).expect("a folder") {
-        let entry = entry.expect("an entry");
-        std::fs::copy(entry.path(), to.join(entry.file_name())).expect("copies");
     }
 }
 
