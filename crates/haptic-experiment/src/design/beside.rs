@@ -14,7 +14,7 @@ impl Design {
     /// A candidate without a wall.
     pub(super) fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
-        let laboratory = DeviceModel::find(Path::new("laboratory"), Path::new(""));
+        let laboratory = DeviceModel::find(Path::new(DeviceModel::LABORATORY), Path::new(""));
         let imperfections = laboratory.map_err(Failure::input)?.imperfections();
         real.device.plant = imperfections.on(self.device.plant);
         real.device.sensors = imperfections.sensors;

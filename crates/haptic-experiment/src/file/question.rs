@@ -162,7 +162,7 @@ fn coupler(
         without(table, &parameter, "a wall")?;
     }
     if !bench.imperfections().is_ideal() {
-        let reason = "a coupler is designed for an ideal device: leave out `device_model`, `friction_n`, `delay_s`, \
+        let reason = "a coupler is designed for an ideal device: leave out `friction_n`, `delay_s`, \
                       `current_lag_s`, `encoder_resolution_m`, `sensor_noise_m` and `device_model`";
         return Err(table.fail(reason.to_owned()));
     }

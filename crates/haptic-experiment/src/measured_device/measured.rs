@@ -30,6 +30,12 @@ impl Estimate {
         (self.low..=self.high).contains(&number)
     }
 
+    /// The interval holds that of another too.
+    fn widen(&mut self, other: &Self) {
+        self.low = self.low.min(other.low);
+        self.high = self.high.max(other.high);
+    }
+
     /// Half the width of the interval over the value.
     #[must_use]
     pub fn relative(&self) -> f64 {
@@ -103,23 +109,17 @@ impl Measured {
                 1e3 * other.current_lag_s.value
             ));
         }
-        if let (Some(ours), Some(theirs)) = (
-            &mut found.hand_stiffness_n_per_m,
-            other.hand_stiffness_n_per_m,
-        ) {
-            ours.low = ours.low.min(theirs.low);
-            ours.high = ours.high.max(theirs.high);
-        }
-        for (ours, theirs) in [
-            (&mut found.bias_n, other.bias_n),
-            (&mut found.mass_kg, other.mass_kg),
-            (&mut found.current_lag_s, other.current_lag_s),
-            (&mut found.delay_s, other.delay_s),
-            (&mut found.damping_n_s_per_m, other.damping_n_s_per_m),
-            (&mut found.friction_n, other.friction_n),
-        ] {
-            ours.low = ours.low.min(theirs.low);
-            ours.high = ours.high.max(theirs.high);
+        let hands = (found.hand_stiffness_n_per_m.iter_mut()).zip(&other.hand_stiffness_n_per_m);
+        let numbers = [
+            (&mut found.mass_kg, &other.mass_kg),
+            (&mut found.current_lag_s, &other.current_lag_s),
+            (&mut found.delay_s, &other.delay_s),
+            (&mut found.damping_n_s_per_m, &other.damping_n_s_per_m),
+            (&mut found.friction_n, &other.friction_n),
+            (&mut found.bias_n, &other.bias_n),
+        ];
+        for (ours, theirs) in hands.chain(numbers) {
+            ours.widen(theirs);
         }
         found
     }

@@ -56,13 +56,18 @@ impl DeviceValues {
 }
 
 impl DeviceModel {
-    /// The device `laboratory`, which is shipped, or that of a file in this folder.
+    /// The name of the device that is shipped.
+    pub const LABORATORY: &str = "laboratory";
+
+    /// The device [`LABORATORY`](Self::LABORATORY), or that of a file in this folder.
     ///
     /// # Errors
     /// As [`read`](Self::read).
     pub fn find(name: &Path, folder: &Path) -> Result<Self, FileError> {
         match name.to_str() {
-            Some("laboratory") => Self::parse(name, include_str!("../../devices/laboratory.toml")),
+            Some(Self::LABORATORY) => {
+                Self::parse(name, include_str!("../../devices/laboratory.toml"))
+            }
             _ => Self::read(&folder.join(name)),
         }
     }
