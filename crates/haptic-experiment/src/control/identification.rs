@@ -48,13 +48,13 @@ impl Found {
     }
 }
 
-/// Of a first function that does not settle by itself: another that does, within the record, and that the record speaks against no more than weakly,
-/// a criterion at most 6 above (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6), or that of one number.
+/// Of a first function that does not settle by itself: another that does, within the record, and that the record does not speak very strongly
+/// against: a criterion at most 10 above (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6), or that of one number.
 #[must_use]
 pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&'a Found> {
     let first = found.first().filter(|first| !first.settles())?;
     let one_number = libm::log(record.output.len() as f64);
-    let near = |other: &&Found| other.bic <= first.bic + one_number.max(WEAK);
+    let near = |other: &&Found| other.bic <= first.bic + one_number.max(DECISIVE);
     let mut others = found.iter().filter(|other| other.settles()).filter(near);
     others.find(|other| rest::comes_to_rest(&other.identified.function, record))
 }
@@ -87,8 +87,6 @@ pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
 const KEPT: usize = 6;
 /// A difference of the criterion that says nothing.
 const AS_GOOD: f64 = 2.0;
-/// One that speaks weakly.
-const WEAK: f64 = 6.0;
 /// A difference of the criterion that speaks very strongly, by the same table.
 const DECISIVE: f64 = 10.0;
 /// A coefficient whose standard error is above this share of it is tried without.
@@ -162,19 +160,17 @@ pub fn identify(
     }
 }
 
-/// A function that is simpler than the first, the best, by fewer numbers or by whole orders, and has another pole at rest comes before it, unless
-/// the record speaks very strongly against that.
+/// Of the functions against which the record does not speak very strongly the simplest, by its numbers or by whole orders, comes before the first, the
+/// best, if it has another pole at rest.
 fn simplest_at_rest(found: &[Found]) -> Option<usize> {
     let numbers = |found: &Found| (found.identified.standard_errors.len(), !found.is_whole());
     let order = |found: &Found| rest::order_at_rest(&found.identified.function);
     let best = found.first()?;
-    let near = found.iter().enumerate().filter(|(_, other)| {
-        other.bic <= best.bic + DECISIVE
-            && numbers(other) < numbers(best)
-            && (order(other) - order(best)).abs() > 0.0
-    });
-    near.min_by_key(|(_, other)| numbers(other))
-        .map(|(place, _)| place)
+    let all = found.iter().enumerate();
+    let near = all.filter(|(_, other)| other.bic <= best.bic + DECISIVE);
+    let simplest = near.min_by_key(|(_, other)| numbers(other));
+    let simplest = simplest.filter(|(_, other)| (order(other) - order(best)).abs() > 0.0);
+    simplest.map(|(place, _)| place)
 }
 
 /// Puts functions in which a zero cancels a pole at rest in place of those that leave as little without both.
