@@ -155,7 +155,7 @@ def main() -> None:
         print(f"  {have:.3g}, promised {sign} {limit}{'' if kept else '  BROKEN'}")
         if not kept:
             broken.append(name)
-    sys.exit(", ".join(broken))
+    sys.exit(", ".join(broken) or None)
 
 
 if __name__ == "__main__":
