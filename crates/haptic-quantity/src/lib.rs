@@ -149,6 +149,75 @@ quantity!(
     [("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)]
 );
 
+quantity!(
+    /// A number whose unit follows from an order, or that has none.
+    Plain, "a number",
+    [("", 1.0), ("%", 1e-2)]
+);
+
+/// Reads a text into SI units.
+type Read = fn(&str) -> Result<f64, QuantityError>;
+
+/// Ends of keys, as in `stiffness_n_per_m`, what they are of in a word, and the reader of a text for it; an end of another after it.
+const ENDS: &[(&str, &str, Read)] = &[
+    ("_n_s_1_minus_mu_per_m", "NUMBER", |text| {
+        text.parse().map(|Plain(x)| x)
+    }),
+    ("_n_s_mu_per_m", "NUMBER", |text| {
+        text.parse().map(|Plain(x)| x)
+    }),
+    ("_n_s_per_m", "DAMPING", |text| {
+        text.parse().map(|Damping(x)| x)
+    }),
+    ("_n_per_m", "STIFFNESS", |text| {
+        text.parse().map(|Stiffness(x)| x)
+    }),
+    ("_n_per_s", "RATE", |text| {
+        text.parse().map(|ForceRate(x)| x)
+    }),
+    ("_m_per_s", "SPEED", |text| text.parse().map(|Speed(x)| x)),
+    ("_rad_s", "FREQUENCY", |text| {
+        text.parse().map(|AngularFrequency(x)| x)
+    }),
+    ("_rad", "ANGLE", |text| text.parse().map(|Angle(x)| x)),
+    ("_hz", "FREQUENCY", |text| {
+        text.parse().map(|Frequency(x)| x)
+    }),
+    ("_pa", "STRESS", |text| text.parse().map(|Stress(x)| x)),
+    ("_kg", "MASS", |text| text.parse().map(|Mass(x)| x)),
+    ("_m2", "AREA", |text| text.parse().map(|Area(x)| x)),
+    ("_m", "LENGTH", |text| text.parse().map(|Length(x)| x)),
+    ("_n", "FORCE", |text| text.parse().map(|Force(x)| x)),
+    ("_s", "TIME", |text| text.parse().map(|Time(x)| x)),
+];
+
+/// A key without its unit, what it is of, and the reader of a text for it: of `stiffness_n_per_m` `stiffness`, `STIFFNESS`, and one that knows kN/m.
+fn parts_of_key(key: &str) -> (&str, &'static str, Read) {
+    let mut ends = ENDS.iter();
+    let end = ends.find_map(|(end, unit, read)| Some((key.strip_suffix(end)?, *unit, *read)));
+    end.unwrap_or((key, "NUMBER", |text| text.parse().map(|Plain(x)| x)))
+}
+
+/// A key without its unit: of `stiffness_n_per_m` `stiffness`.
+#[must_use]
+pub fn without_unit(key: &str) -> &str {
+    parts_of_key(key).0
+}
+
+/// What a key is of, in a word: of `sample_time_s` `TIME`; `NUMBER` where it says no unit.
+#[must_use]
+pub fn kind_of_key(key: &str) -> &'static str {
+    parts_of_key(key).1
+}
+
+/// Reads a number for a key, in the SI unit that the key says: `5kN/m` for `stiffness_n_per_m` is 5000.
+///
+/// # Errors
+/// Text that is no finite number, or has another unit.
+pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
+    parts_of_key(key).2(text)
+}
+
 /// Text that is no quantity of the kind asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct QuantityError {
@@ -238,6 +307,39 @@ mod tests {
             10.0 * TURN
         );
         assert_eq!(read::<AngularFrequency>("5mrad/s").expect("valid").0, 0.005);
+    }
+
+    #[test]
+    fn a_key_says_its_unit() {
+        for (key, stem, kind, text, si) in [
+            ("stiffness_n_per_m", "stiffness", "STIFFNESS", "5kN/m", 5e3),
+            ("damping_n_s_per_m", "damping", "DAMPING", "2N.s/m", 2.0),
+            (
+                "dissipation_n_s_mu_per_m",
+                "dissipation",
+                "NUMBER",
+                "60",
+                60.0,
+            ),
+            (
+                "force_rate_limit_n_per_s",
+                "force_rate_limit",
+                "RATE",
+                "1N/ms",
+                1e3,
+            ),
+            ("area_m2", "area", "AREA", "4cm2", 4e-4),
+            ("low_rad_s", "low", "FREQUENCY", "3", 3.0),
+            ("sample_time_s", "sample_time", "TIME", "1ms", 1e-3),
+            ("strain", "strain", "NUMBER", "5%", 0.05),
+        ] {
+            assert_eq!((without_unit(key), kind_of_key(key)), (stem, kind), "{key}");
+            assert_eq!(parse_for_key(key, text), Ok(si), "{key} = {text}");
+        }
+        let error = parse_for_key("mass_kg", "3m")
+            .expect_err("a length")
+            .to_string();
+        assert!(error.contains("is not a mass"), "{error}");
     }
 
     #[test]
