@@ -32,6 +32,8 @@ pub struct Library {
 struct Skipped {
     path: PathBuf,
     why: String,
+    /// The name that was taken.
+    taken: Option<String>,
 }
 
 impl Library {
@@ -54,10 +56,14 @@ impl Library {
             });
             match read {
                 Ok(material) => materials.push(material),
-                Err(error) => {
-                    let why = error.to_string();
-                    skipped.push(Skipped { path, why });
-                }
+                Err(error) => skipped.push(Skipped {
+                    path,
+                    why: error.to_string(),
+                    taken: match error {
+                        MaterialError::Twice(name, _) => Some(name),
+                        _ => None,
+                    },
+                }),
             }
         }
         Ok(Self { materials, skipped })
@@ -78,10 +84,15 @@ impl Library {
     /// A material by name, or from the file where `name` is a path that ends in `.toml`.
     ///
     /// # Errors
-    /// If there is none of that name, or the file is wrong, also one of the library that was skipped.
+    /// If there is none of that name, or two, or the file is wrong, also one of the library that was skipped.
     pub fn find(&self, name: &str) -> Result<Material, MaterialError> {
         if Path::new(name).extension().is_some_and(|e| e == "toml") {
             return Material::read(Path::new(name));
+        }
+        let mut skipped = self.skipped.iter();
+        if let Some(second) = skipped.find(|file| file.taken.as_deref() == Some(name)) {
+            // Which of them is meant, nobody knows.
+            return Err(MaterialError::Twice(name.to_owned(), second.path.clone()));
         }
         let found = self.materials.iter().find(|known| known.name == name);
         let damaged = self.skipped.iter().find(|file| file.is_of(name));
@@ -256,6 +267,7 @@ mod tests {
             skipped.len() == 1 && skipped[0].contains(taken),
             "{skipped:?}"
         );
-        assert_eq!(library.find("gel").expect("known").order(), Some(0.3));
+        let twice = library.find("gel").expect_err("which").to_string();
+        assert!(twice.contains(taken), "{twice}");
     }
 }
