@@ -1,6 +1,6 @@
 //! Code that two crates need is a crate, so that an arrow leads to it: no file is included from another folder of sources.
 
-use super::length::files;
+use super::files;
 use std::path::PathBuf;
 
 #[test]

@@ -1,11 +1,9 @@
-//! How the house stands: which crate may use which, no circle of modules inside one, a command that alone speaks, and files and functions that
-//! are read at a glance.
+//! How the house stands: which crate may use which, no circle of modules inside one, and a command that alone speaks.
 //!
 //! Tests, benches, examples and build scripts are free.
 
 mod borrowed;
 mod changelog;
-mod length;
 mod reader;
 mod source;
 mod still;
@@ -389,5 +387,17 @@ fn a_flag_in_a_text_is_told_from_a_dash() {
         ("1--2", false),
     ] {
         assert_eq!(names_a_flag(text), names, "{text}");
+    }
+}
+
+/// The files of Rust below a folder.
+pub(crate) fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|kind| kind == "rs") {
+            found.push(path);
+        }
     }
 }

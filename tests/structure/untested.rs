@@ -1,6 +1,6 @@
 //! A library that is not built for tests of its own has none; a test that `cargo test` leaves out is done elsewhere.
 
-use super::length::files;
+use super::files;
 
 #[test]
 fn no_test_stands_where_none_is_run() {
