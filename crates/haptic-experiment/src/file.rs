@@ -29,22 +29,21 @@ mod tests;
 mod touch;
 mod wall;
 
-use crate::device::LinkedName;
 use crate::failure::Failure;
-use crate::plant_file::DeviceModel;
-use crate::preflight::PreflightRequest;
 use crate::remote::RemoteDevice;
-use crate::safety::Safety;
 use crate::schedule::Pace;
 use crate::{
     CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
     WallExperiment, parameters,
 };
-use document::Document;
+use document::DRIVE;
+pub use document::Document;
 pub use error::FileError;
 pub(crate) use error::text_of;
+use pushed::with_devices;
 pub use question::Question;
 use std::path::Path;
+use std::time::Duration;
 
 /// The experiment that a file describes, all of its parameters checked.
 ///
@@ -58,7 +57,7 @@ use std::path::Path;
 /// let wrong = ExperimentFile::parse(Path::new("lab/relax.toml"), "[relax]\nstrain = 5");
 /// assert_eq!(
 ///     wrong.expect_err("five times the thickness").to_string(),
-///     "lab/relax.toml:2: strain = 5 is not above 0 and at most 1: change it, or leave it out for 0.05"
+///     "lab/relax.toml:2: strain = 5 is not above 0 and at most 1: change it, or omit it for 0.05"
 /// );
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -78,8 +77,7 @@ pub enum ExperimentFile {
     Touch(Box<TouchExperiment>),
 }
 
-/// The table beside an experiment that a controller drives, and the kinds that may have it.
-const DRIVE: &str = "drive";
+/// The kinds that may have a drive.
 const DRIVEN: [&str; 2] = ["relax", "creep"];
 
 impl ExperimentFile {
@@ -88,7 +86,7 @@ impl ExperimentFile {
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        Self::parse(path, &text_of(path, "experiment")?)
+        Self::open(&Document::read(path)?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages and for the paths in it.
@@ -96,12 +94,20 @@ impl ExperimentFile {
     /// # Errors
     /// If it is wrong: in one line, with file and line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        let document = Document::parse(path, text)?;
+        Self::open(&Document::of_text(path, text))
+    }
+
+    /// Reads and checks a document.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with its place.
+    pub fn open(document: &Document) -> Result<Self, FileError> {
+        let document = document.parse()?;
         let (kind, table, drive) = document.experiment(&parameters::KINDS, DRIVE)?;
-        let table = table.with_keys(&parameters::of_kind(kind))?;
+        let table = with_devices(table.with_keys(&parameters::of_kind(kind))?)?;
         if let Some(drive) = drive.as_ref().filter(|_| !DRIVEN.contains(&kind)) {
             let reason = format!(
-                "[{DRIVE}] holds the indenter of [relax] or [creep], which [{kind}] has not: leave it out"
+                "[{DRIVE}] holds the indenter of [relax] or [creep], which [{kind}] does not have: omit it"
             );
             return Err(drive.fail(reason));
         }
@@ -151,50 +157,22 @@ impl ExperimentFile {
         }
     }
 
-    /// The device of this name, with what the file at this path says of the loop with a device at a port: for one that names no device.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn remote_at(path: &Path, name: LinkedName) -> Result<RemoteDevice, FileError> {
-        let text = text_of(path, "experiment")?;
-        let document = Document::parse(path, &text)?;
-        let (kind, table, _) = document.experiment(&parameters::KINDS, DRIVE)?;
-        match kind {
-            // It has no such device.
-            "teleoperation" => Ok(RemoteDevice::new(name)),
-            _ => device::remote_at(&table.with_keys(&parameters::of_kind(kind))?, name),
-        }
-    }
-
-    /// The same, on another device.
-    ///
-    /// # Errors
-    /// A serial device, if the experiment has settings that only the simulated device has, or its loop, if that cannot carry the
-    /// experiment.
-    pub fn on(mut self, remote: Option<RemoteDevice>) -> Result<Self, Failure> {
-        match &mut self {
+    /// The same, for a program that waits so long for a device at a port.
+    #[must_use]
+    pub fn with_patience(mut self, patience: Duration) -> Self {
+        let remote = match &mut self {
             Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                if remote.is_some() && !rendering.sensors.are_ideal() {
-                    return Err(Failure::bad_input(
-                        "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own",
-                    ));
-                }
-                rendering.remote = remote;
+                rendering.remote.as_mut()
             }
             Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote = remote,
-            Self::Teleoperation(_) if remote.is_some() => {
-                return Err(Failure::bad_input(
-                    "a teleoperation runs on two simulated devices: leave `device` away",
-                ));
-            }
-            Self::Touch(touch) => touch.remote = remote,
-            Self::Teleoperation(_) => {}
+            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_mut(),
+            Self::Touch(touch) => touch.remote.as_mut(),
+            Self::Teleoperation(_) => None,
+        };
+        if let Some(remote) = remote {
+            remote.patience = patience;
         }
-        if let Self::Coupler(coupler) = &self {
-            coupler.check_loop()?;
-        }
-        Ok(self)
+        self
     }
 
     /// The controller that holds the indenter; `None` without one.
@@ -208,89 +186,28 @@ impl ExperimentFile {
         }
     }
 
-    /// The same, held by what is chosen over the drive of the file.
+    /// The same, to be run though the pre-flight calls it unstable.
     ///
     /// # Errors
-    /// That of the choice; a drive for an experiment that has no indenter.
-    pub fn driven(
-        mut self,
-        choose: impl FnOnce(Option<Drive>) -> Result<Option<Drive>, Failure>,
-    ) -> Result<Self, Failure> {
-        match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.drive = choose(rendering.drive.take())?;
-            }
-            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) | Self::Touch(_) => {
-                if choose(None)?.is_some() {
-                    return Err(Failure::bad_input(
-                        "the `controller` of a drive holds the indenter of [relax] or [creep]: leave it out",
-                    ));
-                }
-            }
+    /// An experiment that no pre-flight refuses.
+    pub fn though_unstable(mut self) -> Result<Self, Failure> {
+        let far = matches!(self, Self::Teleoperation(_));
+        if self.remote().is_none() && self.drive().is_none() && !far {
+            return Err(Failure::bad_input(
+                "`force_unstable` is for serial devices, drives and teleoperations: give `device` = serial:PATH or `controller` = FILE.toml too",
+            ));
         }
+        let force_unstable = match &mut self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                &mut rendering.preflight.force_unstable
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.force_unstable,
+            Self::Teleoperation(experiment) => &mut experiment.force_unstable,
+            Self::Touch(touch) => &mut touch.force_unstable,
+        };
+        *force_unstable = true;
         Ok(self)
-    }
-
-    /// Its settings of the safety chain.
-    pub fn safety_mut(&mut self) -> &mut Safety {
-        match self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                &mut rendering.safety
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.safety,
-            Self::Teleoperation(experiment) => &mut experiment.safety,
-            Self::Touch(experiment) => &mut experiment.safety,
-        }
-    }
-
-    /// The same, on the device of a device file: what it says wins over the keys of a wall or coupler. Of a serial device it is what the
-    /// pre-flight and a guard know.
-    ///
-    /// # Errors
-    /// An experiment in which it would do nothing.
-    pub fn of_device(mut self, model: &DeviceModel) -> Result<Self, Failure> {
-        match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                let real = rendering.remote.is_some();
-                rendering.safety = rendering.safety.on_rig(&model.guarded(), real)?;
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => {
-                setup.take_device(model.dynamics(), &model.imperfections(), model.guarded());
-            }
-            Self::Teleoperation(_) => {
-                return Err(Failure::bad_input(
-                    "a teleoperation has two devices, each with its own keys: leave `device_model` out",
-                ));
-            }
-            Self::Touch(_) => {
-                return Err(Failure::bad_input(
-                    "a touch has a mass for each axis, a device file has one: leave `device_model` out, and give `mass_kg` and \
-                     `damping_n_s_per_m`",
-                ));
-            }
-        }
-        Ok(self)
-    }
-
-    /// The same, with this wish for the pre-flight. A wall and a coupler know their device; for the others it is told here.
-    #[must_use]
-    pub fn with_preflight(mut self, wanted: PreflightRequest) -> Self {
-        match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.preflight = wanted;
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => {
-                setup.force_unstable = wanted.force_unstable;
-            }
-            Self::Teleoperation(experiment) => {
-                experiment.force_unstable = wanted.force_unstable;
-            }
-            Self::Touch(touch) => touch.force_unstable = wanted.force_unstable,
-        }
-        self
     }
 
     /// The same, in another pace.

@@ -30,6 +30,8 @@ pub use teleoperation::*;
 pub use touch::*;
 pub use wall::*;
 
+use std::path::Path;
+
 /// Kinds of experiments, the names of their tables in files.
 pub const KINDS: [&str; 6] = [
     "relax",
@@ -49,7 +51,8 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     let common = match kind {
         // On simulated devices alone.
         "teleoperation" => vec![("safety", SAFETY)],
-        "zwidth" | "design" => vec![("device", BENCH)],
+        "zwidth" => vec![("bench", BENCH), ("device", ON_DEVICE)],
+        "design" => vec![("bench", BENCH)],
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     let own: &[(&str, &[Parameter])] = match kind {
@@ -65,24 +68,18 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     own.iter().copied().chain(common).collect()
 }
 
-/// True if experiment files have this key.
+/// True if this text of a parameter is the path of a file or of a folder of files.
 #[must_use]
-pub fn is_key(key: &str) -> bool {
-    let all = [
-        RELAX,
-        CREEP,
-        RENDERING,
-        DRIVE,
-        WALL_REQUIRED,
-        WALL,
-        COUPLER_REQUIRED,
-        COUPLER,
-        TELEOPERATION,
-        TOUCH,
-        ON_DEVICE,
-        SAFETY,
-    ];
-    all.concat().iter().any(|parameter| parameter.key == key)
+pub fn is_path(parameter: &Parameter, text: &str) -> bool {
+    let is_toml = || Path::new(text).extension().is_some_and(|e| e == "toml");
+    match parameter.key {
+        key if key == TISSUE.key => is_toml(),
+        key if key == DEVICE_MODEL.key => !text.is_empty() && text != LABORATORY,
+        key if key == LIBRARY.key || key == CONTROLLER.key || key == RESPONSE_FILE.key => {
+            !text.is_empty()
+        }
+        _ => false,
+    }
 }
 
 #[cfg(test)]

@@ -188,8 +188,7 @@ mod tests {
     #[test]
     fn two_numbers_in_one_value_have_ranges_too() {
         for (line, value) in [
-            ("relax --workspace", "-1mm:1e300"),
-            ("relax --device-delay", "0:1e300"),
+            ("device set --workspace", "-1mm:1e300"),
             ("control design --noise", "1e300rad/s:-20dB"),
             ("control design --disturbance", "1rad/s:1e300"),
             ("control design --output-limits", "-1e300:1"),
@@ -207,7 +206,13 @@ mod tests {
     #[test]
     fn a_refusal_has_value_range_unit_and_option() {
         let refused = Cli::command()
-            .try_get_matches_from(["host-cli", "zwidth", "--encoder-resolution", "1e9"])
+            .try_get_matches_from([
+                "host-cli",
+                "device",
+                "measure",
+                "--encoder-resolution",
+                "1e9",
+            ])
             .expect_err("is no encoder");
         assert_eq!(
             refused.to_string().trim_end(),

@@ -6,13 +6,13 @@ mod search;
 pub(crate) use run::{experiment_parameters, run_experiment};
 pub(crate) use search::{design, zwidth};
 
-use crate::refused::{refused, unread};
-use haptic_experiment::{ExperimentFile, Failure};
+use crate::refused::{OrRefused as _, refused, unread};
+use haptic_experiment::Failure;
+use haptic_experiment::file::Document;
 use pyo3::PyErr;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
-use std::path::Path;
 
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
 fn failed(failure: &Failure) -> PyErr {
@@ -22,37 +22,19 @@ fn failed(failure: &Failure) -> PyErr {
     }
 }
 
-/// The parameters of a kind as the file that would have them.
+/// The document of a kind with these parameters.
 ///
 /// # Errors
 /// `ValueError` for a value that no file can have.
-fn written(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<String> {
-    let mut table = toml::Table::new();
+fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
+    let mut document = Document::new(kind);
     for (key, value) in parameters.iter() {
         let key: String = key.extract()?;
         let value = toml_value(&key, &value)?;
-        table.insert(key, value);
+        // The keyword is in the message.
+        document.set(kind, &key, value, "").or_refused()?;
     }
-    let mut file = toml::Table::new();
-    file.insert(kind.to_owned(), toml::Value::Table(table));
-    Ok(file.to_string())
-}
-
-/// The experiment of a kind from that file.
-///
-/// # Errors
-/// `ValueError` in the words of the reader of files, without the name of a file.
-fn parsed(kind: &str, text: &str) -> PyResult<ExperimentFile> {
-    ExperimentFile::parse(Path::new(kind), text).map_err(|error| {
-        let text = error.to_string();
-        let reason = text.strip_prefix(kind).and_then(|rest| {
-            let rest = rest
-                .strip_prefix(':')?
-                .trim_start_matches(|c: char| c.is_ascii_digit());
-            rest.strip_prefix(": ")
-        });
-        refused(reason.unwrap_or(&text))
-    })
+    Ok(document)
 }
 
 fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {

@@ -1,10 +1,11 @@
 //! Runs: relaxation, creep, a wall, a coupler, a touch.
 
-use super::{failed, parsed, written};
+use super::{document, failed};
 use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
 use haptic_experiment::curves::Published;
+use haptic_experiment::file::Document;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{COUPLER_REQUIRED, Parameter, Value, WALL_REQUIRED, of_kind};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
@@ -93,9 +94,8 @@ pub(crate) fn run_experiment<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>, Vec<String>)> {
     let py = parameters.py();
-    let text = written(kind, parameters)?;
-    let name = kind.to_owned();
-    let request = FolderRequest {
+    let document = document(kind, parameters)?;
+    let mut request = FolderRequest {
         out: Some(out),
         stem: kind.to_owned(),
         overwrite,
@@ -106,7 +106,8 @@ pub(crate) fn run_experiment<'py>(
         )]),
     };
     let finished = conduct(py, progress, Interrupted::Awaited, move |conduct| {
-        let experiment = prepared(parsed(&name, &text)?, force_unstable)?;
+        let experiment = prepared(&document, force_unstable)?;
+        document.keep_in(&mut request.provenance).or_refused()?;
         run(&experiment, &request, conduct).map_err(|failure| failed(&failure))
     })?;
     let columns = PyDict::new(py);
@@ -116,23 +117,15 @@ pub(crate) fn run_experiment<'py>(
     Ok((to_python(py, &finished.report)?, columns, finished.warnings))
 }
 
-/// With the pace and the pre-flight that its device asks for, as the command has them.
-fn prepared(experiment: ExperimentFile, force_unstable: bool) -> PyResult<ExperimentFile> {
-    let mut experiment = experiment;
+/// The experiment, with the pace that its device asks for.
+fn prepared(document: &Document, force_unstable: bool) -> PyResult<ExperimentFile> {
+    let mut experiment = ExperimentFile::open(document).or_refused()?;
     if experiment.remote().is_some() {
         experiment = experiment.in_pace(Pace::Realtime(RealtimeOptions::NORMAL));
-    } else if force_unstable {
-        return Err(crate::refused::refused(
-            "force_unstable is for serial devices: leave it out",
-        ));
     }
-    let safety = experiment.safety_mut();
-    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
-    let wanted = haptic_experiment::PreflightRequest {
-        force_unstable,
-        dynamics: known.map(|(mass, damping)| haptic_experiment::Dynamics::ideal(mass, damping)),
-    };
-    let experiment = experiment.with_preflight(wanted);
+    if force_unstable {
+        experiment = experiment.though_unstable().or_refused()?;
+    }
     experiment.samples().or_refused()?;
     Ok(experiment)
 }

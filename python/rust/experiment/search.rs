@@ -1,6 +1,6 @@
 //! Searches: the Z-width of a device, and the best wall for it.
 
-use super::{failed, parsed, written};
+use super::{document, failed};
 use crate::arrays::Whole;
 use crate::conducted::{Interrupted, conduct, heard};
 use crate::json::to_python;
@@ -30,8 +30,8 @@ fn bench(parameters: &Bound<'_, PyDict>) -> PyResult<WallExperiment> {
         }
         parameters.set_item(key, value)?;
     }
-    let text = written("wall", &parameters)?;
-    let read = move |_: &_| parsed("wall", &text);
+    let document = document("wall", &parameters)?;
+    let read = move |_: &_| ExperimentFile::open(&document).or_refused();
     let ExperimentFile::Wall(wall) = heard(parameters.py(), Duration::MAX, read)? else {
         return Err(refused("not a wall"));
     };

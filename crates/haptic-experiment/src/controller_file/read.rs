@@ -2,7 +2,7 @@
 
 use super::content::{ControllerFile, ControllerOrigin, rule};
 use crate::file::FileError;
-use crate::file::document::Document;
+use crate::file::document::Parsed;
 use crate::file::reader::Table;
 use crate::parameters as p;
 use crate::parameters::Parameter;
@@ -25,7 +25,7 @@ const CHOICE: &str = "a controller file has one of [pid], [tid], [crone], [lead_
                       [source]";
 
 pub(super) fn parse(path: &Path, text: &str) -> Result<ControllerFile, FileError> {
-    let document = Document::parse(path, text)?;
+    let document = Parsed::of(path, text)?;
     let names: Vec<&str> = LAWS.iter().map(|(name, _)| *name).collect();
     let names = [&names[..], &["loop", "source"]].concat();
     let (mut law, mut running, mut source) = (None, None, None);

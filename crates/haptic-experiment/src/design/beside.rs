@@ -3,6 +3,7 @@
 use super::candidate::{Candidate, RealisticTrial};
 use super::question::Design;
 use crate::failure::Failure;
+use crate::parameters::LABORATORY;
 use crate::plant_file::DeviceModel;
 use fracdiff::Order;
 use std::path::Path;
@@ -14,7 +15,7 @@ impl Design {
     /// A candidate without a wall.
     pub(super) fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
-        let laboratory = DeviceModel::find(Path::new(DeviceModel::LABORATORY), Path::new(""));
+        let laboratory = DeviceModel::find(Path::new(LABORATORY));
         let imperfections = laboratory.map_err(Failure::input)?.imperfections();
         real.device.plant = imperfections.on(self.device.plant);
         real.device.sensors = imperfections.sensors;

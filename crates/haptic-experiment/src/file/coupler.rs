@@ -30,7 +30,7 @@ pub(super) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
             stiffness_n_per_m: table.number(&p::OBJECT_STIFFNESS)?,
         },
     };
-    // The command may still say where the loop is closed.
+    (coupler.check_loop()).map_err(|error| table.fail_at(p::LOOP.key, error.to_string()))?;
     coupler
         .check()
         .map_err(|error| table.fail(error.to_string()))?;

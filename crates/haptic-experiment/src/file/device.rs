@@ -2,9 +2,10 @@
 
 use super::error::FileError;
 use super::reader::Table;
-use crate::device::{DeviceName, LinkedName, Loop};
+use crate::device::{DeviceName, Loop};
 use crate::modelled::operator;
 use crate::parameters as p;
+use crate::parameters::Parameter;
 use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
 use fracdiff::parameter::Shown;
@@ -16,21 +17,7 @@ use std::ops::RangeInclusive;
 /// The device at a port; `None` for the simulated one.
 pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
     let device = table.text(&p::DEVICE)?.parse::<DeviceName>();
-    let device = device.map_err(|reason| table.fail_at("device", reason))?;
-    let of_name = of_name(table)?;
-    Ok(match device {
-        DeviceName::Simulated => None,
-        DeviceName::Linked(name) => Some(of_name(name)),
-    })
-}
-
-/// The device of this name, whichever the file has.
-pub(super) fn remote_at(table: &Table<'_>, name: LinkedName) -> Result<RemoteDevice, FileError> {
-    of_name(table).map(|of_name| of_name(name))
-}
-
-/// What the file says of the loop with a device at a port, for any.
-fn of_name(table: &Table<'_>) -> Result<impl FnOnce(LinkedName) -> RemoteDevice, FileError> {
+    let device = device.map_err(|reason| table.fail_at(p::DEVICE.key, reason))?;
     let loop_mode: Loop = table.choice(&p::LOOP)?;
     let watchdog_s = table.number_if(&p::WATCHDOG)?;
     if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
@@ -47,29 +34,62 @@ fn of_name(table: &Table<'_>) -> Result<impl FnOnce(LinkedName) -> RemoteDevice,
             format!("late_ticks = {late_ticks} is above 65535"),
         )
     })?;
-    let default = u64::from(Limits::DEFAULT.max_age_ticks);
+    let default = Limits::DEFAULT.max_age_ticks;
     let max_age_ticks = table.count(&p::MAX_AGE_TICKS)?;
     let most = Limits::MAX_AGE_TICKS;
     let max_age_ticks = u16::try_from(max_age_ticks)
         .ok()
         .filter(|ticks| (1..=most).contains(ticks));
     let max_age_ticks = max_age_ticks.ok_or_else(|| {
-        let reason = format!("max_age_ticks is not in [1, {most}]: leave it away for {default}");
+        let reason = format!("max_age_ticks is not in [1, {most}]: omit it for {default}");
         table.fail_at("max_age_ticks", reason)
     })?;
-    Ok(move |name| RemoteDevice {
+    let DeviceName::Linked(name) = device else {
+        // A file may say them for the device that is given with it.
+        let idle = [&p::LOOP, &p::WATCHDOG, &p::LATE_TICKS, &p::MAX_AGE_TICKS];
+        return without(
+            table,
+            &idle,
+            "on the simulated device: give `device` too, as serial:PATH",
+        )
+        .map(|()| None);
+    };
+    Ok(Some(RemoteDevice {
         loop_mode: loop_mode.into(),
         watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
         late_ticks,
         max_age_ticks,
         ..RemoteDevice::new(name)
-    })
+    }))
+}
+
+/// Refuses keys that were given over the file and have no effect.
+pub(super) fn without(
+    table: &Table<'_>,
+    keys: &[&Parameter],
+    whence: &str,
+) -> Result<(), FileError> {
+    match keys.iter().find(|parameter| table.is_given(parameter)) {
+        Some(Parameter { key, .. }) => {
+            let reason = format!("{key} has no effect {whence}, or omit {key}");
+            Err(table.fail_at(key, reason))
+        }
+        None => Ok(()),
+    }
 }
 
 pub(super) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
+    let noise_m = table.number(&p::SENSOR_NOISE)?;
+    if noise_m == 0.0 {
+        without(
+            table,
+            &[&p::SEED],
+            "without noise: give `sensor_noise_m` too, as 1e-6",
+        )?;
+    }
     Ok(Sensors {
         encoder_resolution_m: table.number(&p::ENCODER_RESOLUTION)?,
-        noise_m: table.number(&p::SENSOR_NOISE)?,
+        noise_m,
         seed: table.count(&p::SEED)?,
     })
 }

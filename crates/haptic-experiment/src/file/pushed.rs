@@ -4,8 +4,7 @@ use super::device::{samples_fit, sensors};
 use super::error::FileError;
 use super::reader::Table;
 use super::safety::safety;
-use crate::parameters::Parameter;
-use crate::plant_file::{DeviceModel, DeviceValues};
+use crate::plant_file::DeviceModel;
 use crate::pushed::TRIAL_SAMPLES;
 use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
@@ -14,7 +13,6 @@ use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
-use std::path::Path;
 
 /// Sample time and duration, s, of a run that is not too long.
 pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
@@ -24,55 +22,43 @@ pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
     Ok((sample_time_s, duration_s))
 }
 
+/// The table with the values of its device files below the keys of the layers that name them.
+pub(super) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
+    table.with_named(&p::DEVICE_MODEL, |path| {
+        let values = DeviceModel::find(path)?.values.named();
+        Ok(values
+            .map(|(parameter, value)| (parameter.key, value))
+            .into())
+    })
+}
+
 /// The device file, if one is named.
 pub(super) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
     let name = table.text(&p::DEVICE_MODEL)?;
-    let read = |name: &str| {
-        DeviceModel::find(Path::new(name), &table.beside(""))
+    let path = table.path(&p::DEVICE_MODEL);
+    let read = || {
+        DeviceModel::find(&path.unwrap_or_else(|| name.into()))
             .map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))
     };
-    (!name.is_empty()).then(|| read(name)).transpose()
+    (!name.is_empty()).then(read).transpose()
 }
 
-/// The device and its sensors: keys, where there are none the device file, where there is none the defaults.
-fn device(
+/// The simulated device and its sensors.
+pub(super) fn device(
     table: &Table<'_>,
-    model: Option<&DeviceModel>,
     sample_time_s: f64,
 ) -> Result<(MassDamperConfig, Sensors), FileError> {
-    let values = model.map(|model| model.values);
-    let own = |parameter: &Parameter, value: fn(&DeviceValues) -> f64| {
-        let given = table.number_if(parameter)?;
-        Ok(given.or(values.as_ref().map(value)))
-    };
-    let must = |parameter: &Parameter, value: fn(&DeviceValues) -> f64| match own(parameter, value)?
-    {
-        Some(number) => Ok(number),
-        None => table.required(parameter),
-    };
-    let may = |parameter: &Parameter, value: fn(&DeviceValues) -> f64| match own(parameter, value)?
-    {
-        Some(number) => Ok(number),
-        None => table.number(parameter),
-    };
     let device = MassDamperConfig {
-        mass: Kilograms(must(&p::MASS, |device| device.mass_kg)?),
-        damping: NewtonSecondsPerMetre(must(&p::DAMPING, |device| device.damping_n_s_per_m)?),
-        stiffness: NewtonsPerMetre(may(&p::HAND_STIFFNESS, |device| {
-            device.hand_stiffness_n_per_m
-        })?),
+        mass: Kilograms(table.number(&p::MASS)?),
+        damping: NewtonSecondsPerMetre(table.number(&p::DAMPING)?),
+        stiffness: NewtonsPerMetre(table.number(&p::HAND_STIFFNESS)?),
         sample_time: Seconds(sample_time_s),
-        delay: Seconds(may(&p::DELAY, |device| device.delay_s)?),
-        friction: Newtons(may(&p::FRICTION, |device| device.friction_n)?),
+        delay: Seconds(table.number(&p::DELAY)?),
+        friction: Newtons(table.number(&p::FRICTION)?),
         saturation: None,
-        lag: Seconds(may(&p::CURRENT_LAG, |device| device.current_lag_s)?),
+        lag: Seconds(table.number(&p::CURRENT_LAG)?),
     };
-    let sensors = Sensors {
-        encoder_resolution_m: may(&p::ENCODER_RESOLUTION, |device| device.encoder_resolution_m)?,
-        noise_m: may(&p::SENSOR_NOISE, |device| device.sensor_noise_m)?,
-        ..sensors(table)?
-    };
-    Ok((device, sensors))
+    Ok((device, sensors(table)?))
 }
 
 /// Device, trial, safety and pace, but `must_be_stable`, which each table has by itself.
@@ -82,7 +68,10 @@ pub(super) fn setup(
     (sample_time_s, duration_s): (f64, f64),
 ) -> Result<TrialSetup, FileError> {
     let model = device_model(table)?;
-    let (device, sensors) = device(table, model.as_ref(), sample_time_s)?;
+    for key in [&p::MASS, &p::DAMPING] {
+        table.required(key)?;
+    }
+    let (device, sensors) = device(table, sample_time_s)?;
     let plan = plan(table, duration_s)?;
     Ok(TrialSetup {
         force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,

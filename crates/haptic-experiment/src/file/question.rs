@@ -1,8 +1,10 @@
 //! Questions to a device as TOML: one table, `[zwidth]` or `[design]`, read as experiments are.
 
 use super::bench::bench;
+use super::device::{remote, without};
 use super::document::Document;
 use super::error::FileError;
+use super::pushed::with_devices;
 use super::reader::Table;
 use super::rendering::piece;
 use crate::design::coupler::{CouplerCriterion, CouplerDesign};
@@ -46,13 +48,21 @@ impl Question {
     /// # Errors
     /// If it is wrong: in one line, with file and line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        let document = Document::parse(path, text)?;
+        Self::open(&Document::of_text(path, text))
+    }
+
+    /// Reads and checks a document.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with its place.
+    pub fn open(document: &Document) -> Result<Self, FileError> {
+        let document = document.parse()?;
         let choice = "a question has one of [zwidth], [design]";
         let mut tables = document.tables(&p::QUESTIONS, choice)?.into_iter();
         let (Some((kind, table)), None) = (tables.next(), tables.next()) else {
             return Err(document.fail(format!("not one table: {choice}")));
         };
-        let table = table.with_keys(&p::of_kind(kind))?;
+        let table = with_devices(table.with_keys(&p::of_kind(kind))?)?;
         match kind {
             "zwidth" => zwidth(&table).map(Self::ZWidth),
             _ => design(&table),
@@ -71,7 +81,26 @@ impl Question {
 }
 
 fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
-    let bench = bench(table)?;
+    let mut bench = bench(table)?;
+    let remote = remote(table)?;
+    if remote.is_some() {
+        // It has its own, whatever its file says of them.
+        let own = [
+            &p::FRICTION,
+            &p::DELAY,
+            &p::CURRENT_LAG,
+            &p::ENCODER_RESOLUTION,
+            &p::SENSOR_NOISE,
+            &p::IMPACT,
+        ];
+        without(
+            table,
+            &own,
+            "on a real device, which has its own and cannot be thrown: leave the simulated one",
+        )?;
+        bench.plant = Imperfections::NONE.on(bench.plant);
+        bench.sensors = Imperfections::NONE.sensors;
+    }
     let sample_time_s = bench.plant.sample_time.0;
     let duration_s = table.number(&p::TRIAL_DURATION)?;
     super::device::samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
@@ -83,7 +112,7 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
         orders: orders(table, &p::ZWIDTH_ORDERS)?,
         points: usize::try_from(table.count(&p::ZWIDTH_POINTS)?).unwrap_or(usize::MAX),
         plan: super::pushed::plan(table, duration_s)?,
-        remote: None,
+        remote,
     };
     zwidth
         .check()
@@ -97,7 +126,7 @@ fn design(table: &Table<'_>) -> Result<Question, FileError> {
     let require: RequireName = table.choice(&p::REQUIRE)?;
     if wish != WishName::Tissue {
         for parameter in [p::WISH_TISSUE, p::LIBRARY, p::AREA, p::THICKNESS] {
-            without(table, &parameter, "the wish tissue")?;
+            foreign(table, &parameter, "the wish tissue")?;
         }
     }
     if wish == WishName::Coupler {
@@ -105,7 +134,7 @@ fn design(table: &Table<'_>) -> Result<Question, FileError> {
     }
     let requirement = match require {
         RequireName::Passive => {
-            without(table, &p::GAIN_MARGIN, "the requirement stable")?;
+            foreign(table, &p::GAIN_MARGIN, "the requirement stable")?;
             Requirement::Passive
         }
         RequireName::Stable => Requirement::Stable {
@@ -146,7 +175,7 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
             }
         }
         WishName::StiffestWall | WishName::Coupler => {
-            without(table, &p::WISH_FREQUENCY, "another wish")?;
+            foreign(table, &p::WISH_FREQUENCY, "another wish")?;
             Wish::StiffestWall
         }
     })
@@ -159,7 +188,7 @@ fn coupler(
     require: RequireName,
 ) -> Result<CouplerDesign, FileError> {
     for parameter in [p::GAIN_MARGIN, p::FORCE_NOISE_LIMIT, p::TRIAL_FORCE_LIMIT] {
-        without(table, &parameter, "a wall")?;
+        foreign(table, &parameter, "a wall")?;
     }
     if !bench.imperfections().is_ideal() {
         let reason = "a coupler is designed for an ideal device: leave out `friction_n`, `delay_s`, \
@@ -181,12 +210,12 @@ fn coupler(
 }
 
 /// Refuses a key that would have no effect.
-fn without(table: &Table<'_>, parameter: &Parameter, of: &str) -> Result<(), FileError> {
+fn foreign(table: &Table<'_>, parameter: &Parameter, of: &str) -> Result<(), FileError> {
     if !table.has(parameter) {
         return Ok(());
     }
     let key = parameter.key;
-    Err(table.fail_at(key, format!("{key} belongs to {of}: leave it out")))
+    Err(table.fail_at(key, format!("{key} belongs to {of}: omit it")))
 }
 
 fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {

@@ -1,44 +1,112 @@
-//! A table of a TOML file, read key by key, so that every refusal names its line.
+//! A table of a document, read key by key, so that every refusal names the place of its value.
 
 use super::error::{FileError, Source};
 use crate::input::short;
 use crate::named::Named;
-use crate::parameters::{Parameter, Value};
+use crate::parameters::{Parameter, Value, is_path};
 use fracdiff::parameter::Shown;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-/// One table of a file, with the keys it may have.
+/// One table of a document, in its layers.
 #[derive(Debug)]
 pub(crate) struct Table<'a> {
-    pub(super) source: Source<'a>,
     pub(super) name: &'a str,
-    pub(super) offset: usize,
-    pub(super) entries: &'a DeTable<'a>,
+    /// The top one first; at least one.
+    pub(super) parts: Vec<Part<'a>>,
+}
+
+/// A table in one layer.
+#[derive(Debug)]
+pub(super) struct Part<'a> {
+    source: Source<'a>,
+    offset: usize,
+    entries: &'a DeTable<'a>,
+    /// Numbers of a file that this layer names: they lie below its keys.
+    named: Vec<(&'static str, f64)>,
+}
+
+impl<'a> Part<'a> {
+    pub(super) const fn new(source: Source<'a>, offset: usize, entries: &'a DeTable<'a>) -> Self {
+        Self {
+            source,
+            offset,
+            entries,
+            named: Vec::new(),
+        }
+    }
+
+    fn find(&self, key: &str) -> Option<Found<'a>> {
+        let entry = self.entries.iter().find(|(name, _)| name.get_ref() == key);
+        entry.map(|(_, value)| Found {
+            value: value.get_ref(),
+            offset: value.span().start,
+            source: self.source,
+        })
+    }
+
+    fn named(&self, key: &str) -> Option<f64> {
+        let number = self.named.iter().find(|(name, _)| *name == key);
+        number.map(|(_, number)| *number)
+    }
 }
 
 /// A value and where it stands.
-type Found<'a> = (&'a DeValue<'a>, usize);
+#[derive(Clone, Copy, Debug)]
+struct Found<'a> {
+    value: &'a DeValue<'a>,
+    offset: usize,
+    source: Source<'a>,
+}
+
+impl Found<'_> {
+    fn fail(self, reason: impl Into<String>) -> FileError {
+        self.source.fail(self.offset, reason)
+    }
+}
 
 impl<'a> Table<'a> {
     /// Itself, if it has no other keys than these.
     pub(crate) fn with_keys(self, known: &[(&str, &[Parameter])]) -> Result<Self, FileError> {
-        for (key, _) in in_order(self.entries) {
-            let name = key.get_ref().as_ref();
-            let keys = || {
-                let tables = known.iter().flat_map(|(_, parameters)| *parameters);
-                tables.map(|parameter| parameter.key)
-            };
-            if !keys().any(|known| known == name) {
-                let name = &short(name);
-                let nearest = keys().min_by_key(|known| distance(known, name));
-                let advice = match nearest.filter(|known| distance(known, name) <= 3) {
-                    Some(nearest) => format!("did you mean `{nearest}`?"),
-                    None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
+        let keys = || {
+            let tables = known.iter().flat_map(|(_, parameters)| *parameters);
+            tables.map(|parameter| parameter.key)
+        };
+        for part in &self.parts {
+            for (key, _) in in_order(part.entries) {
+                let name = key.get_ref().as_ref();
+                if !keys().any(|known| known == name) {
+                    let name = &short(name);
+                    let nearest = keys().min_by_key(|known| distance(known, name));
+                    let advice = match nearest.filter(|known| distance(known, name) <= 3) {
+                        Some(nearest) => format!("did you mean `{nearest}`?"),
+                        None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
+                    };
+                    let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
+                    return Err(part.source.fail(key.span().start, reason));
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// Itself, with the numbers of each file that a layer names by this key below that layer.
+    pub(crate) fn with_named(
+        mut self,
+        parameter: &Parameter,
+        read: impl Fn(&Path) -> Result<Vec<(&'static str, f64)>, FileError>,
+    ) -> Result<Self, FileError> {
+        for part in &mut self.parts {
+            if let Some(found) = part.find(parameter.key)
+                && let DeValue::String(name) = found.value
+                && !name.is_empty()
+            {
+                let path = match is_path(parameter, name) {
+                    true => beside(found.source, name),
+                    false => PathBuf::from(name.as_ref()),
                 };
-                let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
-                return Err(self.source.fail(key.span().start, reason));
+                part.named = read(&path).map_err(|error| found.fail(error.to_string()))?;
             }
         }
         Ok(self)
@@ -46,19 +114,27 @@ impl<'a> Table<'a> {
 
     /// An error that concerns the table as a whole.
     pub(crate) fn fail(&self, reason: String) -> FileError {
-        self.source.fail(self.offset, reason)
+        match self.parts.last() {
+            Some(part) => part.source.fail(part.offset, reason),
+            None => FileError::said("", reason),
+        }
     }
 
     /// An error about a key; about the table if the key is not in the file.
     pub(crate) fn fail_at(&self, key: &str, reason: String) -> FileError {
-        let offset = self.find(key).map_or(self.offset, |(_, offset)| offset);
-        self.source.fail(offset, reason)
+        match self.find(key) {
+            Some(found) => found.fail(reason),
+            None => self.fail(reason),
+        }
     }
 
-    /// A path that starts from the folder of the file.
-    pub(crate) fn beside(&self, path: &str) -> PathBuf {
-        let folder = self.source.path.parent();
-        folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
+    /// The path that a key gives, from the folder of its file; none where it gives a name or nothing.
+    pub(crate) fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
+        let found = self.find(parameter.key)?;
+        match found.value {
+            DeValue::String(text) if is_path(parameter, text) => Some(beside(found.source, text)),
+            _ => None,
+        }
     }
 
     /// True if the key is there.
@@ -66,47 +142,69 @@ impl<'a> Table<'a> {
         self.find(parameter.key).is_some()
     }
 
+    /// True if the key was given by an option or an assignment, not by a file or a form.
+    pub(crate) fn is_given(&self, parameter: &Parameter) -> bool {
+        let found = self.find(parameter.key);
+        found.is_some_and(|found| !found.source.said_at(found.offset).is_empty())
+    }
+
+    /// The value as TOML, if the key is there.
+    pub(crate) fn written(&self, parameter: &Parameter) -> Option<&'a str> {
+        self.parts.iter().find_map(|part| {
+            let mut entries = part.entries.iter();
+            let (_, value) = entries.find(|(name, _)| name.get_ref() == parameter.key)?;
+            part.source.text.get(value.span())
+        })
+    }
+
     /// A number, or its default.
     pub(crate) fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
-        match self.find(parameter.key) {
-            None => Ok(parameter.default_number()),
-            Some(found) => self.number_at(parameter, found, true),
-        }
+        let number = self.number_in_layers(parameter, true)?;
+        Ok(number.unwrap_or(parameter.default_number()))
     }
 
     /// A number that must be there.
     pub(crate) fn required(&self, parameter: &Parameter) -> Result<f64, FileError> {
-        let found = self.find(parameter.key);
-        self.number_at(
-            parameter,
-            found.ok_or_else(|| self.missing(parameter))?,
-            false,
-        )
+        let number = self.number_in_layers(parameter, false)?;
+        number.ok_or_else(|| self.missing(parameter))
     }
 
     /// A number, if the key is there.
     pub(crate) fn number_if(&self, parameter: &Parameter) -> Result<Option<f64>, FileError> {
-        let found = self.find(parameter.key);
-        found
-            .map(|found| self.number_at(parameter, found, false))
-            .transpose()
+        self.number_in_layers(parameter, false)
+    }
+
+    fn number_in_layers(
+        &self,
+        parameter: &Parameter,
+        may_be_left_out: bool,
+    ) -> Result<Option<f64>, FileError> {
+        for part in &self.parts {
+            if let Some(found) = part.find(parameter.key) {
+                return self.number_at(parameter, found, may_be_left_out).map(Some);
+            }
+            if let Some(number) = part.named(parameter.key) {
+                return Ok(Some(number));
+            }
+        }
+        Ok(None)
     }
 
     fn number_at(
         &self,
         parameter: &Parameter,
-        (value, offset): Found<'a>,
+        found: Found<'a>,
         may_be_left_out: bool,
     ) -> Result<f64, FileError> {
         let key = parameter.key;
-        let text = match value {
+        let text = match found.value {
             DeValue::Float(float) => float.as_str(),
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
             DeValue::Integer(_) => {
                 let reason = format!("{key} is not written as a decimal number");
-                return Err(self.source.fail(offset, reason));
+                return Err(found.fail(reason));
             }
-            other => return Err(self.wrong_kind(key, other, offset, "a number")),
+            _ => return Err(wrong_kind(key, found, "a number")),
         };
         // TOML's numbers are all numbers of Rust, inf and nan included.
         let number: f64 = text.parse().unwrap_or(f64::NAN);
@@ -116,11 +214,11 @@ impl<'a> Table<'a> {
         } else {
             let default = parameter.default_number();
             let advice = match may_be_left_out {
-                true => format!("change it, or leave it out for {}", Shown(default)),
+                true => format!("change it, or omit it for {}", Shown(default)),
                 false => "change it".to_owned(),
             };
             let reason = format!("{key} = {} is not {range}: {advice}", Shown(number));
-            Err(self.source.fail(offset, reason))
+            Err(found.fail(reason))
         }
     }
 
@@ -131,38 +229,41 @@ impl<'a> Table<'a> {
             Value::Count(default) => default,
             _ => 0,
         };
-        match self.find(key) {
-            None => Ok(default),
-            Some((DeValue::Integer(integer), offset)) => {
-                let parsed = u64::from_str_radix(integer.as_str(), integer.radix());
-                parsed.map_err(|_| {
-                    let reason = format!(
-                        "{key} = {} is not a whole number from 0 to {}",
-                        integer.as_str(),
-                        u64::MAX
-                    );
-                    self.source.fail(offset, reason)
-                })
-            }
-            Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "a whole number")),
-        }
+        let Some(found) = self.find(key) else {
+            return Ok(default);
+        };
+        let DeValue::Integer(integer) = found.value else {
+            return Err(wrong_kind(key, found, "a whole number"));
+        };
+        u64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
+            let reason = format!(
+                "{key} = {} is not a whole number from 0 to {}",
+                integer.as_str(),
+                u64::MAX
+            );
+            found.fail(reason)
+        })
     }
 
     pub(crate) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {
         let key = parameter.key;
-        match self.find(key) {
-            None => Ok(parameter.value == Value::Flag(true)),
-            Some((DeValue::Boolean(flag), _)) => Ok(*flag),
-            Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "true or false")),
+        let Some(found) = self.find(key) else {
+            return Ok(parameter.value == Value::Flag(true));
+        };
+        match found.value {
+            DeValue::Boolean(flag) => Ok(*flag),
+            _ => Err(wrong_kind(key, found, "true or false")),
         }
     }
 
     pub(crate) fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
         let key = parameter.key;
-        match self.find(key) {
-            None => Ok(parameter.shown),
-            Some((DeValue::String(text), _)) => Ok(text),
-            Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "a string")),
+        let Some(found) = self.find(key) else {
+            return Ok(parameter.shown);
+        };
+        match found.value {
+            DeValue::String(text) => Ok(text),
+            _ => Err(wrong_kind(key, found, "a string")),
         }
     }
 
@@ -176,34 +277,39 @@ impl<'a> Table<'a> {
 
     /// A list of finite numbers that must be there.
     pub(crate) fn numbers(&self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
-        let (value, offset) = self.list(parameter)?;
-        self.row(parameter, value, offset)
+        let (found, items) = self.list(parameter)?;
+        row(parameter, found, items)
     }
 
     /// A list of lists of finite numbers that must be there.
     pub(crate) fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
-        let (key, (rows, offset)) = (parameter.key, self.list(parameter)?);
-        let rows = rows.iter().map(|row| match row.get_ref() {
-            DeValue::Array(items) => self.row(parameter, items, row.span().start),
-            other => Err(self.wrong_kind(
-                key,
-                other,
-                offset,
-                "a list of rows, as in [[0, 1], [0, -5]]",
-            )),
+        let (found, rows) = self.list(parameter)?;
+        let rows = rows.iter().map(|value| {
+            let at = Found {
+                value: value.get_ref(),
+                offset: value.span().start,
+                ..found
+            };
+            match at.value {
+                DeValue::Array(items) => row(parameter, at, items),
+                _ => Err(wrong_kind(
+                    parameter.key,
+                    at,
+                    "a list of rows, as in [[0, 1], [0, -5]]",
+                )),
+            }
         });
         rows.collect()
     }
 
     /// A list of finite numbers, or one of them alone, if the key is there.
     pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
-        match self.find(parameter.key) {
-            None => Ok(None),
-            Some((DeValue::Array(items), offset)) => self.row(parameter, items, offset).map(Some),
-            Some((value, offset)) => {
-                let number = self.element(parameter, value, offset, offset)?;
-                Ok(Some(vec![number]))
-            }
+        let Some(found) = self.find(parameter.key) else {
+            return Ok(None);
+        };
+        match found.value {
+            DeValue::Array(items) => row(parameter, found, items).map(Some),
+            _ => Ok(Some(vec![element(parameter, found)?])),
         }
     }
 
@@ -216,55 +322,13 @@ impl<'a> Table<'a> {
         found.map(|_| self.matrix(parameter)).transpose()
     }
 
-    fn list(&self, parameter: &Parameter) -> Result<(&'a DeArray<'a>, usize), FileError> {
-        match self.find(parameter.key) {
-            Some((DeValue::Array(items), offset)) => Ok((items, offset)),
-            Some((other, offset)) => {
-                Err(self.wrong_kind(parameter.key, other, offset, "a list, as in [0, 1]"))
-            }
-            None => Err(self.missing(parameter)),
+    fn list(&self, parameter: &Parameter) -> Result<(Found<'a>, &'a DeArray<'a>), FileError> {
+        let found = self.find(parameter.key);
+        let found = found.ok_or_else(|| self.missing(parameter))?;
+        match found.value {
+            DeValue::Array(items) => Ok((found, items)),
+            _ => Err(wrong_kind(parameter.key, found, "a list, as in [0, 1]")),
         }
-    }
-
-    fn row(
-        &self,
-        parameter: &Parameter,
-        items: &DeArray<'_>,
-        offset: usize,
-    ) -> Result<Vec<f64>, FileError> {
-        let numbers = items
-            .iter()
-            .map(|item| self.element(parameter, item.get_ref(), offset, item.span().start));
-        numbers.collect()
-    }
-
-    /// A number of a list that begins at `offset`, itself at `place`; of a list in the place of a number it is only finite.
-    fn element(
-        &self,
-        parameter: &Parameter,
-        value: &DeValue<'_>,
-        offset: usize,
-        place: usize,
-    ) -> Result<f64, FileError> {
-        let key = parameter.key;
-        let text = match value {
-            DeValue::Float(float) => float.as_str(),
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
-            other => return Err(self.wrong_kind(key, other, offset, "a number")),
-        };
-        let number: f64 = text.parse().unwrap_or(f64::NAN);
-        let (good, allowed) = match parameter.value {
-            Value::List(range) => (range.contains(number), range.to_string()),
-            _ => (number.is_finite(), "finite".to_owned()),
-        };
-        if good {
-            return Ok(number);
-        }
-        let reason = format!(
-            "{key} has {}, which is not {allowed}: change it",
-            Shown(number)
-        );
-        Err(self.source.fail(place, reason))
     }
 
     fn missing(&self, parameter: &Parameter) -> FileError {
@@ -289,28 +353,69 @@ impl<'a> Table<'a> {
     }
 
     fn find(&self, key: &str) -> Option<Found<'a>> {
-        let entry = self.entries.iter().find(|(name, _)| name.get_ref() == key);
-        entry.map(|(_, value)| (value.get_ref(), value.span().start))
+        self.parts.iter().find_map(|part| part.find(key))
     }
+}
 
-    fn wrong_kind(&self, key: &str, value: &DeValue<'_>, offset: usize, wanted: &str) -> FileError {
-        let kind = value.type_str();
-        let article = if kind.starts_with(['a', 'i']) {
-            "an"
-        } else {
-            "a"
-        };
-        let shown = match value {
-            DeValue::String(text) => format!(" = \"{}\"", short(text)),
-            DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
-            DeValue::Float(float) => format!(" = {}", short(float.as_str())),
-            DeValue::Boolean(flag) => format!(" = {flag}"),
-            _ => String::new(),
-        };
-        // A string may hold a line break.
-        let reason = format!("{key}{shown} is {article} {kind}, not {wanted}");
-        self.source.fail(offset, reason.replace('\n', "\\n"))
+/// From the folder of a file.
+fn beside(source: Source<'_>, path: &str) -> PathBuf {
+    let folder = source.path.parent();
+    folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
+}
+
+fn row(
+    parameter: &Parameter,
+    found: Found<'_>,
+    items: &DeArray<'_>,
+) -> Result<Vec<f64>, FileError> {
+    let items = items.iter().map(|item| Found {
+        value: item.get_ref(),
+        offset: item.span().start,
+        source: found.source,
+    });
+    items.map(|item| element(parameter, item)).collect()
+}
+
+/// A number of a list; of a list in the place of a number it is only finite.
+fn element(parameter: &Parameter, found: Found<'_>) -> Result<f64, FileError> {
+    let key = parameter.key;
+    let text = match found.value {
+        DeValue::Float(float) => float.as_str(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+        _ => return Err(wrong_kind(key, found, "a number")),
+    };
+    let number: f64 = text.parse().unwrap_or(f64::NAN);
+    let (good, allowed) = match parameter.value {
+        Value::List(range) => (range.contains(number), range.to_string()),
+        _ => (number.is_finite(), "finite".to_owned()),
+    };
+    if good {
+        return Ok(number);
     }
+    let reason = format!(
+        "{key} has {}, which is not {allowed}: change it",
+        Shown(number)
+    );
+    Err(found.fail(reason))
+}
+
+fn wrong_kind(key: &str, found: Found<'_>, wanted: &str) -> FileError {
+    let kind = found.value.type_str();
+    let article = if kind.starts_with(['a', 'i']) {
+        "an"
+    } else {
+        "a"
+    };
+    let shown = match found.value {
+        DeValue::String(text) => format!(" = \"{}\"", short(text)),
+        DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
+        DeValue::Float(float) => format!(" = {}", short(float.as_str())),
+        DeValue::Boolean(flag) => format!(" = {flag}"),
+        _ => String::new(),
+    };
+    // A string may hold a line break.
+    let reason = format!("{key}{shown} is {article} {kind}, not {wanted}");
+    found.fail(reason.replace('\n', "\\n"))
 }
 
 /// The entries of a table in the order of the file.

@@ -1,7 +1,8 @@
 //! `[relax]` and `[creep]`: a tissue that is rendered.
 
-use super::device::{remote, samples_fit, scheme, sensors};
+use super::device::{remote, samples_fit, scheme, sensors, without};
 use super::error::FileError;
+use super::pushed::device_model;
 use super::reader::Table;
 use super::safety::safety;
 use crate::drive::Drive;
@@ -10,18 +11,19 @@ use crate::preflight::PreflightRequest;
 use crate::rendering::Rendering;
 use crate::run::SAMPLES;
 use crate::schedule::Pace;
-use crate::{Creep, Relaxation, parameters as p};
+use crate::{Creep, Dynamics, Precision, Relaxation, Safety, parameters as p};
+use haptic_link::LoopMode;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use haptic_tissue::Library;
-use std::path::Path;
 
 /// The controller that holds the indenter.
 fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
-    let path = table.beside(table.required_text(&p::CONTROLLER)?);
+    let name = table.required_text(&p::CONTROLLER)?;
+    let path = table.path(&p::CONTROLLER);
     Ok(Drive {
         force_limit_n: table.number(&p::DRIVE_FORCE_LIMIT)?,
-        ..Drive::read(&path)?
+        ..Drive::read(&path.unwrap_or_else(|| name.into()))?
     })
 }
 
@@ -51,15 +53,14 @@ pub(super) fn creep(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Cree
 
 /// A tissue of the library and a piece of it.
 pub(super) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
-    let library = table.text(&p::LIBRARY)?;
-    let folder = (!library.is_empty()).then(|| table.beside(library));
+    let folder = table.path(&p::LIBRARY);
     let library = Library::load(folder.as_deref())
         .map_err(|error| table.fail_at("library", error.to_string()))?;
     let name = table.text(&p::TISSUE)?;
-    let beside = table.beside(name).to_string_lossy().into_owned();
-    let is_path = Path::new(name).extension().is_some_and(|e| e == "toml");
+    let path = table.path(&p::TISSUE);
+    let path = path.map(|path| path.to_string_lossy().into_owned());
     let material = library
-        .find(if is_path { &beside } else { name })
+        .find(path.as_deref().unwrap_or(name))
         .map_err(|error| table.fail_at("tissue", error.to_string()))?;
     let material = ModelledTissue::new(material)
         .map_err(|error| table.fail_at("tissue", error.to_string()))?;
@@ -73,12 +74,47 @@ pub(super) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     })
 }
 
+/// The safety chain and the pre-flight of a device, whose mass, damping, delay and lag its own keys say, and its device file.
+fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), FileError> {
+    let mut safety = safety(table)?;
+    let model = device_model(table)?;
+    if let Some(model) = &model {
+        let on_rig = safety.on_rig(&model.guarded(), real);
+        safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))?;
+    }
+    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+    let dynamics = known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
+        mass_kg,
+        damping_n_s_per_m,
+        ..model.map_or(Dynamics::ideal(mass_kg, damping_n_s_per_m), |model| {
+            model.dynamics()
+        })
+    });
+    let preflight = PreflightRequest {
+        dynamics,
+        ..PreflightRequest::default()
+    };
+    Ok((safety, preflight))
+}
+
 fn rendering(
     table: &Table<'_>,
     held: Option<&Table<'_>>,
     duration_s: f64,
 ) -> Result<Rendering, FileError> {
     let remote = remote(table)?;
+    let sensors = sensors(table)?;
+    if remote.is_some() && !sensors.are_ideal() {
+        let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
+        return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason.to_owned()));
+    }
+    let precision = table.choice(&p::PRECISION)?;
+    let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
+    if there && precision == Precision::F64 {
+        let idle = "in a loop on the device, which computes in f32: give `loop` = \"host\"";
+        without(table, &[&p::PRECISION], idle)?;
+    }
+    let (safety, preflight) = guarded(table, remote.is_some())?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
     let TissuePiece { material, specimen } = piece(table)?;
@@ -90,18 +126,18 @@ fn rendering(
         duration_s,
     )?;
     Ok(Rendering {
-        preflight: PreflightRequest::default(),
+        preflight,
         material: *material,
         specimen,
         scheme,
-        precision: table.choice(&p::PRECISION)?,
+        precision,
         sample_time_s,
         contact: table.choice(&p::CONTACT)?,
         drive: held.map(drive).transpose()?,
-        sensors: sensors(table)?,
+        sensors,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
-        safety: safety(table)?,
+        safety,
         pace: Pace::Virtual,
         remote,
     })

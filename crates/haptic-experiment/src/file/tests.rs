@@ -1,7 +1,6 @@
 //! Good files, and what is said of bad ones.
 
-use super::ExperimentFile;
-use crate::device::DeviceName;
+use super::{Document, ExperimentFile};
 use std::path::Path;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
@@ -186,18 +185,15 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
         crate::design::coupler::CouplerDesign::OBJECT
     );
     assert_eq!(coupler.check().expect("valid"), 5001);
-    // The command may still ask for a loop on the host.
+    // What is given over the file may still ask for a loop on the host.
     let serial = format!("{COUPLER}device = \"serial:x\"\n");
-    let there = read(&serial).expect("a good file");
-    let device = there.remote().cloned();
-    let refused = there.on(device).expect_err("no loop there").to_string();
+    let refused = read(&serial).expect_err("no loop there");
     assert!(refused.contains("give `loop` = host"), "{refused}");
-    let here = read(&format!("{serial}loop = \"host\"\n")).expect("a good file");
-    let device = here.remote().cloned();
-    assert_eq!(
-        here.on(device).expect("valid").samples().expect("valid"),
-        5001
-    );
+    let mut document = Document::of_text(Path::new("lab/wall.toml"), &serial);
+    let set = document.set("coupler", "loop", "host", "--loop host");
+    set.expect("new");
+    let here = ExperimentFile::open(&document).expect("a good file");
+    assert_eq!(here.samples().expect("valid"), 5001);
     for (from, to, want) in [
         (
             "0.75",
@@ -239,19 +235,109 @@ fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
 }
 
 #[test]
-fn what_a_file_says_of_the_loop_holds_for_a_device_that_it_does_not_name() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("wall.toml");
+fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
     let says = "watchdog_s = 0.3\nmax_age_ticks = 40\nlate_ticks = 7\nloop = \"host\"\n";
-    std::fs::write(&path, format!("{WALL}{says}")).expect("written");
-    let file = ExperimentFile::read(&path).expect("good");
+    let mut document = Document::of_text(Path::new("lab/wall.toml"), &format!("{WALL}{says}"));
+    let file = ExperimentFile::open(&document).expect("good");
     assert_eq!(file.remote(), None);
-    let Ok(DeviceName::Linked(name)) = "serial:here".parse() else {
-        panic!("a name");
-    };
-    let remote = ExperimentFile::remote_at(&path, name).expect("good");
+    let set = document.set("wall", "device", "serial:here", "--device serial:here");
+    set.expect("new");
+    let file = ExperimentFile::open(&document).expect("good");
+    let remote = file.remote().expect("serial");
     assert_eq!(remote.watchdog_ms(), 300);
     assert_eq!((remote.max_age_ticks, remote.late_ticks), (40, 7));
     assert_eq!(remote.loop_mode, haptic_link::LoopMode::Host);
     assert_eq!(remote.name.to_string(), "serial:here");
+}
+
+/// The mass of the device of a wall.
+fn mass_kg(document: &Document) -> f64 {
+    match ExperimentFile::open(document) {
+        Ok(ExperimentFile::Wall(wall)) => wall.setup.device.mass.0,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    let wall = place.path().join("wall.toml");
+    let alone = Document::of_text(&wall, WALL);
+    assert_eq!(mass_kg(&alone).to_bits(), f64::to_bits(0.065));
+    let named = format!("{WALL}device_model = \"device.toml\"\n");
+    assert_eq!(
+        mass_kg(&Document::of_text(&wall, &named)).to_bits(),
+        f64::to_bits(0.065)
+    );
+    let path = place.path().join("device.toml");
+    let mut over = alone;
+    let set = over.set(
+        "wall",
+        "device_model",
+        path.to_string_lossy().as_ref(),
+        "--device-model",
+    );
+    set.expect("new");
+    assert_eq!(mass_kg(&over).to_bits(), f64::to_bits(0.08));
+    over.set("wall", "mass_kg", 0.1, "--mass 100g")
+        .expect("new");
+    assert_eq!(mass_kg(&over).to_bits(), f64::to_bits(0.1));
+}
+
+#[test]
+fn what_is_given_is_refused_by_its_words_and_not_twice() {
+    let mut document = Document::of_text(Path::new("lab/wall.toml"), WALL);
+    document
+        .set("wall", "order", 3.0, "--order 3")
+        .expect("new");
+    let error = ExperimentFile::open(&document).expect_err("an order");
+    assert_eq!(
+        error.to_string(),
+        "--order 3: order = 3 is not from 0 to 2: change it"
+    );
+    let twice = document.set("wall", "order", 1.0, "order=1");
+    let twice = twice.expect_err("given").to_string();
+    assert!(
+        twice.starts_with("order=1: order is given twice"),
+        "{twice}"
+    );
+    let mut idle = Document::new("relax");
+    idle.set("relax", "seed", 7, "seed=7").expect("new");
+    let error = ExperimentFile::open(&idle)
+        .expect_err("no noise")
+        .to_string();
+    assert!(
+        error.starts_with("seed=7: seed has no effect without noise"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_written_document_is_the_same_experiment_from_anywhere() {
+    let place = tempfile::tempdir().expect("a folder");
+    let wall = place.path().join("wall.toml");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.1\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    let text = WALL.replace("mass_kg = 0.065\n", "");
+    let mut document = Document::of_text(&wall, &format!("{text}device_model = \"device.toml\"\n"));
+    let set = document.set("wall", "scheme", "grunwald:100", "--scheme grunwald:100");
+    set.expect("new");
+    let written = document.to_toml().expect("good");
+    assert!(
+        written.contains("\nscheme = \"grunwald:100\"\n"),
+        "{written}"
+    );
+    assert!(written.contains("\n# push_n = 1.0\n"), "{written}");
+    let there = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
+    let debug = |document: &Document| {
+        let read = ExperimentFile::open(document).expect("good");
+        format!("{read:?}")
+    };
+    assert_eq!(debug(&document), debug(&there));
+    assert_eq!(there.to_toml().expect("good"), written);
+    let mut kept = std::collections::BTreeMap::new();
+    document.keep_in(&mut kept).expect("good");
+    assert_eq!(kept["document"], written);
 }

@@ -1,11 +1,10 @@
 //! Of `[coupler]`: coupler and object; device and trial are those of `[wall]`.
 
+use super::device::DEVICE_MODEL;
 use super::experiment::SAMPLE_TIME;
 use super::kind::{Parameter, joined, parameters};
 use super::range::{COUPLER_ORDERS, DAMPINGS, DISSIPATIONS, OBJECT_MASSES, STIFFNESSES};
-use super::wall::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, TRIAL, TRIAL_LOOP,
-};
+use super::wall::{DAMPING, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, TRIAL, TRIAL_LOOP};
 
 parameters! {
     /// Order of a coupler.

@@ -4,6 +4,9 @@ use super::kind::{Parameter, parameters};
 use super::range::Range;
 use haptic_link::Limits as Wire;
 
+/// The device file that is shipped.
+pub const LABORATORY: &str = "laboratory";
+
 parameters! {
     /// The device.
     DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, or one of another maker, as `haply:PATH` or `moteus:PATH`");
@@ -20,6 +23,9 @@ parameters! {
     MAX_AGE_TICKS = count("max_age_ticks", Wire::DEFAULT.max_age_ticks as u64, "10",
         "In a loop on the host: ticks from a sample to the force that answers it at most, 1 to 1000; an older force \
          makes a serial device let go [default: 10]");
+    /// Device file.
+    DEVICE_MODEL = text("device_model", "",
+        "Device file, as device measure writes it: mass, damping, hand, delay, lag, friction, encoder and noise where no key says them");
 }
 
 /// Of every experiment on a device.

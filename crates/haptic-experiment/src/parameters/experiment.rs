@@ -1,5 +1,6 @@
 //! Of `[relax]` and `[creep]`: a tissue and how it is rendered.
 
+use super::device::DEVICE_MODEL;
 use super::kind::{Parameter, parameters};
 use super::range::{
     DURATIONS, FORCE_LIMITS, FORCE_RATES, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STRAINS, STRESSES,
@@ -71,4 +72,5 @@ pub const RENDERING: &[Parameter] = &[
     SEED,
     FORCE_LIMIT,
     FORCE_RATE_LIMIT,
+    DEVICE_MODEL,
 ];

@@ -1,13 +1,14 @@
 //! Of `[zwidth]` and `[design]`: questions to a device, answered without a log.
 
+use super::device::DEVICE_MODEL;
 use super::experiment::{
     AREA, ENCODER_RESOLUTION, LIBRARY, SAMPLE_TIME, SCHEME, SEED, SENSOR_NOISE, THICKNESS,
 };
 use super::kind::{Parameter, parameters};
 use super::range::{self, Range};
 use super::wall::{
-    CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL, FRICTION, HAND_STIFFNESS, IMPACT, MASS, ONE_SIDED,
-    PUSH, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW,
+    CURRENT_LAG, DAMPING, DELAY, FRICTION, HAND_STIFFNESS, IMPACT, MASS, ONE_SIDED, PUSH,
+    TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW,
 };
 
 parameters! {

@@ -1,5 +1,6 @@
 //! Of `[wall]`: device, wall and trial.
 
+use super::device::DEVICE_MODEL;
 use super::experiment::{ENCODER_RESOLUTION, SAMPLE_TIME, SCHEME, SEED, SENSOR_NOISE};
 use super::kind::{Parameter, joined, parameters};
 use super::range::{
@@ -14,9 +15,6 @@ parameters! {
     DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of the device");
     /// Stiffness of the hand, N/m.
     HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds it; 0 without a hand");
-    /// Device file of a wall or coupler.
-    DEVICE_MODEL = text("device_model", "",
-        "Device file, as device measure writes it: mass, damping, hand, delay, lag, friction, encoder and noise where no key says them");
     /// Delay of a simulated device, s.
     DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to the force that answers it, beside the hold");
     /// Friction of a simulated device, N.

@@ -1,7 +1,7 @@
 //! A device whose values are in a file: measured, or written down by somebody who knows them.
 
 use super::model::{DeviceValues, Interval, PlantFile, PlantModel};
-use crate::file::document::Document;
+use crate::file::document::Parsed;
 use crate::file::{FileError, text_of};
 use crate::imperfections::Imperfections;
 use crate::measured_device::{Estimate, Measured};
@@ -56,19 +56,14 @@ impl DeviceValues {
 }
 
 impl DeviceModel {
-    /// The name of the device that is shipped.
-    pub const LABORATORY: &str = "laboratory";
-
-    /// The device [`LABORATORY`](Self::LABORATORY), or that of a file in this folder.
+    /// The device [`LABORATORY`](p::LABORATORY), which is shipped, or that of a file.
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn find(name: &Path, folder: &Path) -> Result<Self, FileError> {
+    pub fn find(name: &Path) -> Result<Self, FileError> {
         match name.to_str() {
-            Some(Self::LABORATORY) => {
-                Self::parse(name, include_str!("../../devices/laboratory.toml"))
-            }
-            _ => Self::read(&folder.join(name)),
+            Some(p::LABORATORY) => Self::parse(name, include_str!("../../devices/laboratory.toml")),
+            _ => Self::read(name),
         }
     }
 
@@ -86,9 +81,9 @@ impl DeviceModel {
     /// As [`read`](Self::read).
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let file = PlantFile::parse(path, text)?;
-        let document = Document::parse(path, text)?;
+        let document = Parsed::of(path, text)?;
         let PlantModel::Device(values) = file.model else {
-            let reason = "no [device] in it: host-cli device measure writes such a file";
+            let reason = "no [device] in it: `device measure` writes such a file";
             return Err(document.fail(reason.to_owned()));
         };
         Ok(Self {

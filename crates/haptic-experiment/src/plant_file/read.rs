@@ -3,7 +3,7 @@
 use super::model::{DeviceValues, Interval, PlantFile, PlantModel};
 use super::response::read_response;
 use crate::file::FileError;
-use crate::file::document::Document;
+use crate::file::document::Parsed;
 use crate::file::reader::Table;
 use crate::parameters as p;
 use crate::parameters::Parameter;
@@ -24,7 +24,7 @@ const CHOICE: &str = "a plant file has one of [transfer_function], [device], [st
 const INTERVALS: &str = "intervals";
 
 pub(super) fn parse(path: &Path, text: &str) -> Result<PlantFile, FileError> {
-    let document = Document::parse(path, text)?;
+    let document = Parsed::of(path, text)?;
     let names: Vec<&str> = MODELS.iter().map(|(name, _)| *name).collect();
     let names = [&names[..], &["source", INTERVALS]].concat();
     let (mut model, mut source, mut intervals) = (None, None, None);
@@ -90,8 +90,9 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
             current_lag_s: table.number(&p::CURRENT_LAG)?,
         },
         _ => {
-            let path = table.beside(table.required_text(&p::RESPONSE_FILE)?);
-            let points = read_response(&path);
+            let name = table.required_text(&p::RESPONSE_FILE)?;
+            let path = table.path(&p::RESPONSE_FILE);
+            let points = read_response(&path.unwrap_or_else(|| name.into()));
             PlantModel::Measured(
                 points.map_err(|reason| table.fail_at(p::RESPONSE_FILE.key, reason))?,
             )

@@ -3,7 +3,6 @@
 use super::{TrialPlan, delay_ticks, dynamics, force_alone, safe_force_limit, thrown, try_out};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
-use crate::imperfections::Imperfections;
 use crate::judge::Compared;
 use crate::kept::Record;
 use crate::preflight::{Dynamics, PreflightRequest, PreflightSubject};
@@ -18,9 +17,7 @@ use crate::settling::{Criterion, Judge, Settling};
 use fracdiff::parameter::Shown;
 use haptic_link::LoopMode;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{
-    Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
-};
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, SafetyChain};
 use std::collections::BTreeMap;
 
@@ -94,27 +91,6 @@ impl TrialSetup {
             known: GuardedDevice::default(),
             force_unstable: false,
         }
-    }
-
-    /// Takes the device of a device file.
-    pub(crate) fn take_device(
-        &mut self,
-        dynamics: Dynamics,
-        imperfections: &Imperfections,
-        known: GuardedDevice,
-    ) {
-        self.device = imperfections.on(MassDamperConfig {
-            mass: Kilograms(dynamics.mass_kg),
-            damping: NewtonSecondsPerMetre(dynamics.damping_n_s_per_m),
-            stiffness: NewtonsPerMetre(dynamics.hand_stiffness_n_per_m),
-            ..self.device
-        });
-        let seed = self.sensors.seed;
-        self.sensors = Sensors {
-            seed,
-            ..imperfections.sensors
-        };
-        self.known = known;
     }
 
     /// Device and hand, as the analysis knows them, wherever the device is.

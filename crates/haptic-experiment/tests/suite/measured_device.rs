@@ -369,7 +369,7 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
         ),
         (
             format!("{device}delay_s = 1.3\n"),
-            "lab/device.toml:4: delay_s = 1.3 is not from 0 to 1: change it, or leave it out for 0",
+            "lab/device.toml:4: delay_s = 1.3 is not from 0 to 1: change it, or omit it for 0",
         ),
         (
             format!("{device}friction_n = -0.1\n"),

@@ -338,7 +338,7 @@ fn a_file_is_read_and_its_mistakes_are_named() {
     for (text, reason) in [
         (
             "line_delay_s = -0.1",
-            "far.toml:2: line_delay_s = -0.1 is not from 0 to 10: change it, or leave it out for 0.02",
+            "far.toml:2: line_delay_s = -0.1 is not from 0 to 10: change it, or omit it for 0.02",
         ),
         (
             "architecture = \"waves\"",

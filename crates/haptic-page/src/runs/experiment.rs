@@ -1,7 +1,7 @@
-//! An experiment from a form: it becomes an experiment file, so the same reader checks it.
+//! An experiment from a form: it becomes a document, so the same reader checks it.
 
 use super::channels::Channels;
-use super::form::{FormFile, place};
+use super::form::{document, place, simulated};
 use super::work::{Attendant, Drawn, Finished, Work};
 use haptic_experiment::curves::{CouplerCurves, Published, TheoryCurves, WallCurves};
 use haptic_experiment::folder::FolderRequest;
@@ -10,24 +10,6 @@ use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary,
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
-
-/// Reads a form.
-///
-/// # Errors
-/// What the reader of experiment files refuses, and a serial device.
-pub(super) fn parse(
-    kind: &str,
-    parameters: &Map<String, Value>,
-) -> Result<ExperimentFile, Failure> {
-    let experiment = FormFile::new(kind, parameters)?.read(ExperimentFile::parse)?;
-    if experiment.remote().is_some() {
-        return Err(Failure::bad_input(
-            "the page runs experiments on the simulated device: for a serial one use the command line, as in \
-             `run FILE.toml`; its log is shown here",
-        ));
-    }
-    Ok(experiment)
-}
 
 /// An experiment with its place.
 #[derive(Debug)]
@@ -79,24 +61,29 @@ impl Work for Job {
 }
 
 impl Job {
-    /// In the next free folder of the runs.
+    /// A form, to be run in the next free folder of the runs.
     ///
     /// # Errors
-    /// Parameters that are refused; no free folder.
+    /// What the reader of experiments refuses, and a serial device; no free folder.
     pub(super) fn new(
-        kind: &str,
-        experiment: ExperimentFile,
+        (kind, parameters): (&str, &Map<String, Value>),
         realtime: Option<RealtimeOptions>,
         runs: &Path,
         provenance: &BTreeMap<String, String>,
     ) -> Result<Self, Failure> {
+        let document = document(kind, parameters)?;
+        let experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
+        simulated(experiment.remote())?;
         let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
         let samples = experiment.samples()?;
         // A run refuses it too, but then the page has been told that it began.
         if let ExperimentFile::Touch(touch) = &experiment {
             touch.check_start()?;
         }
-        let (request, name) = place(runs, kind, provenance)?;
+        let (mut request, name) = place(runs, kind, provenance)?;
+        document
+            .keep_in(&mut request.provenance)
+            .map_err(Failure::input)?;
         Ok(Self {
             kind: kind.to_owned(),
             experiment,
@@ -224,12 +211,15 @@ mod tests {
         value.as_object().expect("an object").clone()
     }
 
+    fn job(kind: &str, form: &Map<String, Value>) -> Result<Job, Failure> {
+        Job::new((kind, form), None, Path::new("nowhere"), &BTreeMap::new())
+    }
+
     #[test]
     fn a_form_is_read_as_an_experiment_file_is() {
         let given =
             form(json!({"strain": 0.05, "duration_s": 2, "scheme": "grunwald:100", "guard": ""}));
-        let experiment = parse("relax", &given).expect("good");
-        assert_eq!(experiment.samples().expect("good"), 2001);
+        assert_eq!(job("relax", &given).expect("good").samples, 2001);
     }
 
     #[test]
@@ -256,7 +246,7 @@ mod tests {
                 "simulated device",
             ),
         ] {
-            let error = parse(kind, &form(given)).expect_err(want).to_string();
+            let error = job(kind, &form(given)).expect_err(want).to_string();
             assert!(error.contains(want), "{error}");
             assert!(
                 !error.contains("form") || error.contains("closed"),

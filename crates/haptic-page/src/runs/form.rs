@@ -1,11 +1,12 @@
-//! A form as the file that it stands for, and the place of what comes of it.
+//! A form as the document that it stands for, and the place of what comes of it.
 
 use super::forms;
+use haptic_experiment::file::Document;
 use haptic_experiment::folder::{FolderRequest, next_free};
+use haptic_experiment::remote::RemoteDevice;
 use haptic_experiment::{Failure, parameters};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -17,54 +18,36 @@ const FILES: [&str; 4] = [
     parameters::DEVICE_MODEL.key,
 ];
 
-/// Name of the file in the messages of its reader.
-const FILE: &str = "form";
-
-/// A form as the file that it stands for.
-pub(super) struct FormFile(String);
-
-impl FormFile {
-    /// # Errors
-    /// A kind that there is not; a value that is no number, text or list.
-    pub(super) fn new(kind: &str, parameters: &Map<String, Value>) -> Result<Self, Failure> {
-        if !forms::kinds().any(|known| known == kind) {
-            let kinds: Vec<&str> = forms::kinds().collect();
-            return Err(Failure::bad_input(format_args!(
-                "experiment {kind:?} is none of {}",
-                kinds.join(", ")
-            )));
-        }
-        let mut table = toml::Table::new();
-        // Null and an empty field of a form are the default.
-        let given = parameters
-            .iter()
-            .filter(|(_, value)| !value.is_null() && **value != "");
-        for (key, value) in given {
-            if let (true, Some(path)) = (FILES.contains(&key.as_str()), value.as_str()) {
-                check_regular(key, Path::new(path))?;
-            }
-            let value = toml::Value::try_from(value).map_err(|_| {
-                Failure::bad_input(format_args!(
-                    "`{key}` is not a number, a text, a list of numbers, or true or false"
-                ))
-            })?;
-            table.insert(key.clone(), value);
-        }
-        let document = toml::Table::from_iter([(kind.to_owned(), toml::Value::Table(table))]);
-        toml::to_string(&document).map(Self).map_err(Failure::input)
+/// The document that a form stands for.
+///
+/// # Errors
+/// A kind that there is not; a value that is no number, text or list.
+pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
+    if !forms::kinds().any(|known| known == kind) {
+        let kinds: Vec<&str> = forms::kinds().collect();
+        return Err(Failure::bad_input(format_args!(
+            "experiment {kind:?} is none of {}",
+            kinds.join(", ")
+        )));
     }
-
-    /// Read by its reader.
-    ///
-    /// # Errors
-    /// What that refuses.
-    pub(super) fn read<T, E: Display>(
-        &self,
-        read: impl FnOnce(&Path, &str) -> Result<T, E>,
-    ) -> Result<T, Failure> {
-        let read = read(Path::new(FILE), &self.0);
-        read.map_err(|error| Failure::bad_input(without_place(&error.to_string())))
+    let mut document = Document::new(kind);
+    // Null and an empty field of a form are the default.
+    let given = parameters
+        .iter()
+        .filter(|(_, value)| !value.is_null() && **value != "");
+    for (key, value) in given {
+        if let (true, Some(path)) = (FILES.contains(&key.as_str()), value.as_str()) {
+            check_regular(key, Path::new(path))?;
+        }
+        let value = toml::Value::try_from(value).map_err(|_| {
+            Failure::bad_input(format_args!(
+                "`{key}` is not a number, a text, a list of numbers, or true or false"
+            ))
+        })?;
+        // The field is in the message.
+        document.set(kind, key, value, "").map_err(Failure::input)?;
     }
+    Ok(document)
 }
 
 /// The one place that looks at a file before what a form names is opened: a pipe would be waited for without an end. What is not there
@@ -92,15 +75,16 @@ fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
     })
 }
 
-/// The message without the file and line that nobody sees.
-fn without_place(message: &str) -> &str {
-    let after_line = message.strip_prefix(FILE).and_then(|rest| {
-        let rest = rest
-            .strip_prefix(':')?
-            .trim_start_matches(|c: char| c.is_ascii_digit());
-        Some(rest.trim_start_matches(':').trim_start())
-    });
-    after_line.unwrap_or(message)
+/// # Errors
+/// A device at a port.
+pub(super) fn simulated(remote: Option<&RemoteDevice>) -> Result<(), Failure> {
+    match remote {
+        None => Ok(()),
+        Some(_) => Err(Failure::bad_input(
+            "the page runs experiments on the simulated device: for a serial one use the command line, as in \
+             `run FILE.toml`; its log is shown here",
+        )),
+    }
 }
 
 /// The next free folder of the runs for this kind, and the name of what will be in it.

@@ -255,13 +255,11 @@ impl Runs {
                     "{kind} is a question, which no clock holds up: leave `realtime` away"
                 )));
             }
-            let question = question::parse(kind, parameters)?;
-            let inquiry = question::Inquiry::new(kind, question, folder, provenance)?;
+            let inquiry = question::Inquiry::new((kind, parameters), folder, provenance)?;
             return Ok(Box::new(inquiry));
         }
-        let experiment = experiment::parse(kind, parameters)?;
         let realtime = realtime.then_some(self.realtime);
-        let job = experiment::Job::new(kind, experiment, realtime, folder, provenance)?;
+        let job = experiment::Job::new((kind, parameters), realtime, folder, provenance)?;
         Ok(Box::new(job))
     }
 

@@ -7,7 +7,7 @@
 //! ```
 
 use super::answers;
-use super::form::{FormFile, place};
+use super::form::{document, place, simulated};
 use super::work::{Attendant, Drawn, Finished, Work};
 use haptic_experiment::design::coupler::{CouplerAnswer, CouplerDesign};
 use haptic_experiment::design::{Design, DesignReport};
@@ -18,15 +18,6 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// Reads a form.
-///
-/// # Errors
-/// What the reader of questions refuses.
-pub(super) fn parse(kind: &str, parameters: &Map<String, Value>) -> Result<Question, Failure> {
-    let form = FormFile::new(kind, parameters)?;
-    form.read(Question::parse)
-}
 
 /// A question with its place.
 #[derive(Debug)]
@@ -48,16 +39,20 @@ struct Answer {
 }
 
 impl Inquiry {
-    /// In the next free folder of the runs.
+    /// A form, to be answered in the next free folder of the runs.
     ///
     /// # Errors
-    /// No free folder.
+    /// What the reader of questions refuses, and a serial device; no free folder.
     pub(super) fn new(
-        kind: &str,
-        question: Question,
+        (kind, parameters): (&str, &Map<String, Value>),
         runs: &Path,
         provenance: &BTreeMap<String, String>,
     ) -> Result<Self, Failure> {
+        let document = document(kind, parameters)?;
+        let question = Question::open(&document).map_err(Failure::input)?;
+        if let Question::ZWidth(zwidth) = &question {
+            simulated(zwidth.remote.as_ref())?;
+        }
         let (request, name) = place(runs, kind, provenance)?;
         Ok(Self {
             kind: kind.to_owned(),
@@ -257,7 +252,8 @@ mod tests {
             ("design", json!({"wish": "peace"}), "stiffest-wall"),
         ] {
             let given = given.as_object().expect("an object").clone();
-            let error = parse(kind, &given).expect_err(want).to_string();
+            let asked = Inquiry::new((kind, &given), Path::new("nowhere"), &BTreeMap::new());
+            let error = asked.expect_err(want).to_string();
             assert!(error.contains(want) && !error.contains("form"), "{error}");
         }
     }

@@ -3,7 +3,7 @@
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::plant_file::DeviceModel;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A device whose values are in a file.
 #[derive(Clone, Debug, Args)]
@@ -26,7 +26,7 @@ impl DeviceModelArguments {
     /// # Errors
     /// A file that cannot be read or is wrong.
     pub fn read(&self) -> Result<Option<DeviceModel>, Failure> {
-        let read = |name: &PathBuf| DeviceModel::find(name, Path::new("")).map_err(Failure::input);
+        let read = |name: &PathBuf| DeviceModel::find(name).map_err(Failure::input);
         self.device_model.as_ref().map(read).transpose()
     }
 }

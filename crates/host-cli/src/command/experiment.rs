@@ -1,85 +1,45 @@
-//! Arguments and manners that all experiments share.
+//! What all experiments share: how a run is conducted, kept and judged.
 
 use super::conduct::conduct;
+use super::live::LiveArguments;
+use super::pushed::{print_coupler, print_wall};
+use super::realtime::RealtimeArguments;
 use super::summary::print_summary;
-use super::words::{parse_scheme, roll_bytes};
-use crate::choice::choice;
-use crate::command::drive::DriveArguments;
-use crate::command::live::LiveArguments;
-use crate::command::materials::folder::library;
-use crate::command::preflight::PreflightArguments;
-use crate::command::realtime::RealtimeArguments;
-use crate::command::remote::RemoteArguments;
-use crate::command::safety::SafetyArguments;
+use super::teleoperation::print_teleoperation;
+use super::touch::print_touch;
+use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
-use crate::parameter::{help_with_default, seed_for};
-use crate::picture::of_theory;
-use crate::whole::whole;
+use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
 use crate::within::within;
 use clap::Args;
-use fracdiff::Scheme;
-use haptic_experiment::curves::{Published, TheoryCurves};
-use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::file::Document;
+use haptic_experiment::folder::{FolderRequest, write_text};
+use haptic_experiment::parameters::range;
+use haptic_experiment::teleoperation::TeleoperationVerdict;
+use haptic_experiment::touch::TouchVerdict;
 use haptic_experiment::{
-    Contact, ModelledTissue, Precision, Rendering, Report, Safety, Sensors, Supervisor, parameters,
+    CouplerExperiment, CouplerReport, ExperimentFile, Failure, Pace, TeleoperationExperiment,
+    TeleoperationReport, TouchExperiment, TouchReport, WallExperiment, WallReport,
 };
-use haptic_link::LoopMode;
-use haptic_loop::Specimen;
-use haptic_loop::units::{Metres, SquareMetres};
-use haptic_quantity::{Area, Bytes, Force, ForceRate, Length, Time};
-use haptic_tissue::Library;
+use haptic_quantity::{Bytes, Time};
+use std::fmt;
 use std::path::PathBuf;
+use std::time::Duration;
 
-/// What every run may be told: how the device is kept safe, which it is, how it is judged before, and who watches.
+/// How a run is conducted and kept.
 #[derive(Debug, Args)]
-pub struct SharedArguments {
-    #[command(flatten)]
-    pub(super) safety: SafetyArguments,
-    #[command(flatten)]
-    pub(super) remote: RemoteArguments,
-    #[command(flatten)]
-    pub(super) preflight: PreflightArguments,
-    #[command(flatten)]
-    pub(super) live: LiveArguments,
-}
-
-/// What is rendered, on what, and where the files go.
-#[derive(Debug, Args)]
-pub struct RenderingArguments {
-    #[arg(long, help = parameters::TISSUE.help, value_name = "NAME|FILE.toml", default_value = parameters::TISSUE.shown, help_heading = "Tissue")]
-    tissue: String,
-    #[arg(long, help = parameters::LIBRARY.help, value_name = "DIR", help_heading = "Tissue")]
-    library: Option<PathBuf>,
-    #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), help = parameters::AREA.help, default_value = parameters::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
-    area: Area,
-    #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), help = parameters::THICKNESS.help, default_value = parameters::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
-    thickness: Length,
-    #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown, help_heading = "Loop")]
-    scheme: Scheme,
-    #[arg(long, help = help_with_default(&parameters::PRECISION), value_parser = choice::<Precision>(), help_heading = "Loop")]
-    precision: Option<Precision>,
-    #[arg(long, value_parser = within::<Time>(parameters::SAMPLE_TIME.range()), help = parameters::SAMPLE_TIME.help, default_value = parameters::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Loop")]
-    sample_time: Time,
-    #[arg(long, help = parameters::CONTACT.help, value_parser = choice::<Contact>(), default_value = parameters::CONTACT.shown, help_heading = "Rig")]
-    contact: Contact,
-    #[command(flatten)]
-    drive: DriveArguments,
-    #[arg(long, value_parser = within::<Length>(parameters::ENCODER_RESOLUTION.range()), help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", default_value = parameters::ENCODER_RESOLUTION.shown, allow_hyphen_values = true, help_heading = "Rig")]
-    encoder_resolution: Length,
-    #[arg(long, value_parser = within::<Length>(parameters::SENSOR_NOISE.range()), help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true, help_heading = "Rig")]
-    sensor_noise: Length,
-    #[arg(long, help = help_with_default(&parameters::SEED), value_parser = whole::<u64>(0..=u64::MAX), allow_hyphen_values = true, help_heading = "Rig")]
-    seed: Option<u64>,
-    #[arg(long, value_parser = within::<Force>(parameters::FORCE_LIMIT.range()), help = parameters::FORCE_LIMIT.help, value_name = "FORCE", default_value = parameters::FORCE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
-    force_limit: Force,
-    #[arg(long, value_parser = within::<ForceRate>(parameters::FORCE_RATE_LIMIT.range()), help = parameters::FORCE_RATE_LIMIT.help, value_name = "RATE", default_value = parameters::FORCE_RATE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
-    force_rate_limit: ForceRate,
+pub struct RunArguments {
     #[command(flatten)]
     realtime: RealtimeArguments,
+    /// Run what the analysis calls unstable, on a serial device, under a drive or in a remote place
+    #[arg(long)]
+    force_unstable: bool,
+    /// Wait so long for a serial device that is not there yet [default: 0s]
+    #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
+    wait: Option<Time>,
     #[command(flatten)]
-    shared: SharedArguments,
+    live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
     #[arg(long, value_name = "DIR", help_heading = "Files")]
     out: Option<PathBuf>,
@@ -87,110 +47,160 @@ pub struct RenderingArguments {
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
     /// Size at which the log goes on in another file, as in 1GB [default: one file]
-    #[arg(long, value_name = "SIZE")]
-    #[arg(allow_hyphen_values = true, help_heading = "Files")]
+    #[arg(
+        long,
+        value_name = "SIZE",
+        allow_hyphen_values = true,
+        help_heading = "Files"
+    )]
     roll: Option<Bytes>,
+    /// Write the experiment to a file for `host-cli run` instead of running it
+    #[arg(long, value_name = "FILE.toml", help_heading = "Files")]
+    write: Option<PathBuf>,
 }
 
-impl RenderingArguments {
-    /// Checks and gathers everything.
-    ///
-    /// # Errors
-    /// An unknown tissue, a bad specimen, a device that is not there.
-    pub fn rendering(&self) -> Result<Rendering, Failure> {
-        let remote = self.shared.remote.remote(None)?;
-        if remote.is_some() && (self.encoder_resolution.0 > 0.0 || self.sensor_noise.0 > 0.0) {
-            return Err(Failure::bad_input(
-                "--encoder-resolution and --sensor-noise are of the simulated rig: leave them away with a \
-                 serial device, which has its own",
-            ));
-        }
-        let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
-        if there && self.precision == Some(Precision::F64) {
-            return Err(Failure::bad_input(
-                "precision f64 has no effect in a loop on the device, which computes in f32: leave --precision out, or \
-                 close the loop here with --loop host",
-            ));
-        }
-        if self.scheme == Scheme::Exact {
-            return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
-        }
-        let library = library(self.library.as_deref())?;
-        let material = modelled(&library, &self.tissue)?;
-        let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0)).map_err(
-            |error| {
-                Failure::input_with_advice(error, "give --area 4cm2 --thickness 20mm, for example")
-            },
-        )?;
-        let model = self.shared.safety.device_model()?;
-        let mut safety = self.shared.safety.over(Safety::default());
-        if let Some(model) = &model {
-            safety = safety.on_rig(&model.guarded(), remote.is_some())?;
-        }
-        let drive = self.drive.over(None)?;
-        let judged = remote.is_some() || drive.is_some();
-        let preflight = self
-            .shared
-            .preflight
-            .wanted(judged, &safety, model.as_ref())?;
-        Ok(Rendering {
-            preflight,
-            material,
-            specimen,
-            scheme: self.scheme,
-            precision: self.precision.unwrap_or(Precision::F64),
-            sample_time_s: self.sample_time.0,
-            contact: self.contact,
-            drive,
-            sensors: Sensors {
-                encoder_resolution_m: self.encoder_resolution.0,
-                noise_m: self.sensor_noise.0,
-                seed: seed_for(self.seed, self.sensor_noise.0)?,
-            },
-            force_limit_n: self.force_limit.0,
-            force_rate_limit_n_per_s: self.force_rate_limit.0,
-            safety,
-            pace: self.realtime.pace(remote.is_some())?,
-            remote,
-        })
-    }
-
+impl RunArguments {
     /// Runs an experiment in its folder with a progress bar, stoppable by Ctrl-C, and reports.
     ///
     /// # Errors
-    /// As [`conduct`].
-    pub fn conduct(
-        &self,
-        stem: &'static str,
-        samples: u64,
-        output: Output,
-        experiment: impl FnOnce(
-            &FolderRequest,
-            Supervisor<'_>,
-        ) -> Result<Published<Report, TheoryCurves>, Failure>,
-    ) -> Result<(), Failure> {
+    /// A document that is wrong; what went wrong in the run, with its exit code.
+    pub fn run(self, document: &Document, output: Output) -> Result<(), Failure> {
+        let (experiment, pace) = self.experiment(document)?;
+        let samples = experiment.samples()?;
+        if let Some(file) = &self.write {
+            return write_text(
+                file,
+                &document.to_toml().map_err(Failure::input)?,
+                self.overwrite,
+            );
+        }
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
-        let roll_bytes = roll_bytes(self.roll)?;
-        let request = FolderRequest {
-            roll_bytes,
-            ..folder(self.out.clone(), stem, self.overwrite)
+        let stem = document.kind().map_err(Failure::input)?;
+        let mut request = FolderRequest {
+            roll_bytes: roll_bytes(self.roll)?,
+            ..folder(self.out, stem, self.overwrite)
         };
-        let live = self.shared.live.open(
-            self.realtime.is_realtime() || self.shared.remote.is_serial(),
-            output,
-        )?;
-        conduct(samples, output, print_summary, of_theory, |supervisor| {
-            experiment(&request, supervisor.watched(&live))
-        })?;
-        Ok(())
+        document
+            .keep_in(&mut request.provenance)
+            .map_err(Failure::input)?;
+        let request = &request;
+        let live = &self.live.open(pace != Pace::Virtual, output)?;
+        match experiment {
+            ExperimentFile::Relax(relaxation) => {
+                conduct(samples, output, print_summary, of_theory, |supervisor| {
+                    relaxation.run(request, supervisor.watched(live))
+                })?;
+                Ok(())
+            }
+            ExperimentFile::Creep(creep) => {
+                conduct(samples, output, print_summary, of_theory, |supervisor| {
+                    creep.run(request, supervisor.watched(live))
+                })?;
+                Ok(())
+            }
+            ExperimentFile::Wall(wall) => {
+                let report = conduct(samples, output, print_wall, of_wall, |supervisor| {
+                    wall.run(request, supervisor.watched(live))
+                })?;
+                wall_held(&wall, &report)
+            }
+            ExperimentFile::Coupler(coupler) => {
+                let report = conduct(samples, output, print_coupler, of_coupler, |supervisor| {
+                    coupler.run(request, supervisor.watched(live))
+                })?;
+                coupler_held(&coupler, &report)
+            }
+            ExperimentFile::Teleoperation(far) => {
+                let (print, draw) = (print_teleoperation, of_teleoperation);
+                let report = conduct(samples, output, print, draw, |supervisor| {
+                    far.run(request, supervisor.watched(live))
+                })?;
+                line_was_passive(&far, &report)
+            }
+            ExperimentFile::Touch(touch) => {
+                let report = conduct(samples, output, print_touch, of_touch, |supervisor| {
+                    touch.run(request, supervisor.watched(live))
+                })?;
+                shape_was_passive(&touch, &report)
+            }
+        }
+    }
+
+    /// The experiment as it is to be conducted, and its pace.
+    ///
+    /// # Errors
+    /// A document that is wrong; options that do not fit it.
+    fn experiment(&self, document: &Document) -> Result<(ExperimentFile, Pace), Failure> {
+        let mut experiment = ExperimentFile::open(document).map_err(Failure::input)?;
+        let real = experiment.remote().is_some();
+        if let Some(wait) = self.wait {
+            if !real {
+                return Err(Failure::bad_input(
+                    "--wait has no effect on the simulated device: give --device serial:PATH too, or omit it",
+                ));
+            }
+            experiment = experiment.with_patience(Duration::from_secs_f64(wait.0));
+        }
+        if self.force_unstable {
+            experiment = experiment.though_unstable()?;
+        }
+        let pace = self.realtime.pace(real)?;
+        Ok((experiment.in_pace(pace), pace))
     }
 }
 
-/// A tissue of the library with its model.
-///
-/// # Errors
-/// A name that is not in it, a file that is wrong.
-pub fn modelled(library: &Library, name: &str) -> Result<ModelledTissue, Failure> {
-    let material = library.find(name).map_err(Failure::input)?;
-    ModelledTissue::new(material)
+/// Refuses a wall that is not stable, if its file wants it to be.
+fn wall_held(wall: &WallExperiment, report: &WallReport) -> Result<(), Failure> {
+    let trial = &report.trial;
+    if !wall.setup.must_be_stable || trial.stable_by_both() {
+        return Ok(());
+    }
+    let words = trial.settling.verdict.words();
+    Err(unstable(format_args!(
+        "the wall is not stable by both trial ({words}) and analysis"
+    )))
+}
+
+/// Refuses a coupler that is not stable and passed, if its file wants it to be.
+fn coupler_held(coupler: &CouplerExperiment, report: &CouplerReport) -> Result<(), Failure> {
+    if !coupler.setup.must_be_stable || report.stable_by_all() {
+        return Ok(());
+    }
+    let words = report.trial.settling.verdict.words();
+    Err(unstable(format_args!(
+        "the coupler is not stable by trial ({words}) and analysis and passed by Llewellyn's criterion"
+    )))
+}
+
+fn unstable(what: fmt::Arguments<'_>) -> Failure {
+    Failure::Run(anyhow::anyhow!(
+        "must_be_stable: {what}: design a weaker one, or take must_be_stable out of the file to run it all the same"
+    ))
+}
+
+/// Refuses a line that was not passive, if its file wants it to be.
+fn line_was_passive(
+    far: &TeleoperationExperiment,
+    report: &TeleoperationReport,
+) -> Result<(), Failure> {
+    if !far.must_be_passive || report.verdict == TeleoperationVerdict::Passive {
+        return Ok(());
+    }
+    Err(Failure::Run(anyhow::anyhow!(
+        "must_be_passive: {}: take a passive architecture, a softer coupler or a smaller motion, or take \
+         must_be_passive out of the file to run it all the same",
+        report.verdict.words()
+    )))
+}
+
+/// Refuses a shape that was not passive, if its file wants it to be.
+fn shape_was_passive(touch: &TouchExperiment, report: &TouchReport) -> Result<(), Failure> {
+    if !touch.must_be_passive || report.verdict == TouchVerdict::Passive {
+        return Ok(());
+    }
+    Err(Failure::Run(anyhow::anyhow!(
+        "must_be_passive: {}: take a softer shape, a shorter sample time or a guard, or take must_be_passive out of the \
+         file to run it all the same",
+        report.verdict.words()
+    )))
 }

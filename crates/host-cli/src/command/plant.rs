@@ -7,23 +7,10 @@ use crate::within::within;
 use clap::Args;
 use fracdiff::Seconds;
 use haptic_experiment::parameters;
-use haptic_experiment::{Failure, Imperfections, Sensors, TrialPlan, dissertation_device};
+use haptic_experiment::{Failure, Imperfections, Sensors, dissertation_device};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_quantity::{Damping, Force, Length, Mass, Stiffness, Time};
-
-/// The simulated device; by default as heavy and as damped as that of the dissertation's section 4.4.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Device")]
-pub struct PlantArguments {
-    #[command(flatten)]
-    simulated: SimulatedArguments,
-    #[arg(long, value_parser = within::<Time>(parameters::SAMPLE_TIME.range()), help = parameters::SAMPLE_TIME.help, default_value = parameters::SAMPLE_TIME.shown, allow_hyphen_values = true)]
-    sample_time: Time,
-    /// Largest force of the actuator [default: 100 N]
-    #[arg(long, value_parser = within::<Force>(parameters::TRIAL_FORCE_LIMIT.range()), value_name = "FORCE", allow_hyphen_values = true)]
-    force_limit: Option<Force>,
-}
 
 /// Values of the simulated device; those that are not given are of the device file, else the defaults.
 #[derive(Debug, Args)]
@@ -123,39 +110,5 @@ impl SimulatedArguments {
                 seed: seed_for(self.seed, noise_m)?,
             },
         })
-    }
-}
-
-impl PlantArguments {
-    /// True if the simulated device is to have any imperfection of a real one by an option of its own.
-    pub(super) fn is_less_than_ideal(&self) -> bool {
-        self.simulated.is_less_than_ideal()
-    }
-
-    /// Mass, damping, hand and sample time, the rest ideal.
-    ///
-    /// # Errors
-    /// A device file that is wrong.
-    pub(super) fn ideal(&self) -> Result<MassDamperConfig, Failure> {
-        self.simulated.ideal(self.sample_time.0)
-    }
-
-    /// Imperfections of the simulated device. A device file sets each one that is not given by its own option.
-    ///
-    /// # Errors
-    /// A device file that is wrong, a seed without noise.
-    pub(super) fn imperfections(&self) -> Result<Imperfections, Failure> {
-        self.simulated.imperfections()
-    }
-
-    /// True if a force limit was given.
-    pub(super) fn limits_the_force(&self) -> bool {
-        self.force_limit.is_some()
-    }
-
-    /// Largest force, N.
-    pub(super) fn force_limit_n(&self) -> f64 {
-        self.force_limit
-            .map_or(TrialPlan::DEFAULT.force_limit_n, |limit| limit.0)
     }
 }

@@ -78,12 +78,6 @@ impl ThreadArguments {
 }
 
 impl RealtimeArguments {
-    /// True if the user asked for the clock.
-    #[must_use]
-    pub const fn is_realtime(&self) -> bool {
-        self.realtime
-    }
-
     /// The pace of the run. A serial device has its own clock: then a priority is for the threads that speak with it,
     /// and only if it is asked for.
     ///

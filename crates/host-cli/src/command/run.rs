@@ -1,32 +1,17 @@
 //! `run`: any experiment, from a file.
 
-use super::conduct::conduct;
-use super::drive::DriveArguments;
-use super::experiment::SharedArguments;
-use super::pushed::{print_coupler, print_wall};
-use super::realtime::RealtimeArguments;
-use super::summary::print_summary;
-use super::teleoperation::print_teleoperation;
-use super::touch::print_touch;
-use super::words::roll_bytes;
-use crate::files::{folder, overwrite_acts};
+use super::experiment::RunArguments;
+use crate::keys;
+use crate::options::Options;
 use crate::output::Output;
-use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
 use clap::Args;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::Failure;
+use haptic_experiment::file::Document;
 use haptic_experiment::parameters::{
     COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY,
     TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED,
 };
-use haptic_experiment::teleoperation::TeleoperationVerdict;
-use haptic_experiment::touch::TouchVerdict;
-use haptic_experiment::{
-    CouplerExperiment, CouplerReport, ExperimentFile, Pace, TeleoperationExperiment,
-    TeleoperationReport, TouchExperiment, TouchReport, WallExperiment, WallReport,
-};
-use haptic_quantity::Bytes;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
@@ -112,26 +97,19 @@ fn described(parameter: &Parameter) -> String {
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: host-cli run experiments/wall.toml --out wall")]
+#[command(
+    after_help = "Examples:\n  host-cli run experiments/wall.toml --out wall\n  \
+                  host-cli run experiments/wall.toml stiffness=5kN/m\n  \
+                  host-cli run wall/wall.mcap --out again   # the run of a log once more"
+)]
 pub struct Arguments {
-    /// The experiment
-    #[arg(value_name = "FILE.toml")]
+    /// The experiment, or the log of a run that is to be made again
+    #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
-    realtime: RealtimeArguments,
+    options: Options<keys::Run>,
     #[command(flatten)]
-    drive: DriveArguments,
-    #[command(flatten)]
-    shared: SharedArguments,
-    /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Replace the files of an earlier run in the folder
-    #[arg(long)]
-    overwrite: bool,
-    /// Size at which the log goes on in another file, as in 1GB [default: one file]
-    #[arg(long, value_name = "SIZE", allow_hyphen_values = true)]
-    roll: Option<Bytes>,
+    run: RunArguments,
 }
 
 impl Arguments {
@@ -140,146 +118,7 @@ impl Arguments {
     /// # Errors
     /// A file that is wrong; what went wrong in the run, with its exit code.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let (experiment, pace) = self.experiment()?;
-        let samples = experiment.samples()?;
-        overwrite_acts(self.out.as_deref(), self.overwrite)?;
-        let roll_bytes = roll_bytes(self.roll)?;
-        let request = |stem: &str| FolderRequest {
-            roll_bytes,
-            ..folder(self.out.clone(), stem, self.overwrite)
-        };
-        let live = self.shared.live.open(pace != Pace::Virtual, output)?;
-        match experiment {
-            ExperimentFile::Relax(relaxation) => {
-                conduct(samples, output, print_summary, of_theory, |supervisor| {
-                    relaxation.run(&request("relax"), supervisor.watched(&live))
-                })?;
-                Ok(())
-            }
-            ExperimentFile::Creep(creep) => {
-                conduct(samples, output, print_summary, of_theory, |supervisor| {
-                    creep.run(&request("creep"), supervisor.watched(&live))
-                })?;
-                Ok(())
-            }
-            ExperimentFile::Wall(wall) => {
-                let report = conduct(samples, output, print_wall, of_wall, |supervisor| {
-                    wall.run(&request("wall"), supervisor.watched(&live))
-                })?;
-                wall_held(&wall, &report)
-            }
-            ExperimentFile::Coupler(coupler) => {
-                let report = conduct(samples, output, print_coupler, of_coupler, |supervisor| {
-                    coupler.run(&request("coupler"), supervisor.watched(&live))
-                })?;
-                coupler_held(&coupler, &report)
-            }
-            ExperimentFile::Teleoperation(far) => {
-                let (print, draw) = (print_teleoperation, of_teleoperation);
-                let report = conduct(samples, output, print, draw, |supervisor| {
-                    far.run(&request("teleoperation"), supervisor.watched(&live))
-                })?;
-                line_was_passive(&far, &report)
-            }
-            ExperimentFile::Touch(touch) => {
-                let report = conduct(samples, output, print_touch, of_touch, |supervisor| {
-                    touch.run(&request("touch"), supervisor.watched(&live))
-                })?;
-                shape_was_passive(&touch, &report)
-            }
-        }
+        let file = Document::read(&self.file).map_err(Failure::input)?;
+        self.run.run(&self.options.over(file)?, output)
     }
-}
-
-impl Arguments {
-    /// The experiment of the file with what the options say over it, and its pace.
-    ///
-    /// # Errors
-    /// A file that is wrong; options that do not fit it.
-    fn experiment(&self) -> Result<(ExperimentFile, Pace), Failure> {
-        let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
-        let remote = &self.shared.remote;
-        let of_file = match (file.remote(), remote.named()) {
-            (None, Some(name)) => {
-                let at = ExperimentFile::remote_at(&self.file, name.clone());
-                Some(at.map_err(Failure::input)?)
-            }
-            (of_file, _) => of_file.cloned(),
-        };
-        let remote = remote.remote(of_file.as_ref())?;
-        let pace = self.realtime.pace(remote.is_some())?;
-        let serial = remote.is_some();
-        let mut experiment = file.in_pace(pace).on(remote)?;
-        let model = self.shared.safety.device_model()?;
-        let safety = experiment.safety_mut();
-        *safety = self.shared.safety.over(*safety);
-        if let Some(model) = &model {
-            experiment = experiment.of_device(model)?;
-        }
-        let safety = *experiment.safety_mut();
-        experiment = experiment.driven(|file| self.drive.over(file))?;
-        let far = matches!(experiment, ExperimentFile::Teleoperation(_));
-        let judged = serial || far || experiment.drive().is_some();
-        let wanted = self
-            .shared
-            .preflight
-            .wanted(judged, &safety, model.as_ref())?;
-        Ok((experiment.with_preflight(wanted), pace))
-    }
-}
-
-/// Refuses a wall that is not stable, if its file wants it to be.
-fn wall_held(wall: &WallExperiment, report: &WallReport) -> Result<(), Failure> {
-    let trial = &report.trial;
-    if !wall.setup.must_be_stable || trial.stable_by_both() {
-        return Ok(());
-    }
-    let words = trial.settling.verdict.words();
-    Err(unstable(format_args!(
-        "the wall is not stable by both trial ({words}) and analysis"
-    )))
-}
-
-/// Refuses a coupler that is not stable and passed, if its file wants it to be.
-fn coupler_held(coupler: &CouplerExperiment, report: &CouplerReport) -> Result<(), Failure> {
-    if !coupler.setup.must_be_stable || report.stable_by_all() {
-        return Ok(());
-    }
-    let words = report.trial.settling.verdict.words();
-    Err(unstable(format_args!(
-        "the coupler is not stable by trial ({words}) and analysis and passed by Llewellyn's criterion"
-    )))
-}
-
-fn unstable(what: fmt::Arguments<'_>) -> Failure {
-    Failure::Run(anyhow::anyhow!(
-        "must_be_stable: {what}: design a weaker one, or take must_be_stable out of the file to run it all the same"
-    ))
-}
-
-/// Refuses a line that was not passive, if its file wants it to be.
-fn line_was_passive(
-    far: &TeleoperationExperiment,
-    report: &TeleoperationReport,
-) -> Result<(), Failure> {
-    if !far.must_be_passive || report.verdict == TeleoperationVerdict::Passive {
-        return Ok(());
-    }
-    Err(Failure::Run(anyhow::anyhow!(
-        "must_be_passive: {}: take a passive architecture, a softer coupler or a smaller motion, or take \
-         must_be_passive out of the file to run it all the same",
-        report.verdict.words()
-    )))
-}
-
-/// Refuses a shape that was not passive, if its file wants it to be.
-fn shape_was_passive(touch: &TouchExperiment, report: &TouchReport) -> Result<(), Failure> {
-    if !touch.must_be_passive || report.verdict == TouchVerdict::Passive {
-        return Ok(());
-    }
-    Err(Failure::Run(anyhow::anyhow!(
-        "must_be_passive: {}: take a softer shape, a shorter sample time or a guard, or take must_be_passive out of the \
-         file to run it all the same",
-        report.verdict.words()
-    )))
 }

@@ -4,20 +4,22 @@ use super::conduct::{both_saved, drawn, lacks};
 use super::stop::stop_on_interrupt;
 use super::summary::{plain, print_files};
 use crate::files::{folder, overwrite_acts};
+use crate::keys;
+use crate::options::Options;
 use crate::output::{Output, note, warn};
 use crate::picture::of_side;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::curves::Published;
 use haptic_experiment::failure::Failure;
-use haptic_experiment::parameters;
+use haptic_experiment::file::Document;
 use haptic_experiment::parameters::range;
 use haptic_experiment::teleoperation::{End, FarEnd, FarReport, SideCurves, Terms};
 use haptic_experiment::{ExperimentFile, Supervisor, TeleoperationExperiment};
 use haptic_quantity::{Strain, Time};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The long help.
@@ -29,7 +31,7 @@ between them. Who listens is the slave in the remote tissue or wall; who connect
 Messages carry their number and the device's time. What comes late or twice is refused and counted, so is what comes from elsewhere. A side whose \
 partner is silent for silence_s lets its force fall to zero within stop_time_s, never growing, and ends with exit code 1. So does a side whose clock skipped \
 more than --skipped-most of its ticks: the device moved on under held forces, and that is not the experiment of the file. Ctrl-C does the same at \
-once and says goodbye; then the partner ends too. Without a fault each side ends after --duration.
+once and says goodbye; then the partner ends too. Without a fault each side ends after duration_s.
 
 With must_be_passive = true in the file a side ends with exit code 1 if its force was at the limit in more than 1 % of its ticks, or if the other side left \
 more than silence_s before the end. Energy takes both reports: the line gave some if the sum of their given_j is above 0.";
@@ -50,9 +52,8 @@ pub struct Arguments {
     /// Be the master and look for the slave there
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "listen")]
     connect: Option<String>,
-    /// How long, once the other side is there [default: `duration_s` of the file]
-    #[arg(long, value_parser = within::<Time>(parameters::TELEOPERATION_DURATION.range()), allow_hyphen_values = true)]
-    duration: Option<Time>,
+    #[command(flatten)]
+    options: Options<keys::Teleoperate>,
     /// Be a slave in a remote place that the analysis calls unstable for it
     #[arg(long)]
     force_unstable: bool,
@@ -79,9 +80,6 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let mut experiment = self.experiment()?;
         experiment.force_unstable = self.force_unstable;
-        if let Some(Time(duration_s)) = self.duration {
-            experiment.duration_s = duration_s;
-        }
         let patience = Duration::try_from_secs_f64(self.patience.0).map_err(|_| {
             Failure::bad_input(format_args!(
                 "patience {} s is no time to wait: give --patience, as in 60s",
@@ -120,11 +118,12 @@ impl Arguments {
     }
 
     fn experiment(&self) -> Result<TeleoperationExperiment, Failure> {
-        let read = match &self.file {
-            Some(path) => ExperimentFile::read(path),
-            None => ExperimentFile::parse(Path::new("defaults"), "[teleoperation]"),
+        let document = match &self.file {
+            Some(path) => Document::read(path).map_err(Failure::input)?,
+            None => Document::new("teleoperation"),
         };
-        match read.map_err(Failure::input)? {
+        let document = self.options.clone().over(document)?;
+        match ExperimentFile::open(&document).map_err(Failure::input)? {
             ExperimentFile::Teleoperation(experiment) => Ok(*experiment),
             _ => Err(Failure::bad_input(
                 "the file is of another experiment: give one with a table [teleoperation]",

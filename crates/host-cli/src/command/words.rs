@@ -96,16 +96,6 @@ pub fn parse_order(text: &str) -> Result<f64, String> {
     parse_number(text).map_err(|error| format!("{error} in [{}, {}]", Order::MIN, Order::MAX))
 }
 
-/// Reads one of several orders of a wall; its range is checked by [`wall_order`].
-///
-/// # Errors
-/// If it is no number, or not finite.
-pub fn parse_wall_order(text: &str) -> Result<f64, String> {
-    let most = Order::MAX;
-    parse_number(text)
-        .map_err(|error| format!("{error} in [0, {most}]: give one or more orders, as in 0,0.5,1"))
-}
-
 /// Reads a SCHEME.
 ///
 /// # Errors

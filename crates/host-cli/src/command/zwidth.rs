@@ -1,22 +1,16 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
 use super::conduct::progress_bar;
-use super::plant::PlantArguments;
-use super::remote::RemoteArguments;
 use super::stop::stop_on_interrupt;
-use super::words::{parse_scheme, parse_wall_order, wall_order};
 use crate::files::Place;
+use crate::keys;
+use crate::options::Options;
 use crate::output::{Output, note, warn};
-use crate::whole::whole;
-use crate::within::within;
 use clap::Args;
-use fracdiff::{Order, Scheme};
-use haptic_experiment::failure::Failure;
-use haptic_experiment::parameters;
+use haptic_experiment::file::{Document, Question};
 use haptic_experiment::zwidth::BoundaryPoint;
-use haptic_experiment::{Imperfections, TrialPlan, ZWidth, ZWidthReport};
+use haptic_experiment::{Failure, ZWidth, ZWidthReport};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use haptic_quantity::{Force, Speed, Time};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -42,62 +36,17 @@ mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, sample_time_s, delta, criter
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
-                  host-cli zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1"
+                  host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s"
 )]
 pub struct Arguments {
-    #[arg(long, help = parameters::ZWIDTH_ORDERS.help, value_parser = parse_wall_order, value_delimiter = ',', default_value = parameters::ZWIDTH_ORDERS.shown, allow_hyphen_values = true)]
-    orders: Vec<f64>,
-    #[arg(long, help = parameters::ZWIDTH_POINTS.help, value_parser = whole::<usize>(ZWidth::POINTS), default_value = parameters::ZWIDTH_POINTS.shown, allow_hyphen_values = true)]
-    points: usize,
-    #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown)]
-    scheme: Scheme,
     #[command(flatten)]
-    remote: RemoteArguments,
-    #[command(flatten)]
-    plant: PlantArguments,
-    #[arg(long, help = parameters::ONE_SIDED.help)]
-    one_sided: bool,
-    #[command(flatten)]
-    trial: TrialArguments,
+    options: Options<keys::ZWidth>,
     /// Folder for zwidth.csv and pictures
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the files of an earlier run in the folder
     #[arg(long)]
     overwrite: bool,
-}
-
-/// Options of the trial of a wall and of its verdict.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Trial")]
-struct TrialArguments {
-    #[arg(long, value_parser = within::<Force>(parameters::PUSH.range()), help = parameters::PUSH.help, default_value = parameters::PUSH.shown, allow_hyphen_values = true)]
-    push: Force,
-    #[arg(long, help = parameters::IMPACT.help, value_parser = within::<Speed>(parameters::IMPACT.range()), allow_hyphen_values = true)]
-    impact: Option<Speed>,
-    #[arg(long, value_parser = within::<Time>(parameters::TRIAL_DURATION.range()), help = parameters::TRIAL_DURATION.help, default_value = parameters::TRIAL_DURATION.shown, allow_hyphen_values = true)]
-    duration: Time,
-    #[arg(long, value_parser = within::<Time>(parameters::WINDOW.range()), help = parameters::WINDOW.help, default_value = parameters::WINDOW.shown, allow_hyphen_values = true)]
-    window: Time,
-}
-
-impl TrialArguments {
-    fn plan(&self, force_limit_n: f64, serial: bool) -> Result<TrialPlan, Failure> {
-        let default = TrialPlan::DEFAULT;
-        if serial && self.impact.is_some() {
-            return Err(Failure::bad_input(
-                "--impact is for the simulated device: a serial one cannot be thrown, leave it out",
-            ));
-        }
-        Ok(TrialPlan {
-            push_n: self.push.0,
-            impact_m_per_s: (self.impact).map_or(default.impact_m_per_s, |impact| impact.0),
-            duration_s: self.duration.0,
-            window_s: self.window.0,
-            force_limit_n,
-            ..default
-        })
-    }
 }
 
 impl Arguments {
@@ -107,7 +56,7 @@ impl Arguments {
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let mut place = Place::look(self.out.as_deref(), "zwidth", self.overwrite, &[])?;
-        let experiment = self.experiment()?;
+        let experiment = experiment(self.options)?;
         let bar = progress_bar(experiment.cells(), output);
         let stop = stop_on_interrupt()?;
         let result = experiment.run(&|cells| bar.inc(cells), stop, &warn);
@@ -136,7 +85,7 @@ impl Arguments {
                 format_args!(
                     "trial and analysis disagree by more than 5 % of the wall at {} of {} points, marked !: the analysis knows \
                      neither friction, encoder, force limit nor a wall that only pushes, and a trial does not see \
-                     what settles or grows more slowly than it lasts (--duration)",
+                     what settles or grows more slowly than it lasts (duration_s)",
                     report.disagreements,
                     points.count()
                 ),
@@ -148,36 +97,13 @@ impl Arguments {
             None => Ok(()),
         })
     }
+}
 
-    fn experiment(&self) -> Result<ZWidth, Failure> {
-        let orders: Vec<Order> = self
-            .orders
-            .iter()
-            .map(|&mu| wall_order(mu, "--orders"))
-            .collect::<Result<_, _>>()?;
-        let plant = &self.plant;
-        let remote = self.remote.remote(None)?;
-        if remote.is_some() && plant.is_less_than_ideal() {
-            return Err(Failure::bad_input(
-                "--device-model, --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise are \
-                 of the simulated device: omit them with a serial one, which has its own",
-            ));
-        }
-        // A serial device has its own, whatever its file says of them.
-        let imperfections = match remote {
-            Some(_) => Imperfections::NONE,
-            None => plant.imperfections()?,
-        };
-        Ok(ZWidth {
-            device: imperfections.on(plant.ideal()?),
-            sensors: imperfections.sensors,
-            one_sided: self.one_sided,
-            scheme: self.scheme,
-            orders,
-            points: self.points,
-            plan: self.trial.plan(plant.force_limit_n(), remote.is_some())?,
-            remote,
-        })
+fn experiment(options: Options<keys::ZWidth>) -> Result<ZWidth, Failure> {
+    let document = options.over(Document::new("zwidth"))?;
+    match Question::open(&document).map_err(Failure::input)? {
+        Question::ZWidth(zwidth) => Ok(zwidth),
+        _ => Err(Failure::bad_input("not a Z-width")),
     }
 }
 

@@ -173,7 +173,7 @@ fn a_wrong_file_is_refused_in_one_line() {
     place.write("coupler.toml", COUPLER);
     place.refuses(
         "
-        run coupler.toml --device serial:nowhere => a loop on the device cannot carry a coupler | --loop host
+        run coupler.toml --device serial:nowhere => a loop on the device cannot carry a coupler | `loop` = host
         run coupler.toml --force-unstable => --force-unstable | --device
         ",
     );
@@ -268,10 +268,9 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
     let place = Place::new();
     for (options, words) in cases(
         "
-        --frequency 0Hz => frequency 0 | --frequency
-        --require stable => --require stable | leave it out
-        --gain-margin 3 => ideal device | leave out --gain-margin
-        --delay 1ms => ideal device | --delay
+        --frequency 0Hz => frequency_hz = 0 | --frequency
+        --gain-margin 3 => gain_margin belongs to a wall
+        --delay 1ms => ideal device | `delay_s`
         ",
     ) {
         let line = format!("design --wish coupler {options}");
@@ -285,7 +284,7 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
     );
     place
         .run("design --wish coupler --device-model late.toml")
-        .refused(2, &["ideal device", "--device-model", "--mass"]);
+        .refused(2, &["ideal device", "`device_model`"]);
     // No delay is none.
     let ended = place.run("design --wish coupler --delay 0ms --out design");
     ended.succeeded();
@@ -345,7 +344,7 @@ mod on_a_device {
             "coupler.toml",
             format!("{soft}duration_s = 0.4\nwindow_s = 0.1\n"),
         );
-        let on = "run coupler.toml --device serial:device --loop host --max-age-ticks 1000 --watchdog 1s --quiet";
+        let on = "run coupler.toml --device serial:device --loop host max_age_ticks=1000 watchdog=1s --quiet";
         let ended = place.run(&format!("{on} --out soft --json"));
         if ended.code == Some(2) {
             // The delay is measured, and that of a busy machine counts.

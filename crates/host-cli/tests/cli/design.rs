@@ -54,8 +54,8 @@ fn settles(place: &Place, factor: f64) -> bool {
 fn the_stiffest_wall_is_stable_and_three_times_it_is_not() {
     for device in [
         "",
-        "--delay-samples 1",
-        "--delay 1.3ms --current-lag 0.5ms",
+        "--delay 1ms",
+        "--delay 1.3ms current_lag=0.5ms",
         "--hand-stiffness 400 --sample-time 1ms",
     ] {
         let place = Place::new();
@@ -125,10 +125,7 @@ fn the_stiffest_passive_wall_without_delay_is_colgates() {
 #[test]
 fn with_a_delay_the_right_order_makes_a_passive_wall_stiffer() {
     let place = Place::new();
-    let report = design(
-        &place,
-        "--require passive --sample-time 2ms --delay-samples 1",
-    );
+    let report = design(&place, "--require passive --sample-time 2ms --delay 2ms");
     // Without dissipation a delay of d samples costs a factor 2d + 1.
     let spring = 2.0 * 3.5 / 2e-3 / 3.0;
     near(number(of_order(&report, 0.0), "stiffness"), spring, 1.1e-4);
@@ -289,7 +286,7 @@ fn the_noise_of_the_force_can_be_limited() {
         "--wish most-damping --frequency 5Hz",
     ] {
         let place = Place::new();
-        let device = "--encoder-resolution 30um --orders 0.5,1,1.5 --json";
+        let device = "encoder_resolution=30um --orders 0.5,1,1.5 --json";
         // Whether the best of them settles on so coarse an encoder is another question.
         let any = place.run(&format!("design {device} {options}")).json();
         let line = format!("design {device} {options} --force-noise-limit 0.02N");
@@ -310,8 +307,7 @@ fn the_noise_of_the_force_can_be_limited() {
     for (options, words) in cases(
         "
         --force-noise-limit 0.02N => 0.02 N | encoder
-        --encoder-resolution 1um --force-noise-limit 0 => limit 0 N | above 0 and at most
-        --delay 1ms --delay-samples 1 => --delay | --delay-samples
+        encoder_resolution=1um --force-noise-limit 0 => force_noise_limit_n = 0 is not above 0 and at most
         ",
     ) {
         place.run(&format!("design {options}")).refused(2, &words);
@@ -332,39 +328,24 @@ fn files_of_an_earlier_design_stay() {
 
 #[test]
 fn a_bad_design_is_refused() {
-    let cases: [(&str, &[&str]); 17] = [
-        ("--mass 0", &["mass 0 kg", "above 0"]),
-        ("--mass -1kg", &["mass -1 kg"]),
-        (
-            "--damping -1",
-            &["damping -1 N.s/m is not from 0 to 1e6", "change --damping"],
-        ),
-        ("--sample-time 0", &["sample time 0 s"]),
-        ("--hand-stiffness -1", &["hand stiffness -1"]),
-        ("--force-limit 0", &["force limit 0 N", "--force-limit"]),
-        ("--delay-samples 65", &["65", "--delay-samples"]),
-        ("--orders -0.5", &["order -0.5", "[0, 2]", "--orders"]),
-        ("--orders 2.5", &["2.5", "[0, 2]"]),
-        (
-            "--gain-margin 1",
-            &["gain margin 1", "above 1 and at most 1000"],
-        ),
+    let cases: [(&str, &[&str]); 8] = [
+        ("--mass 0", &["--mass 0: mass_kg = 0 is not above 0"]),
+        ("--orders 2.5", &["2.5", "from 0 to 2"]),
         (
             "--gain-margin 2 --require passive",
-            &["--gain-margin", "passive"],
+            &["gain_margin belongs to the requirement stable"],
         ),
         ("--scheme exact", &["exact is for analysis only"]),
-        (
-            "--wish softest",
-            &["softest", "stiffest-wall, most-damping, tissue NAME"],
-        ),
-        ("--wish most-damping", &["--frequency"]),
+        ("--wish softest", &["softest", "stiffest-wall"]),
+        ("--wish most-damping", &["frequency_hz"]),
         (
             "--wish most-damping --frequency 501Hz",
             &["501 Hz", "(0, 500] Hz"],
         ),
-        ("--wish tissue", &["materials list"]),
-        ("--wish tissue jelly", &["jelly", "prostate-healthy"]),
+        (
+            "--wish tissue --tissue jelly",
+            &["jelly", "prostate-healthy"],
+        ),
     ];
     for (options, words) in cases {
         let place = Place::new();

@@ -23,7 +23,7 @@ use crate::process::{cases, says};
 use serde_json::Value;
 use std::time::Duration;
 
-const RELAX: &str = "relax --device serial:device --watchdog 1s --contact rigid --duration 4s --ramp-time \
+const RELAX: &str = "relax --device serial:device watchdog=1s --contact rigid --duration 4s --ramp-time \
                      0.5s --out run --quiet";
 
 fn number(value: &Value, path: &str) -> f64 {
@@ -77,7 +77,7 @@ fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
     device.loosen();
     let line = RELAX.replace("--duration 4s", "--duration 2s");
     // A machine that is busy answers late.
-    let report = device.json(&format!("{line} --loop host --max-age-ticks 1000"));
+    let report = device.json(&format!("{line} --loop host max_age_ticks=1000"));
     assert_eq!(number(&report, "/link/samples_lost"), 0.0);
     // Where it answers ten ticks late and more, the log has the forces that the device went on with.
     let late = number(&report, "/link/stale_forces") >= 10.0;
@@ -110,7 +110,7 @@ fn a_wall_and_a_creep_test_run_on_a_device() {
     );
     assert!((here / there - 1.0).abs() < 1e-5, "{here} {there}");
     let creep = device.json(
-        "creep --device serial:device --watchdog 1s --contact rigid --duration 3s --out creep --quiet",
+        "creep --device serial:device watchdog=1s --contact rigid --duration 3s --out creep --quiet",
     );
     assert!(number(&creep, "/closed_form_error") < 0.1, "{creep}");
 }
@@ -123,7 +123,7 @@ fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
     device.json("device set --device serial:device --force-limit 2N --rise-time 0s");
     // The tissue asks for 50 times as much. A machine that is too busy for the loop ends it: what was logged until then counts.
     let line = "relax --device serial:device --loop host --contact rigid --area 100cm2 --thickness 5cm --strain 50% \
-                --duration 1s --ramp-time 0.5s --watchdog 1s --max-age-ticks 1000 --out run --json";
+                --duration 1s --ramp-time 0.5s watchdog=1s max_age_ticks=1000 --out run --json";
     let ended = place.run(line);
     // A run that ended early keeps its log too.
     let export = place.run("log export run/relax.mcap run.csv").succeeded();
@@ -206,7 +206,7 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
         "{info}"
     );
     // A host that is killed in the middle of a run leaves no more.
-    let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
+    let line = RELAX.replace("watchdog=1s", "watchdog=300ms");
     let mut run = device.place.start(&line);
     device.place.wait_for("run/relax.mcap.part", &mut run);
     std::thread::sleep(Duration::from_millis(300));

@@ -1,4 +1,4 @@
-//! A controller file holds the indenter: `[drive]` and `--drive`.
+//! A controller file holds the indenter: `[drive]`.
 
 use crate::process::{Place, number, says};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ fn example(name: &str) -> PathBuf {
 /// So many samples of it: the hold of 2 s.
 fn short() -> String {
     format!(
-        "relax --duration 3s --drive {}",
+        "relax --duration 3s --controller {}",
         example("indenter.toml").display()
     )
 }
@@ -85,12 +85,10 @@ fn a_drive_of_the_command_line_is_that_of_a_file_and_is_printed() {
         std::fs::read(example("indenter.toml")).expect("the example"),
     );
     let from_file = place.run("run own.toml --json").succeeded().json();
-    let limited = place.run("run own.toml --drive-force-limit 50mN --json");
+    let limited = place.run("run own.toml drive_force_limit=50mN --json");
     let limited = limited.succeeded_with_warnings();
     assert!(
-        limited
-            .stderr
-            .contains("--drive-force-limit (drive_force_limit_n in a file)"),
+        limited.stderr.contains("`drive_force_limit_n`"),
         "{limited}"
     );
     let limited = limited.json();
@@ -129,20 +127,20 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
     place.write("empty.toml", "[relax]\n[drive]\n");
     place.refuses(
         "
-        relax --drive unstable.toml => would be unstable before it touches the tissue; with  | --drive
-        creep --drive indenter.toml => in contact with the tissue; with  | of its gain it is stable
-        relax --drive slow.toml => made for a sample time of 0.002 s | --sample-time
-        relax --drive unstable.toml --contact rigid => a rigid contact has none | --contact
-        relax --drive missing.toml => missing.toml | cannot read the controller file
-        relax --drive-force-limit 1N => --drive-force-limit has no effect | --drive FILE.toml
-        relax --drive unstable.toml --drive-force-limit 0N => 0 N is not above 0 and at most 1e6 N | --drive-force-limit
-        relax --force-unstable => --force-unstable is for | --drive FILE.toml
+        relax --controller unstable.toml => would be unstable before it touches the tissue; with  | --controller
+        creep --controller indenter.toml => in contact with the tissue; with  | of its gain it is stable
+        relax --controller slow.toml => made for a sample time of 0.002 s | --sample-time
+        relax --controller unstable.toml --contact rigid => a rigid contact has none | --contact
+        relax --controller missing.toml => missing.toml | cannot read the controller file
+        relax drive_force_limit=1N => missing key `controller` in [drive]
+        relax --controller unstable.toml drive_force_limit=0N => drive_force_limit_n = 0 is not above 0 and at most 1e6
+        relax --force-unstable => --force-unstable is for | --controller
         run wall.toml => wall.toml:8 | [drive] holds the indenter of [relax] or [creep]
         run empty.toml => empty.toml:2 | missing key `controller` in [drive]
         ",
     );
     assert!(!place.files().iter().any(|file| file.ends_with(".mcap")));
-    let forced = place.run("relax --duration 2s --drive unstable.toml --force-unstable");
+    let forced = place.run("relax --duration 2s --controller unstable.toml --force-unstable");
     let forced = forced.succeeded_with_warnings();
     assert!(
         forced.stderr.contains("the loop of the drive is unstable"),

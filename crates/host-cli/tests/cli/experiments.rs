@@ -2,6 +2,7 @@
 
 mod errors;
 
+use crate::data::GEL;
 use crate::process::{Ended, Place, number, says, table};
 use serde_json::Value;
 use std::time::Instant;
@@ -82,7 +83,7 @@ fn the_default_relaxation_meets_its_figures() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn single_precision_meets_its_figure() {
-    holds(&default_run("--precision f32"), 1e-4, 5e-3);
+    holds(&default_run("precision=f32"), 1e-4, 5e-3);
 }
 
 #[test]
@@ -107,7 +108,7 @@ fn elements_in_series_meet_the_figures_of_a_spring_pot() {
         1e-5,
         1e-4,
     );
-    let single = default_run("--tissue fish-muscle --contact rigid --precision f32");
+    let single = default_run("--tissue fish-muscle --contact rigid precision=f32");
     holds(&single, 1e-4, 1e-4);
     assert_eq!(number(&single, "order"), 0.6751);
     let place = Place::new();
@@ -281,8 +282,8 @@ fn what_was_simulated_is_called_simulated_and_nothing_is_called_measured() {
 #[test]
 fn the_log_holds_what_is_needed_to_repeat_the_run() {
     let place = Place::new();
-    let options = "--strain 3% --tissue prostate-healthy --seed 7 --sensor-noise 10nm \
-                   --encoder-resolution 1nm --area 2cm2 --thickness 10mm --scheme grunwald:4000";
+    let options = "--strain 3% --tissue prostate-healthy seed=7 sensor_noise=10nm \
+                   encoder_resolution=1nm --area 2cm2 --thickness 10mm --scheme grunwald:4000";
     place.run(&format!("{SHORT} {options}")).succeeded();
     let info = place.run("log info run/relax.mcap --json").succeeded();
     let kept = &info.json()["metadata"][0]["values"];
@@ -310,11 +311,42 @@ fn the_log_holds_what_is_needed_to_repeat_the_run() {
 }
 
 #[test]
+fn an_experiment_is_written_down_and_run_again_from_its_log() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("mine")).expect("makes the folder");
+    place.write("mine/gel.toml", GEL);
+    let line = "relax --duration 2s ramp-time=0.5s --tissue mine/gel.toml --sample-time 2ms rendering.precision=f32";
+    place
+        .run(&format!("{line} --write mine/relax.toml"))
+        .succeeded();
+    let written = place.text("mine/relax.toml");
+    for kept in [
+        "sample_time_s = 0.002\n",
+        "precision = \"f32\"\n",
+        "# strain = 0.05\n",
+    ] {
+        assert!(written.contains(kept), "{written}");
+    }
+    let again = format!("{line} --write mine/relax.toml");
+    place.run(&again).refused(2, &["mine/relax.toml"]);
+    place.run(&format!("{line} --out first")).succeeded();
+    place.run("run mine/relax.toml --out second").succeeded();
+    place.run("run first/relax.mcap --out third").succeeded();
+    let first = place.read("first/relax.csv");
+    assert_eq!(place.read("second/relax.csv"), first);
+    assert_eq!(place.read("third/relax.csv"), first);
+    place
+        .run("run first/relax.mcap strain=3% --out other")
+        .succeeded();
+    assert_ne!(place.read("other/relax.csv"), first);
+}
+
+#[test]
 fn one_seed_gives_one_run_bit_for_bit_and_another_seed_another() {
     let traces = |seed: u64| {
         let place = Place::new();
         place
-            .run(&format!("{SHORT} --sensor-noise 1um --seed {seed}"))
+            .run(&format!("{SHORT} sensor_noise=1um seed={seed}"))
             .succeeded_with_warnings();
         place.run("log export run/relax.mcap ticks.csv").succeeded();
         (place.read("run/relax.csv"), place.read("ticks.csv"))

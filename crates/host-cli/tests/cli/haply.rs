@@ -135,7 +135,7 @@ fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
 }
 
 /// A soft tissue, felt along y, at the slowest rate: four ticks without an answer are a fault, and this machine may be busy.
-const RELAX: &str = "relax --device haply:2diy --sample-time 10ms --watchdog 1s --late-ticks 0 --contact rigid \
+const RELAX: &str = "relax --device haply:2diy --sample-time 10ms watchdog=1s late_ticks=0 --contact rigid \
                      --duration 3s --out run --overwrite --quiet --json";
 
 /// The report of a run that began; a machine that is too busy to hear the board's first answers in time says so instead.
@@ -243,7 +243,7 @@ fn what_is_no_2diy_is_said_in_one_line() {
 /// An edge across the way of the hand, at the slowest rate.
 const EDGE: &str = "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
                     force_limit_n = 1\nsample_time_s = 0.01\nduration_s = 3\nmass_kg = 0.1\n";
-const BOTH: &str = "--device haply:2diy --loop host --watchdog 1s --late-ticks 0 --max-age-ticks 200 --out run --overwrite \
+const BOTH: &str = "--device haply:2diy --loop host watchdog=1s late_ticks=0 max_age_ticks=200 --out run --overwrite \
                     --quiet --json";
 
 /// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the depth is held in

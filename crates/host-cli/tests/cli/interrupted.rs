@@ -65,7 +65,7 @@ fn a_signal_stops_the_run_safely(signal: &str) {
     // 2 N/s, so that the way from 0.15 N to zero takes some 70 ticks.
     const RATE_LIMIT_N_PER_S: f64 = 2.0;
     let place = Place::new();
-    let line = "relax --realtime --force-rate-limit 2N/s --out run --json";
+    let line = "relax --realtime force_rate_limit=2N/s --out run --json";
     let ended = run_and_signal(&place, line, "run/relax.mcap.part", signal);
 
     let ended = ended.failed(1);
@@ -168,7 +168,7 @@ fn an_interrupted_run_is_not_blamed_for_what_the_stop_did() {
     assert_eq!(report["limited_samples"], 0, "{report}");
     let warnings = report["warnings"].to_string();
     assert!(!warnings.contains("times the closed form"), "{report}");
-    assert!(!warnings.contains("--force-limit"), "{report}");
+    assert!(!warnings.contains("force_limit_n"), "{report}");
 }
 
 #[test]
@@ -200,7 +200,7 @@ pub(crate) fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
 #[cfg(target_os = "linux")]
 fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
     let place = Place::new();
-    let line = "zwidth --points 1000 --duration 60s --out z --json";
+    let line = "zwidth --points 1000 duration=60s --out z --json";
     let ended = interrupt_when_it_listens(&place, line).failed(1);
     assert!(ended.error().contains("interrupted"), "{ended}");
     assert_eq!(ended.json()["ended_early"], "interrupted");
@@ -221,7 +221,7 @@ fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
 #[test]
 fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
     let place = Place::new();
-    let options = "--workspace -10mm:0.6mm --precision f32";
+    let options = "workspace_low=-10mm workspace_high=0.6mm precision=f32";
     let ended = place.run(&format!("{SHORT} {options}")).failed(1);
     says(
         ended.error(),

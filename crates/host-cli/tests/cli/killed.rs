@@ -107,7 +107,7 @@ fn a_run_killed_at_any_moment_leaves_a_log_that_is_whole_up_to_there() {
 fn so_does_a_run_on_a_device() {
     kill_many(2, 2, || {
         let device = Emulated::new("");
-        let line = "relax --device serial:device --watchdog 1s --contact rigid --out run --quiet";
+        let line = "relax --device serial:device watchdog=1s --contact rigid --out run --quiet";
         (Place::new(), Some(device), line.to_owned())
     });
 }

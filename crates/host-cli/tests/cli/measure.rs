@@ -65,7 +65,7 @@ fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
         (number(&heavier, "alpha") - 1e-3).abs() < 1e-12,
         "{heavier}"
     );
-    let walls = "zwidth --orders 1 --points 2 --sample-time 1ms --duration 2s --window 0.5s --json";
+    let walls = "zwidth --orders 1 --points 2 --sample-time 1ms duration=2s window=0.5s --json";
     // So short a trial differs from the analysis, which it says.
     let tried = |device: &str| {
         let ended = place.run(&format!("{walls} {device}"));

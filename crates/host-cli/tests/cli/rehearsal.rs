@@ -39,7 +39,7 @@ fn a_device_file_is_the_same_device_in_sim_and_on_a_board() {
     board.loosen();
     board.place().write("wall.toml", WALL);
     let sim = board.json("run wall.toml --out sim");
-    let there = board.json("run wall.toml --device serial:device --watchdog 1s --out there");
+    let there = board.json("run wall.toml --device serial:device watchdog=1s --out there");
     assert_eq!(preflight(&sim), preflight(&there));
     assert_eq!(preflight(&there)[1..], [0.0013, 0.0005]);
     assert_eq!(there["verdict"], sim["verdict"], "{there}");
@@ -65,7 +65,7 @@ fn without_steps_and_friction_a_board_moves_as_sim_does_to_single_precision() {
     board.loosen();
     board.place().write("wall.toml", WALL);
     board.json("run wall.toml --out sim");
-    board.json("run wall.toml --device serial:device --watchdog 1s --out there");
+    board.json("run wall.toml --device serial:device watchdog=1s --out there");
     let (sim, there) = (
         table(board.place(), "sim/wall.csv"),
         table(board.place(), "there/wall.csv"),
@@ -87,11 +87,11 @@ fn without_steps_and_friction_a_board_moves_as_sim_does_to_single_precision() {
 fn what_design_writes_runs_in_sim_and_on_a_board() {
     let board = board(DEVICE);
     let place = board.place();
-    let line = "design --device-model device.toml --sample-time 1ms --force-limit 3N --orders 1 --out designed";
+    let line = "design --device-model device.toml --sample-time 1ms force_limit=3N --orders 1 --out designed";
     place.run(line).succeeded_with_warnings();
     let sim = board.json("run designed/design.toml --out sim");
     let there =
-        board.json("run designed/design.toml --device serial:device --watchdog 1s --out there");
+        board.json("run designed/design.toml --device serial:device watchdog=1s --out there");
     assert!(there["ended_early"].is_null(), "{there}");
     assert_eq!(preflight(&there), preflight(&sim));
     assert_eq!(there["verdict"], "stable", "{there}");
@@ -124,13 +124,13 @@ fn a_simulated_plant_moves_once_the_force_has_risen() {
     let board = Emulated::new("");
     let report = |kind, device| {
         let report = board.json(&format!(
-            "{kind} --device {device} --duration 2s --precision f32"
+            "{kind} --device {device} --duration 2s precision=f32"
         ));
         // The ramp of the device is in its log alone.
         assert_eq!(number(&report, "limited_samples"), 0.0, "{report}");
         report
     };
-    let there = report("relax", "serial:device --watchdog 1s");
+    let there = report("relax", "serial:device watchdog=1s");
     let here = report("relax", "sim");
     for same in [
         "max_relative_error_samples",
@@ -144,6 +144,6 @@ fn a_simulated_plant_moves_once_the_force_has_risen() {
         );
     }
     // A push that began with the ramp would be 18 % off.
-    let creep = report("creep", "serial:device --watchdog 1s");
+    let creep = report("creep", "serial:device watchdog=1s");
     assert!(number(&creep, "closed_form_error") < 0.01, "{creep}");
 }

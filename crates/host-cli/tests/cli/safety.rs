@@ -79,7 +79,7 @@ fn energy_bounding_knows_delay_lag_and_encoder_of_a_simulated_device() {
     // What is told goes before what is simulated, and is in the log.
     place.write("wall.toml", late);
     place
-        .run("run wall.toml --device-delay 1ms:1.5ms --device-lag 1ms --out told")
+        .run("run wall.toml device_delay_least=1ms device_delay_most=1.5ms device_lag=1ms --out told")
         .succeeded_with_warnings();
     let info = place
         .run("log info told/wall.mcap --json")
@@ -95,9 +95,9 @@ fn energy_bounding_knows_delay_lag_and_encoder_of_a_simulated_device() {
     );
     for (options, words) in cases(
         "
-        --device-delay 2ms:1ms => 2ms:1ms | LEAST:MOST
-        --device-delay -1ms => -0.001 s | from 0 to 1 s
-        --device-delay 1kg => 1kg | a time
+        device_delay_least=2ms device_delay_most=1ms => device_delay_most_s = 0.001 is below
+        device_delay_least=-1ms device_delay_most=-1ms => device_delay_least_s = -0.001 is not from 0 to 1
+        device_delay_least=1kg device_delay_most=1kg => 1kg | a time
         ",
     ) {
         place
@@ -111,8 +111,8 @@ fn limits_end_or_shape_a_run_on_the_simulated_rig() {
     let place = Place::new();
     // 1 mm is asked for.
     for (limit, word) in [
-        ("--workspace -1mm:0.5mm", "workspace"),
-        ("--speed-limit 1mm/s", "faster"),
+        ("workspace_low=-1mm workspace_high=0.5mm", "workspace"),
+        ("speed_limit=1mm/s", "faster"),
     ] {
         let ended = place.run(&format!("{RELAX} {limit} --overwrite"));
         ended.failed(1);
@@ -122,12 +122,12 @@ fn limits_end_or_shape_a_run_on_the_simulated_rig() {
             .json();
         assert!(check["events"].to_string().contains(word), "{check}");
     }
-    let within = "--workspace -1mm:1.5mm --speed-limit 10mm/s --braking 2 --overwrite";
+    let within = "workspace_low=-1mm workspace_high=1.5mm speed_limit=10mm/s braking=2 --overwrite";
     place
         .run(&format!("{RELAX} {within}"))
         .succeeded_with_warnings();
     // From the start on the force rises for a second.
-    let rising = place.run(&format!("{RELAX} --rise-time 1s --overwrite --json"));
+    let rising = place.run(&format!("{RELAX} rise_time=1s --overwrite --json"));
     assert!(number(&rising.succeeded_with_warnings().json(), "limited_samples") >= 1000.0);
     let rows = ticks(&place, "run/relax.mcap");
     for row in rows.iter().filter(|row| row[0] != 1000.0) {
@@ -161,7 +161,7 @@ fn a_run_that_ends_has_no_force_after_its_stop_time() {
                 stiffness_n_per_m = 2000\ndissipation_n_s_mu_per_m = 0\nforce_rate_limit_n_per_s = 2\n\
                 push_n = 3\nduration_s = 3\nworkspace_low_m = -1\nworkspace_high_m = 0.2\n";
     place.write("wall.toml", slow);
-    for (options, ticks) in [("", 100), ("--stop-time 30ms", 30)] {
+    for (options, ticks) in [("", 100), ("stop_time=30ms", 30)] {
         place
             .run(&format!("run wall.toml --out run --overwrite {options}"))
             .failed(1);
@@ -227,25 +227,15 @@ fn limits_that_are_none_are_refused() {
     let place = Place::new();
     for (options, words) in cases(
         "
-        --workspace 1mm => --workspace | LOW:HIGH
-        --workspace 2mm:1mm => 2mm | not below
-        --workspace 1mm:2kg => 2kg | length
-        --speed-limit 0 => speed limit 0 | m/s
-        --rise-time -1s => rise time -1 | above 0
-        --braking 0 => braking 0 | above 0
+        workspace_low=1mm => workspace_low=1mm: a workspace has two ends
+        workspace_low=1mm workspace_high=2kg => 2kg | length
+        braking=0 => braking_n_s_per_m = 0 is not above 0
         # On the rig's renderer of 65 g, and on one of 1 g.
-        --braking 1000 => braking 1000 N·s/m is not at most | take less braking
-        --braking 5 --device-mass 1g => at most 1 N·s/m | take less braking
-        --stop-time 0 => stop time 0 s | from 0.001 to 1 s
-        --stop-time 2s => stop time 2 s | from 0.001 to 1 s
-        --stop-time 2s => stop time 2 s | : change --stop-time
-        --force-limit -1 => force limit -1 N | : change --force-limit
-        --jump 1nm => jump 1e-9 m has no effect | give --speed-limit
-        --brake-force -1N => brake force -1 N | from 0 to 10 N
-        --stuck-force 1N --stuck-time 0 => stuck time 0 s | 10
-        --jump -1mm => jump -0.001 m | from 0 to 1 m
+        braking=1000 => braking 1000 N·s/m is not at most | take less braking
+        braking=5 device_mass=1g => at most 1 N·s/m | take less braking
+        stop_time=2s => stop_time=2s: stop_time_s = 2 is not from 0.001 to 1
+        jump=1nm => jump 1e-9 m has no effect | give `speed_limit_m_per_s`
         --guard on => --guard | observer
-        --guard observer --device-mass 0 => device mass 0 | above 0
         ",
     ) {
         place.run(&format!("{RELAX} {options}")).refused(2, &words);

@@ -80,7 +80,7 @@ const PATIENT: &str = "[teleoperation]\narchitecture = \"time-domain\"\nsilence_
 fn two_processes_meet_count_what_is_lost_and_end_with_forces_at_zero() {
     let place = Place::new();
     place.write("far.toml", PATIENT);
-    let (slave, master) = both(&place, "far.toml", "--duration 1s");
+    let (slave, master) = both(&place, "far.toml", "duration=1s");
     let (master, slave) = (master.end(), slave.end());
     for (ended, side) in [(master, "master"), (slave, "slave")] {
         let report = ended.succeeded_with_warnings().json();
@@ -136,7 +136,7 @@ fn a_side_whose_partner_is_killed_is_at_zero_within_the_stated_time() {
         "far.toml",
         "[teleoperation]\narchitecture = \"wave\"\nsilence_s = 0.5\n",
     );
-    let (mut slave, master) = both(&place, "far.toml", "--duration 600s");
+    let (mut slave, master) = both(&place, "far.toml", "duration=600s");
     std::thread::sleep(Duration::from_millis(500));
     slave.child.kill().expect("running");
     slave.child.wait().expect("ends");
@@ -171,7 +171,7 @@ fn a_side_whose_partner_is_killed_is_at_zero_within_the_stated_time() {
 fn ctrl_c_is_zero_first_and_a_goodbye() {
     let place = Place::new();
     place.write("far.toml", PATIENT);
-    let (slave, master) = both(&place, "far.toml", "--duration 600s");
+    let (slave, master) = both(&place, "far.toml", "duration=600s");
     std::thread::sleep(Duration::from_millis(300));
     master.signal("INT");
     let master = master.end().failed(1);
@@ -239,7 +239,7 @@ fn sides_that_do_not_share_a_coupler_or_come_third_are_told() {
         let words = ["has another coupler", "the same file", "no force was made"];
         says(&ended.failed(3), &words);
     }
-    let (slave, master) = both(&place, "far.toml", "--duration 600s");
+    let (slave, master) = both(&place, "far.toml", "duration=600s");
     // As long as the master has not met, the third could be the second.
     std::thread::sleep(Duration::from_millis(500));
     let line = format!("teleoperate far.toml --connect {} --quiet", slave.address);
@@ -382,18 +382,18 @@ fn a_side_that_must_be_passive_fails_at_its_limit_and_where_the_other_left_early
     let text = "[teleoperation]\nsilence_s = 60\nforce_limit_n = 0.01\n";
     place.write("free.toml", text);
     place.write("must.toml", format!("{text}must_be_passive = true\n"));
-    let (slave, master) = both(&place, "free.toml", "--duration 1s");
+    let (slave, master) = both(&place, "free.toml", "duration=1s");
     for ended in [master.end(), slave.end()] {
         let ended = ended.succeeded_with_warnings();
         assert!(ended.stderr.contains("a force was at its limit"), "{ended}");
     }
-    let (slave, master) = both(&place, "must.toml", "--duration 1s");
+    let (slave, master) = both(&place, "must.toml", "duration=1s");
     for ended in [master.end(), slave.end()] {
         says(&ended.failed(1), &["must_be_passive: saturated"]);
     }
     let text = "[teleoperation]\nsilence_s = 0.5\nmust_be_passive = true\n";
     place.write("left.toml", text);
-    let (slave, master) = both(&place, "left.toml", "--duration 600s");
+    let (slave, master) = both(&place, "left.toml", "duration=600s");
     std::thread::sleep(Duration::from_millis(500));
     master.signal("INT");
     master.end().failed(1);

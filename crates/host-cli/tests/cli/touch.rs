@@ -102,7 +102,7 @@ fn a_touch_that_must_be_passive_and_is_not_ends_with_1_and_a_fault_too() {
     place.write("serial.toml", "[touch]\n");
     place
         .run("run serial.toml --device serial:/dev/ttyUSB9")
-        .refused(2, &["--loop host"]);
+        .refused(2, &["`loop` = host"]);
     place
         .run("run serial.toml --device moteus:/dev/ttyUSB9 --loop host")
         .refused(2, &["it has 1 axis, and 2 are asked for"]);
@@ -117,7 +117,7 @@ const EDGE: &str = "[touch]\nshape = \"plane\"\nsurface_m = 0.001\nstiffness_n_p
                     hand = \"force\"\nway_points = [[0, 0.5, 0]]\nsample_time_s = 0.005\nduration_s = 3\nforce_limit_n = 3\nmass_kg = 0.2\n\
                     damping_n_s_per_m = 8\n";
 const ON_PLANE: &str =
-    "--device serial:device --loop host --watchdog 1s --max-age-ticks 200 --late-ticks 0";
+    "--device serial:device --loop host watchdog=1s max_age_ticks=200 late_ticks=0";
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]

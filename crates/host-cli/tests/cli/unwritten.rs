@@ -28,7 +28,10 @@ fn a_place_that_is_taken_is_told_before_the_work() {
             "c/controller.toml",
             "control design --plant none.toml --crossover 1rad/s --out c",
         ),
-        ("d/design.toml", "design --wish tissue none --out d"),
+        (
+            "d/design.toml",
+            "design --wish tissue --tissue none --out d",
+        ),
         (
             "d/design.csv",
             "design --wish coupler --require stable --out d",

@@ -1,13 +1,10 @@
 //! `design --wish coupler`: the stiffest coupler of each order.
 
-use super::{Arguments, Require, nothing_found};
+use super::{Arguments, nothing_found};
 use crate::files::Place;
 use crate::output::Output;
-use haptic_experiment::design::coupler::{
-    CouplerAnswer, CouplerCandidate, CouplerCriterion, CouplerDesign,
-};
+use haptic_experiment::design::coupler::{CouplerAnswer, CouplerCandidate, CouplerDesign};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::parameters;
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -27,37 +24,16 @@ struct CouplerReport {
 
 impl Arguments {
     /// The stiffest coupler of each order.
-    pub(super) fn coupler(&self, mut place: Place, output: Output) -> Result<(), Failure> {
-        if self.asks_for_a_real_device() || !self.device.imperfections()?.is_ideal() {
-            return Err(Failure::bad_input(
-                "a coupler is designed for an ideal device: leave out --gain-margin, --force-limit, \
-                 --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise; of a --device-model give --mass and --damping",
-            ));
-        }
-        let criterion = match self.require {
-            None => CouplerCriterion::Llewellyn,
-            Some(Require::Passive) => CouplerCriterion::Passive,
-            Some(Require::Stable) => {
-                return Err(Failure::bad_input(
-                    "--require stable is what a coupler must be anyway, beside Llewellyn's criterion: leave it out, or give --require \
-                     passive for every hand and object of the sampled device",
-                ));
-            }
-        };
-        let design = CouplerDesign {
-            device: self.device.ideal()?,
-            object: CouplerDesign::OBJECT,
-            scheme: self.scheme,
-            orders: self.orders()?,
-            criterion,
-            frequency_hz: self
-                .frequency
-                .map_or(parameters::COMPARED_AT_HZ, |frequency| frequency.0),
-        };
+    pub(super) fn coupler(
+        &self,
+        design: &CouplerDesign,
+        mut place: Place,
+        output: Output,
+    ) -> Result<(), Failure> {
         let mut report = CouplerReport {
             wish: "coupler",
-            require: criterion.name(),
-            scheme: self.scheme.to_string(),
+            require: design.criterion.name(),
+            scheme: design.scheme.to_string(),
             frequency_hz: design.frequency_hz,
             answer: design.answer()?,
             experiment: None,
@@ -70,13 +46,6 @@ impl Arguments {
         report.files.extend(table);
         output.summary(&report, |out| report.print(out))?;
         place.close(report.ended())
-    }
-
-    fn asks_for_a_real_device(&self) -> bool {
-        self.gain_margin.is_some()
-            || self.force_noise_limit.is_some()
-            || self.delay_samples.is_some_and(|samples| samples > 0)
-            || self.device.limits_the_force()
     }
 }
 

@@ -140,7 +140,7 @@ fn a_wrong_tissue_file_is_refused_with_file_line_and_reason() {
         place.write("mine/gel.toml", GEL.replace(from, to));
         for line in [
             "materials show gel --library mine",
-            "relax --tissue gel --library mine",
+            "relax --tissue gel library=mine",
             "relax --tissue mine/gel.toml",
         ] {
             place.run(line).refused(2, &[wanted]);
@@ -168,8 +168,6 @@ fn what_is_no_tissue_is_named_and_skipped_by_every_command_with_a_library() {
         "materials list",
         "materials show gel",
         "materials export gel",
-        "relax --tissue gel --duration 3s --ramp-time 0.5s --out run --overwrite",
-        "creep --tissue gel --duration 3s --out creep --overwrite",
         "export-c --tissue gel --sample-time 1ms --horizon 10s --name gel --out gel.h --overwrite",
         "analyze teleoperation --tissue gel --json",
     ] {

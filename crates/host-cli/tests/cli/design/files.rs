@@ -175,7 +175,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (
         WALL,
         "[relax]\n\nstrain = 1.5\n",
-        "wall.toml:3: strain = 1.5 is not above 0 and at most 1: change it, or leave it out for 0.05",
+        "wall.toml:3: strain = 1.5 is not above 0 and at most 1: change it, or omit it for 0.05",
     ),
 ];
 

@@ -7,7 +7,7 @@ use serde_json::Value;
 #[test]
 fn a_tissue_fits_or_its_closest_order_is_named() {
     let place = Place::new();
-    let report = design(&place, "--wish tissue prostate-cancerous");
+    let report = design(&place, "--wish tissue --tissue prostate-cancerous");
     let tissue = &report["tissue"];
     assert_eq!(tissue["fits"], true);
     assert_eq!(number(&report["best"], "order"), 0.2247);
@@ -23,7 +23,8 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
     // A specimen that is larger by more than that does not fit, one that is a little smaller does.
     for (factor, fits) in [(0.99, true), (1.01, false)] {
         let area = 4.0 * scale * factor;
-        let line = format!("design --json --wish tissue prostate-cancerous --area {area}cm2");
+        let line =
+            format!("design --json --wish tissue --tissue prostate-cancerous area={area}cm2");
         let ended = place.run(&line);
         let ended = if fits {
             ended.succeeded()
@@ -34,12 +35,12 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
         assert_eq!(ended.json()["tissue"]["fits"], fits, "{factor}");
     }
     // Passive by Corollary 1, E₀ = 0: b > B(T/2)^(1−μ). The stand-in spring takes a share of 1e-4.
-    let line = "design --json --wish tissue prostate-cancerous --require passive --sample-time 2ms";
+    let line = "design --json --wish tissue --tissue prostate-cancerous --require passive --sample-time 2ms";
     let report = place.run(line).succeeded().json();
     let want = 3.5 / (173.0 * 1e-3_f64.powf(1.0 - 0.2247));
     near(number(&report["tissue"], "largest_scale"), want, 1e-3);
     // A larger one: order 0.25 needs more damping still, order 0 less.
-    let line = format!("{line} --area {}cm2", 4.0 * 1.01 * want);
+    let line = format!("{line} area={}cm2", 4.0 * 1.01 * want);
     let report = place.run(&line).succeeded().json();
     assert_eq!(report["tissue"]["fits"], false);
     assert_eq!(number(&report["best"], "order"), 0.0);
@@ -48,7 +49,8 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
 #[test]
 fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
     let place = Place::new();
-    let ended = place.run("design --json --wish tissue fish-muscle --orders 0.5 --out design");
+    let ended =
+        place.run("design --json --wish tissue --tissue fish-muscle --orders 0.5 --out design");
     let report = ended.succeeded().json();
     assert_eq!(report["tissue"]["fits"], true);
     assert_eq!(number(&report["tissue"], "order"), 0.6751);
@@ -62,15 +64,14 @@ fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
         "{notes:?}"
     );
     // Square metres of it are too stiff for the device.
-    let stiff = "design --json --wish tissue fish-muscle --area 4m2 --orders 0.5";
+    let stiff = "design --json --wish tissue --tissue fish-muscle area=4m2 --orders 0.5";
     assert_eq!(place.run(stiff).failed(1).json()["tissue"]["fits"], false);
 }
 
 #[test]
 fn a_tissue_that_makes_too_much_noise_does_not_fit() {
     let place = Place::new();
-    let line =
-        "design --json --wish tissue prostate-cancerous --encoder-resolution 30um --orders 0.5";
+    let line = "design --json --wish tissue --tissue prostate-cancerous encoder_resolution=30um --orders 0.5";
     let loud = place.run(line).succeeded().json();
     let noise = number(&loud["candidates"][0], "force_noise_rms_n");
     let line = format!("{line} --force-noise-limit {}", 0.5 * noise);

@@ -35,7 +35,7 @@ fn at_the_same_time(kinds: &[(&'static str, &'static str)], look: fn(&str, &str)
 fn a_run_is_not_usable(kind: &str, device: &str) {
     let mut emulated = Emulated::at_terminal("device", kind);
     let line = format!(
-        "relax --device {device} --watchdog 1s --late-ticks 0 --contact rigid --duration 300s --sample-time 5ms --out run --quiet"
+        "relax --device {device} watchdog=1s late_ticks=0 --contact rigid --duration 300s --sample-time 5ms --out run --quiet"
     );
     let run = Command::new(binary())
         .args(line.split_whitespace())
@@ -124,7 +124,7 @@ fn a_search_on_a_device_that_goes_away_finds_nothing() {
     for (kind, name) in &KINDS[..2] {
         let mut device = Emulated::at_terminal("device", kind);
         let line = format!(
-            "zwidth --orders 1 --points 2 --device {name} --watchdog 1s --late-ticks 0 --json --quiet"
+            "zwidth --orders 1 --points 2 --device {name} watchdog=1s late_ticks=0 --json --quiet"
         );
         let run = device.place.start(&line);
         let ended = unplugged_after(run, &mut device, "the limits set on the device").failed(3);
@@ -177,7 +177,7 @@ fn a_touch_keeps_its_log(kind: &str, name: &str) {
              duration_s = 300\nmass_kg = 0.1\n",
         );
     let line = format!(
-        "run touch.toml --device {name} --loop host --watchdog 1s --late-ticks 0 --max-age-ticks 200 --out run --quiet --json"
+        "run touch.toml --device {name} --loop host watchdog=1s late_ticks=0 max_age_ticks=200 --out run --quiet --json"
     );
     let mut run = device.place.start(&line);
     // Or it has ended: a busy machine may lose the board before its first tick.

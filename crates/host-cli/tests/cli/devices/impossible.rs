@@ -37,7 +37,7 @@ fn lies((words, lie): (&str, Lie), options: &str) {
         })
     });
     let line = format!(
-        "relax --device serial:line {options} --watchdog 1s --late-ticks 0 --contact rigid --ramp-time 0.5s --duration 60s --out run \
+        "relax --device serial:line {options} watchdog=1s late_ticks=0 --contact rigid --ramp-time 0.5s --duration 60s --out run \
          --quiet --json"
     );
     let ended = device.place.run(&line).failed(1);
@@ -86,7 +86,7 @@ fn a_sample_that_cannot_be_ends_a_run_as_a_fault_of_the_device() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn whatever_cannot_be_ends_a_run_whoever_closes_the_loop() {
-    for options in ["", "--loop host --max-age-ticks 1000"] {
+    for options in ["", "--loop host max_age_ticks=1000"] {
         std::thread::scope(|scope| {
             for lie in LIES {
                 scope.spawn(move || lies(lie, options));

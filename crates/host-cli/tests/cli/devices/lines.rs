@@ -112,7 +112,7 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_that_is_killed_leaves_a_device_without_force() {
     let device = Emulated::new("");
-    let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
+    let line = RELAX.replace("watchdog=1s", "watchdog=300ms");
     let mut run = under_way(&device, &line, Stdio::null());
     run.kill().expect("can be killed");
     run.wait().expect("ends");
@@ -161,14 +161,14 @@ fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
 fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
     let learned = |seed, workspace, code| {
         let device = Emulated::new(&format!("--drop 8% --line-seed {seed}"));
-        let line = "relax --device serial:device --contact rigid --duration 2s --ramp-time 0.5s --watchdog 1s --out \
+        let line = "relax --device serial:device --contact rigid --duration 2s --ramp-time 0.5s watchdog=1s --out \
                     run --quiet";
         let ended = device.place.run(&format!("{line} {workspace}"));
         assert_eq!(ended.code, Some(code), "{ended}");
         assert!(!ended.stderr.contains("is stuck"), "{ended}");
     };
     std::thread::scope(|scope| {
-        scope.spawn(|| learned(201, "--workspace=-10mm:0.5mm", 1));
+        scope.spawn(|| learned(201, "workspace_low=-10mm workspace_high=0.5mm", 1));
         scope.spawn(|| learned(4, "", 4));
     });
 }
@@ -179,7 +179,7 @@ fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
 fn a_search_on_a_line_that_loses_samples_says_so_instead_of_a_softer_wall() {
     let device = Emulated::new("--speed 20 --drop 10% --line-seed 7");
     device.loosen();
-    let line = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --device serial:device --watchdog 1s --quiet --json";
+    let line = "zwidth --orders 1 --points 2 duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet --json";
     let words = [
         "error: device: samples of a trial are missing, 10 times in a row",
         "better line",

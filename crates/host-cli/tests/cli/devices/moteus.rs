@@ -100,8 +100,8 @@ fn info_names_the_servo_and_its_largest_force() {
 /// A relaxation at 500 Hz of a servo that a hand turns by 2 mm within half a second.
 fn relax(place_of_loop: &str, duration: &str) -> String {
     format!(
-        "relax {DEVICE} --loop {place_of_loop} --contact rigid --duration {duration} --sample-time 2ms --force-limit 4N \
-         --watchdog 1s --late-ticks 0 --max-age-ticks 1000 --out run --quiet"
+        "relax {DEVICE} --loop {place_of_loop} --contact rigid --duration {duration} --sample-time 2ms force_limit=4N \
+         watchdog=1s late_ticks=0 max_age_ticks=1000 --out run --quiet"
     )
 }
 
@@ -216,7 +216,7 @@ fn a_name_or_servo_that_cannot_be_is_said_in_one_line() {
 fn what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     // One line in two is damaged by it.
     let mut device = Emulated::at_terminal("device", "--kind moteus --drop 1% --line-seed 5");
-    let line = "relax --device moteus:device,lost=1000,watchdog=1s --watchdog 1s --late-ticks 0 --contact rigid --ramp-time 0.2s \
+    let line = "relax --device moteus:device,lost=1000,watchdog=1s watchdog=1s late_ticks=0 --contact rigid --ramp-time 0.2s \
                 --duration 1s --sample-time 2ms --out run --json";
     // A busy machine may skip ticks too.
     let ended = device.place.run(line).ended_by_the_clock();

@@ -3,7 +3,7 @@
 use super::{Emulated, number};
 
 /// Two dissipations, in trials of half a second.
-const SEARCH: &str = "zwidth --orders 1 --points 2 --sample-time 2ms --duration 0.5s --window 0.2s --device serial:device --watchdog 1s --quiet";
+const SEARCH: &str = "zwidth --orders 1 --points 2 --sample-time 2ms duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet";
 
 /// Faults that have latched since it was switched on.
 fn faults(device: &Emulated) -> f64 {
@@ -73,11 +73,11 @@ fn a_search_that_meets_nothing_but_a_limit_of_the_device_says_which() {
     let device = Emulated::new("--speed 8");
     for (limits, words) in [
         (
-            "--speed-limit 5mm/s",
+            "speed_limit=5mm/s",
             ["faster than its limit", "device set --speed-limit SPEED"],
         ),
         (
-            "--speed-limit 1.5m/s --workspace=-10um:10um",
+            "speed_limit=1.5m/s workspace_low=-10um workspace_high=10um",
             ["left its workspace", "device set --workspace LOW:HIGH"],
         ),
     ] {
@@ -97,7 +97,7 @@ fn an_impact_that_a_device_cannot_have_is_warned_of() {
     let device = Emulated::new("--speed 20");
     let wall = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 1\nstiffness_n_per_m = 1000\n\
                 dissipation_n_s_mu_per_m = 5\nduration_s = 1\n";
-    let on = "--device serial:device --watchdog 1s --quiet --json";
+    let on = "--device serial:device watchdog=1s --quiet --json";
     for (name, impact, warned) in [
         ("thrown", "impact_m_per_s = 0.3\n", true),
         ("pushed", "", false),

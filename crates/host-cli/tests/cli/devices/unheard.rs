@@ -80,7 +80,7 @@ fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
         }
         false
     });
-    let line = "relax --device serial:line --watchdog 300ms --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
+    let line = "relax --device serial:line watchdog=300ms --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
     let child = under_way(&device, line);
     signal(&child, "STOP");
     faults.recv_timeout(PATIENCE).expect("the device lets go");
@@ -106,7 +106,7 @@ fn a_stop_without_samples_goes_out_at_once() {
     let _line = Middle::before(&device, move |report| {
         losing.load(Ordering::Relaxed) && matches!(report, Report::Sample(_))
     });
-    let line = "relax --device serial:line --watchdog 1s --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
+    let line = "relax --device serial:line watchdog=1s --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
     let child = under_way(&device, line);
     lost.store(true, Ordering::Relaxed);
     signal(&child, "INT");
@@ -122,7 +122,7 @@ fn a_stop_without_samples_goes_out_at_once() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_stop_that_the_device_does_not_hear_is_told_as_it_was() {
     std::thread::scope(|scope| {
-        for options in ["", "--loop host --max-age-ticks 500"] {
+        for options in ["", "--loop host max_age_ticks=500"] {
             scope.spawn(move || is_told_as_it_was(options));
         }
     });
@@ -133,7 +133,7 @@ fn is_told_as_it_was(options: &str) {
     device.loosen();
     let (middle, told) = witnessed(&device, |_| false);
     let line = format!(
-        "relax --device serial:line {options} --watchdog 500ms --late-ticks 0 --contact rigid --ramp-time 100ms \
+        "relax --device serial:line {options} watchdog=500ms late_ticks=0 --contact rigid --ramp-time 100ms \
          --duration 60s --out run --quiet --json"
     );
     // Ctrl-C when nothing reaches the device any more.

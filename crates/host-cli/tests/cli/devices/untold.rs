@@ -34,7 +34,7 @@ pub(super) fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middl
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_fault_whose_frame_is_lost_has_its_own_tick() {
-    for options in ["", "--loop host --max-age-ticks 500"] {
+    for options in ["", "--loop host max_age_ticks=500"] {
         let device = Emulated::new("");
         let (_line, told) = witnessed(&device, |report| matches!(report, Report::Fault(_)));
         device.place.write("wall.toml", LEAVES);
@@ -62,7 +62,7 @@ fn forces_that_did_not_arrive_are_in_no_log() {
     let device = Emulated::new("");
     device.loosen();
     let (middle, told) = witnessed(&device, |_| false);
-    let line = "relax --device serial:line --loop host --max-age-ticks 500 --watchdog 500ms --late-ticks 0 --contact rigid \
+    let line = "relax --device serial:line --loop host max_age_ticks=500 watchdog=500ms late_ticks=0 --contact rigid \
                 --ramp-time 2s --duration 60s --out run --quiet --json";
     // It loses all that goes to the device while the indenter moves.
     let child = under_way(&device, line);

@@ -57,10 +57,8 @@ fn bad_parameters_do_not_cost_the_files_they_would_have_overwritten() {
     let files = place.files();
     for bad in [
         "--strain 0",
-        "--force-limit 0",
-        "--force-rate-limit 0",
-        "--sensor-noise=-1",
-        "--encoder-resolution=-1",
+        "force_limit=0",
+        "encoder_resolution=-1",
         "--scheme oustaloup:3:100:1",
     ] {
         place.run(&format!("{SHORT} --overwrite {bad}")).failed(2);
@@ -83,7 +81,7 @@ fn a_cut_log_in_the_way_costs_nothing_either() {
 fn an_empty_folder_of_the_users_outlives_bad_parameters() {
     let place = Place::new();
     std::fs::create_dir(place.path("mine")).expect("makes the folder");
-    let line = "relax --out mine --force-limit 0";
+    let line = "relax --out mine force_limit=0";
     place.run_arguments(&words(line), b"").failed(2);
     assert_eq!(place.files(), ["mine/"]);
 }

@@ -96,7 +96,7 @@ fn a_wall_keeps_what_it_does_not_speak_of() {
     };
     let soft = SHAKING.replace("8000", "1000") + "duration_s = 1\n";
     device.place.write("wall.toml", &soft);
-    json(&device, "run wall.toml --watchdog 1s --out kept --quiet");
+    json(&device, "run wall.toml watchdog=1s --out kept --quiet");
     assert_eq!(limits(&device), [700.0, 0.9, 0.2]);
     device.place.write(
         "wall.toml",
@@ -104,7 +104,7 @@ fn a_wall_keeps_what_it_does_not_speak_of() {
     );
     json(
         &device,
-        "run wall.toml --watchdog 1s --out asked --rise-time 0.3s --quiet",
+        "run wall.toml watchdog=1s --out asked rise_time=0.3s --quiet",
     );
     // The run had what it asked for; the device has what was set again.
     let log = device.place.run("log info asked/wall.mcap --json");
@@ -180,7 +180,7 @@ fn a_guarded_wall_is_still(side: &str) {
     let report = json(
         &device,
         &format!(
-            "run wall.toml --guard energy-bounding --watchdog 1s --max-age-ticks 1000 --loop {side} --out run --quiet"
+            "run wall.toml --guard energy-bounding watchdog=1s max_age_ticks=1000 --loop {side} --out run --quiet"
         ),
     );
     assert_eq!(report["stable"], true, "{side}: {report}");
@@ -193,8 +193,9 @@ fn a_guarded_wall_is_still(side: &str) {
 
 fn a_relaxation_is_limited_as_far_as_asked_for() {
     let device = loose();
-    let line =
-        format!("{RELAX} --device serial:device --watchdog 1s --workspace -1mm:0.5mm --quiet");
+    let line = format!(
+        "{RELAX} --device serial:device watchdog=1s workspace_low=-1mm workspace_high=0.5mm --quiet"
+    );
     device.place.run(&line).failed(1);
     let check = device
         .place
@@ -203,9 +204,6 @@ fn a_relaxation_is_limited_as_far_as_asked_for() {
         .json();
     assert!(check["events"].to_string().contains("workspace"), "{check}");
     // Without a word the force is neither ramped nor braked.
-    let plain = json(
-        &device,
-        &format!("{RELAX} --watchdog 1s --overwrite --quiet"),
-    );
+    let plain = json(&device, &format!("{RELAX} watchdog=1s --overwrite --quiet"));
     assert_eq!(number(&plain, "limited_samples"), 0.0);
 }

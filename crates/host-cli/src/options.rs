@@ -1,0 +1,211 @@
+//! Options made from the tables of parameters, and values as `KEY=VALUE`: both write a document.
+//!
+//! An option is a key without its unit: `--sample-time 1ms` and `sample_time=1ms` are `sample_time_s = 0.001` in a file.
+
+use crate::keys::Named;
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
+use haptic_experiment::Failure;
+use haptic_experiment::choices::choices;
+use haptic_experiment::file::Document;
+use haptic_experiment::input::short;
+use haptic_experiment::parameters::{DRIVE, Parameter, Value as Kind, is_path, of_kind};
+use haptic_quantity::{kind_of_key, parse_for_key, without_unit};
+use std::marker::PhantomData;
+use toml::Value;
+
+/// Options and values of a command, as they were typed.
+#[derive(Clone, Debug)]
+pub struct Options<N> {
+    /// Each with its text and the words in which it was said.
+    options: Vec<(&'static Parameter, String, String)>,
+    values: Vec<String>,
+    named: PhantomData<N>,
+}
+
+const VALUES: &str = "KEY=VALUE";
+
+/// The name of the option of a key.
+#[must_use]
+pub fn option_of(key: &str) -> String {
+    without_unit(key).replace('_', "-")
+}
+
+/// A text as the value of a parameter, in SI units.
+///
+/// # Errors
+/// What it is not.
+fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
+    let key = parameter.key;
+    let number = |text: &str| parse_for_key(key, text).map_err(|error| error.to_string());
+    match parameter.value {
+        Kind::Number(..) => number(text).map(Value::from),
+        // 1e3 too.
+        Kind::Count(_) => match (text.trim().parse::<i64>(), text.trim().parse::<f64>()) {
+            (Ok(count), _) if count >= 0 => Ok(Value::from(count)),
+            (_, Ok(count)) if count.fract() == 0.0 && (0.0..=9e15).contains(&count) => {
+                Ok(Value::from(count as i64))
+            }
+            _ => Err(format!("\"{text}\" is not a whole number of at least 0")),
+        },
+        Kind::Flag(_) => match text {
+            "true" | "yes" | "on" => Ok(Value::from(true)),
+            "false" | "no" | "off" => Ok(Value::from(false)),
+            _ => Err(format!("\"{text}\" is not true or false")),
+        },
+        Kind::List(_) if text.trim_start().starts_with("[[") => {
+            let table: Result<toml::Table, _> = format!("rows = {text}").parse();
+            let rows = table.ok().and_then(|mut table| table.remove("rows"));
+            rows.ok_or_else(|| format!("\"{text}\" is not a list of rows, as [[0, 1], [0, -5]]"))
+        }
+        Kind::List(_) => {
+            let inside = text.trim().trim_start_matches('[').trim_end_matches(']');
+            let numbers = inside.split(',').map(|text| number(text).map(Value::from));
+            numbers.collect::<Result<_, _>>().map(Value::Array)
+        }
+        _ => Ok(Value::from(text)),
+    }
+}
+
+/// The help of a parameter with its default.
+fn help(parameter: &Parameter) -> String {
+    let Parameter { shown, help, .. } = parameter;
+    match shown.is_empty() {
+        true => (*help).to_owned(),
+        false => format!("{help} [default: {shown}]"),
+    }
+}
+
+fn argument(parameter: &'static Parameter) -> Arg {
+    let argument = Arg::new(parameter.key)
+        .long(option_of(parameter.key))
+        .help(help(parameter));
+    if let Kind::Flag(_) = parameter.value {
+        return argument.action(ArgAction::SetTrue);
+    }
+    let argument = argument.allow_hyphen_values(true);
+    let names = choices(parameter.key);
+    if !names.is_empty() {
+        let names = names.into_iter().map(|(name, _)| name);
+        return argument
+            .value_parser(PossibleValuesParser::new(names))
+            .value_name("NAME");
+    }
+    // What it cannot be is told where it is read, as of a value without an option.
+    argument.value_name(match parameter.value {
+        Kind::Number(..) => kind_of_key(parameter.key),
+        Kind::Count(_) => "COUNT",
+        Kind::List(_) => "LIST",
+        _ if is_path(parameter, "x.toml") => "FILE.toml",
+        _ => "NAME",
+    })
+}
+
+impl<N: Named> Args for Options<N> {
+    fn augment_args(command: Command) -> Command {
+        let options = N::OPTIONS.iter().map(|parameter| argument(parameter));
+        let values = Arg::new(VALUES).num_args(0..).help(
+            "Any other key of the experiment, with a unit or in SI units, as in stuck_time=0.2s; `host-cli run --help` has them all",
+        );
+        command.args(options).arg(values)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<N: Named> FromArgMatches for Options<N> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let mut options = Vec::new();
+        for parameter in N::OPTIONS.iter().copied() {
+            let name = option_of(parameter.key);
+            let (text, said) = match parameter.value {
+                Kind::Flag(_) if matches.get_flag(parameter.key) => {
+                    ("true".to_owned(), format!("--{name}"))
+                }
+                Kind::Flag(_) => continue,
+                _ => match matches.get_one::<String>(parameter.key) {
+                    Some(text) => (text.clone(), format!("--{name} {}", short(text))),
+                    None => continue,
+                },
+            };
+            options.push((parameter, text, said));
+        }
+        let values = matches.get_many::<String>(VALUES).unwrap_or_default();
+        Ok(Self {
+            options,
+            values: values.cloned().collect(),
+            named: PhantomData,
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl<N> Options<N> {
+    /// The document with them.
+    ///
+    /// # Errors
+    /// A file without an experiment; a value that is none, or given twice.
+    pub fn over(self, mut document: Document) -> Result<Document, Failure> {
+        let kind = document.kind().map_err(Failure::input)?;
+        let refused = |said: &str, error| Failure::bad_input(format_args!("{said}: {error}"));
+        for (parameter, text, said) in self.options {
+            let table = table_of(kind, parameter);
+            let value = value_of(parameter, &text).map_err(|error| refused(&said, error))?;
+            let set = document.set(table, parameter.key, value, &said);
+            set.map_err(Failure::input)?;
+        }
+        for text in &self.values {
+            let said = &short(text);
+            let (written, value) = text
+                .split_once('=')
+                .ok_or_else(|| refused(said, "is not KEY=VALUE, as sample_time=1ms".to_owned()))?;
+            let (table, key, value) = match found(kind, written.trim()) {
+                Some(parameter) => {
+                    let value = value_of(&parameter, value.trim());
+                    let value = value.map_err(|error| refused(said, error))?;
+                    (table_of(kind, &parameter), parameter.key, value)
+                }
+                // Its reader knows what there is instead.
+                None => (kind, written.trim(), Value::from(value)),
+            };
+            document
+                .set(table, key, value, said)
+                .map_err(Failure::input)?;
+        }
+        Ok(document)
+    }
+}
+
+/// The table of a document that has this key.
+fn table_of<'k>(kind: &'k str, parameter: &Parameter) -> &'k str {
+    match DRIVE.contains(parameter) {
+        true => "drive",
+        false => kind,
+    }
+}
+
+/// The parameter of this key, or of this key without its unit, with the heading of its table before it or without.
+fn found(kind: &str, written: &str) -> Option<Parameter> {
+    let (heading, key) = match written.split_once('.') {
+        Some((heading, key)) => (Some(heading), key),
+        None => (None, written),
+    };
+    let key = key.replace('-', "_");
+    let tables = of_kind(kind).into_iter().chain([("drive", DRIVE)]);
+    let tables =
+        tables.filter(|(name, _)| heading.is_none_or(|heading| [*name, kind].contains(&heading)));
+    let parameters: Vec<Parameter> = tables.flat_map(|(_, table)| table).copied().collect();
+    let by = |matches: &dyn Fn(&str) -> bool| {
+        parameters
+            .iter()
+            .find(|parameter| matches(parameter.key))
+            .copied()
+    };
+    by(&|known| known == key).or_else(|| by(&|known| without_unit(known) == key))
+}
