@@ -42,8 +42,11 @@ pub const KINDS: [&str; 6] = [
     "touch",
 ];
 
-/// Questions to a device, the names of their tables in files.
+/// Questions to a device, the names of their tables.
 pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
+
+/// The question that lets a device move.
+pub const MEASUREMENT: &str = "measure";
 
 /// Tables of experiment files, and of questions to a device, by kind: heading and parameters.
 #[must_use]
@@ -53,6 +56,7 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
         "teleoperation" => vec![("safety", SAFETY)],
         "zwidth" => vec![("bench", BENCH), ("device", ON_DEVICE)],
         "design" => vec![("bench", BENCH)],
+        MEASUREMENT => vec![("simulated", SIMULATED), ("device", MEASURED)],
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     let own: &[(&str, &[Parameter])] = match kind {
@@ -63,6 +67,7 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
         "touch" => &[("touch", TOUCH)],
         "zwidth" => &[("Z-width", ZWIDTH)],
         "design" => &[("design", DESIGN)],
+        MEASUREMENT => &[(MEASUREMENT, MEASURE)],
         _ => &[("required", WALL_REQUIRED), ("wall", WALL)],
     };
     own.iter().copied().chain(common).collect()
@@ -88,7 +93,7 @@ mod tests {
 
     #[test]
     fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in KINDS.into_iter().chain(QUESTIONS) {
+        for kind in KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]) {
             let all: Vec<Parameter> = of_kind(kind)
                 .iter()
                 .flat_map(|(_, table)| *table)

@@ -2,9 +2,10 @@
 
 use haptic_experiment::parameters::{
     AREA, CONTACT, CONTROLLER, CREEP_DURATION, DAMPING, DELAY, DESIGN_ORDERS, DEVICE, DEVICE_MODEL,
-    FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_STIFFNESS, LOOP, MASS, ONE_SIDED, PUSH, Parameter,
-    RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, STRAIN, STRESS, THICKNESS, TISSUE,
-    TRIAL_FORCE_LIMIT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
+    FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_STIFFNESS, HELD, LOOP, MASS, MEASURE_BOX,
+    MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, PUSH,
+    Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, STRAIN, STRESS, THICKNESS,
+    TISSUE, TRIAL_FORCE_LIMIT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
 };
 
 /// A command whose options are made from tables of parameters.
@@ -121,11 +122,30 @@ impl Named for Teleoperate {
     const OPTIONS: &'static [&'static Parameter] = &[];
 }
 
+/// `device measure`.
+#[derive(Clone, Debug)]
+pub struct Measure;
+
+impl Named for Measure {
+    const OPTIONS: &'static [&'static Parameter] = &[
+        &MEASURE_DEVICE,
+        &MEASURE_FORCE_LIMIT,
+        &MEASURE_BOX,
+        &MEASURE_DURATION,
+        &MEASURE_SAMPLE_TIME,
+        &HELD,
+        &DEVICE_MODEL,
+        &MASS,
+        &DAMPING,
+    ];
+}
+
 /// All of them.
-pub const ALL: [&[&Parameter]; 5] = [
+pub const ALL: [&[&Parameter]; 6] = [
     Relax::OPTIONS,
     Creep::OPTIONS,
     Run::OPTIONS,
     ZWidth::OPTIONS,
     Design::OPTIONS,
+    Measure::OPTIONS,
 ];

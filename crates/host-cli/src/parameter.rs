@@ -3,13 +3,12 @@
 
 use crate::keys;
 use crate::options::option_of;
+use haptic_experiment::Failure;
 use haptic_experiment::file::FileError;
 use haptic_experiment::parameters::Parameter;
-use haptic_experiment::{Failure, Imperfections};
 
 /// Parameters that no document has, each with the option that sets it.
 const OPTIONS: &[(&str, &str)] = &[
-    ("box_m", "--box"),
     ("branches", "--prony"),
     ("bootstrap", "--bootstrap"),
     ("columns", "--columns"),
@@ -65,20 +64,6 @@ pub fn with_options(message: &str) -> String {
 #[must_use]
 pub fn help_with_default(parameter: &Parameter) -> String {
     format!("{} [default: {}]", parameter.help, parameter.shown)
-}
-
-/// The seed, if there is noise that it is for.
-///
-/// # Errors
-/// A seed without noise.
-pub fn seed_for(seed: Option<u64>, noise_m: f64) -> Result<u64, Failure> {
-    match seed {
-        Some(seed) if noise_m == 0.0 => Err(Failure::bad_input(format_args!(
-            "seed {seed} has no effect without noise: give --sensor-noise too, as in 1um, or omit --seed"
-        ))),
-        Some(seed) => Ok(seed),
-        None => Ok(Imperfections::NONE.sensors.seed),
-    }
 }
 
 /// Text of an error, with options in place of parameters. An error about an experiment file keeps the keys of the file.

@@ -205,18 +205,12 @@ mod tests {
 
     #[test]
     fn a_refusal_has_value_range_unit_and_option() {
-        let refused = Cli::command()
-            .try_get_matches_from([
-                "host-cli",
-                "device",
-                "measure",
-                "--encoder-resolution",
-                "1e9",
-            ])
-            .expect_err("is no encoder");
+        let words = ["host-cli", "analyze", "stability", "--mass", "1e9"];
+        let refused = Cli::command().try_get_matches_from(words);
+        let refused = refused.expect_err("weighs too much").to_string();
         assert_eq!(
-            refused.to_string().trim_end(),
-            "error: encoder resolution 1e9 m is not from 0 to 0.001 m: change --encoder-resolution"
+            refused.trim_end(),
+            "error: mass 1e9 kg is not above 0 and at most 100 kg: change --mass"
         );
     }
 }

@@ -16,8 +16,16 @@ use std::ops::RangeInclusive;
 
 /// The device at a port; `None` for the simulated one.
 pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
-    let device = table.text(&p::DEVICE)?.parse::<DeviceName>();
-    let device = device.map_err(|reason| table.fail_at(p::DEVICE.key, reason))?;
+    remote_by(table, &p::DEVICE)
+}
+
+/// The same, named by this parameter.
+pub(super) fn remote_by(
+    table: &Table<'_>,
+    name: &Parameter,
+) -> Result<Option<RemoteDevice>, FileError> {
+    let device = table.text(name)?.parse::<DeviceName>();
+    let device = device.map_err(|reason| table.fail_at(name.key, reason))?;
     let loop_mode: Loop = table.choice(&p::LOOP)?;
     let watchdog_s = table.number_if(&p::WATCHDOG)?;
     if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {

@@ -159,7 +159,7 @@ impl Document {
         let parsed = self.parse()?;
         let kinds = parameters::KINDS.into_iter().chain(parameters::QUESTIONS);
         kinds
-            .into_iter()
+            .chain([parameters::MEASUREMENT])
             .find(|kind| parsed.has(kind))
             .ok_or_else(|| parsed.fail(format!("no experiment: {}", choice(&parameters::KINDS))))
     }

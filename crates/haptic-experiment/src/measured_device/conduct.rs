@@ -4,7 +4,7 @@ use super::excitation::{Course, Excitation, Finding, Phase};
 use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::failure::Failure;
-use crate::imperfections::Imperfections;
+use crate::sensed::Sensors;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;
 use haptic_loop::{Controller, Device, Fault, ParameterError, SafetyChain};
@@ -169,18 +169,17 @@ impl Outcome {
 /// A parameter outside its range; a measurement that did not come to its end.
 pub fn on_simulated(
     plan: &MeasurePlan,
-    device: MassDamperConfig,
-    imperfections: &Imperfections,
+    (device, sensors): (MassDamperConfig, Sensors),
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
 ) -> Result<MotionRecord, Failure> {
     plan.check()?;
-    let config = imperfections.on(MassDamperConfig {
+    let config = MassDamperConfig {
         sample_time: Seconds(plan.sample_time_s),
         ..device
-    });
+    };
     let plant = MassDamper::<1>::new(config).map_err(Failure::input)?;
-    let mut device = imperfections.sensors.before(plant)?;
+    let mut device = sensors.before(plant)?;
     let driven = drive(plan, &mut device, &mut |_, sent| sent, progress, stop);
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),

@@ -1,8 +1,10 @@
 //! Of a measurement of the device itself.
 
-use super::experiment::SAMPLE_TIME;
+use super::device::{DEVICE, DEVICE_MODEL, MAX_AGE_TICKS, WATCHDOG};
+use super::experiment::{ENCODER_RESOLUTION, SAMPLE_TIME, SEED, SENSOR_NOISE};
 use super::kind::{Parameter, parameters};
 use super::range::Range;
+use super::wall::{CURRENT_LAG, DAMPING, DELAY, FRICTION, HAND_STIFFNESS, MASS};
 
 parameters! {
     /// Sample time of a measurement, s.
@@ -15,6 +17,10 @@ parameters! {
         "Distance from the start within which the device stays; beyond it the force falls to zero");
     /// Length of the multi-sine, s.
     MEASURE_DURATION = number("duration_s", 8.0, "8s", Range::Within(1.0, 600.0), "Length of the multi-sine");
+    /// A hand at the device.
+    HELD = flag("held", "A hand holds the device, as still as it can: its stiffness is found too");
+    /// The device that is measured.
+    MEASURE_DEVICE = text("device", "serial:auto", DEVICE.help);
 }
 
 /// Of a measurement.
@@ -23,4 +29,20 @@ pub const MEASURE: &[Parameter] = &[
     MEASURE_FORCE_LIMIT,
     MEASURE_BOX,
     MEASURE_DURATION,
+    HELD,
+];
+/// Of the device that is measured, and of the line to it.
+pub const MEASURED: &[Parameter] = &[MEASURE_DEVICE, WATCHDOG, MAX_AGE_TICKS];
+/// Of a simulated one.
+pub const SIMULATED: &[Parameter] = &[
+    DEVICE_MODEL,
+    MASS,
+    DAMPING,
+    HAND_STIFFNESS,
+    FRICTION,
+    DELAY,
+    CURRENT_LAG,
+    ENCODER_RESOLUTION,
+    SENSOR_NOISE,
+    SEED,
 ];

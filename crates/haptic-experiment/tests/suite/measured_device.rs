@@ -172,8 +172,13 @@ fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
             },
         };
         let (plan, never) = (MeasurePlan::default(), AtomicBool::new(false));
-        let record =
-            on_simulated(&plan, device, &imperfections, &|_| {}, &never).expect("measures");
+        let record = on_simulated(
+            &plan,
+            (imperfections.on(device), imperfections.sensors),
+            &|_| {},
+            &never,
+        )
+        .expect("measures");
         let found = found(&record, false);
         let told = found.warnings.iter().any(|said| said.contains("apart"));
         let right = (found.mass_kg.value / mass - 1.0).abs() < 0.05;
@@ -217,7 +222,12 @@ fn nothing_is_made_of_an_ideal_device() {
         ..usual()
     };
     let never = AtomicBool::new(false);
-    let record = on_simulated(&short(), ideal, &Imperfections::NONE, &|_| {}, &never);
+    let record = on_simulated(
+        &short(),
+        (ideal, Imperfections::NONE.sensors),
+        &|_| {},
+        &never,
+    );
     let found = found(&record.expect("measures"), false);
     assert!(
         (found.mass_kg.value / 0.065 - 1.0).abs() < 1e-4,

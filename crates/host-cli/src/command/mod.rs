@@ -14,7 +14,6 @@ pub mod identify;
 pub mod live;
 pub mod log;
 pub mod materials;
-pub mod plant;
 pub mod pushed;
 pub mod realtime;
 pub mod relax;

@@ -53,7 +53,13 @@ fn measure(number: u64) -> Case {
     let (device, imperfections) = random_device(number);
     let plan = MeasurePlan::default();
     let never = AtomicBool::new(false);
-    let record = on_simulated(&plan, device, &imperfections, &|_| {}, &never).expect("measures");
+    let record = on_simulated(
+        &plan,
+        (imperfections.on(device), imperfections.sensors),
+        &|_| {},
+        &never,
+    )
+    .expect("measures");
     assert!(record.largest_force_n() <= plan.force_n());
     let (low, high) = record.reach_m();
     assert!(-low <= plan.box_m && high <= plan.box_m);

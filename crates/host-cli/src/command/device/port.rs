@@ -36,14 +36,6 @@ impl PortArguments {
         }
     }
 
-    /// The device at a port; `None` for the simulated one.
-    pub(super) const fn linked(&self) -> Option<&LinkedName> {
-        match &self.device {
-            DeviceName::Linked(name) => Some(name),
-            DeviceName::Simulated => None,
-        }
-    }
-
     pub(super) fn patience(&self) -> Result<Duration, Failure> {
         Duration::try_from_secs_f64(self.wait.0).map_err(|_| {
             Failure::bad_input(format_args!(

@@ -107,7 +107,7 @@ fn a_measurement_of_a_device_that_goes_away_tells_no_numbers() {
     for (kind, name) in KINDS {
         let mut device = Emulated::at_terminal("device", kind);
         let line = format!(
-            "device measure --device {name} --force-limit 1.5N --duration 60s --sample-time 5ms --watchdog 1s --max-age-ticks 1000 \
+            "device measure --device {name} --force-limit 1.5N --duration 60s --sample-time 5ms watchdog=1s max_age_ticks=1000 \
              --out model.toml --json"
         );
         let run = device.place.start(&line);
