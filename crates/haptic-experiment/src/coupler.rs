@@ -20,6 +20,5 @@ mod report;
 mod running;
 mod specification;
 
-pub use preflight::CouplerPreflight;
 pub use report::CouplerReport;
 pub use specification::CouplerExperiment;

@@ -13,12 +13,12 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
 /// Ticks kept from before a fault, the one that it latched in included.
-pub const BEFORE: usize = 1000;
+pub(crate) const BEFORE: usize = 1000;
 /// Ticks kept from after it.
-pub const AFTER: u64 = 100;
+pub(crate) const AFTER: u64 = 100;
 
 /// Name of the metadata record that says what the fault was.
-pub const FAULT: &str = "fault";
+pub(crate) const FAULT: &str = "fault";
 
 /// A fault, as it is known here.
 #[derive(Clone, Debug, PartialEq)]

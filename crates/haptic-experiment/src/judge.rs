@@ -7,7 +7,7 @@ use fracdiff::{Order, Scheme, Seconds, batch};
 ///
 /// # Errors
 /// If the kernel's weights cannot be made, which valid orders and sample times rule out.
-pub fn full_history(
+pub(crate) fn full_history(
     reference: Reference,
     order: Order,
     sample_time: Seconds,
@@ -55,7 +55,7 @@ const NOTHING: f64 = 1e-9;
 
 /// |have/want − 1|; NaN where it has no meaning, that is where nothing was wanted.
 #[must_use]
-pub fn relative_error(have: f64, want: f64) -> f64 {
+pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
     if want == 0.0 {
         f64::NAN
     } else {
@@ -117,7 +117,7 @@ impl Compared {
 /// Samples where nothing was wanted and nothing came have no relative error and are passed over. If nothing was
 /// wanted but something came, or nothing was wanted at all, the error has no meaning.
 #[derive(Clone, Debug)]
-pub struct LargestError {
+pub(crate) struct LargestError {
     from_s: f64,
     wanted: &'static str,
     unit: &'static str,
@@ -136,7 +136,7 @@ impl LargestError {
     /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
     /// for the wanted values, as in `the closed form` and ` N`.
     #[must_use]
-    pub const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
+    pub(crate) const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
         Self {
             from_s,
             wanted,
@@ -156,13 +156,13 @@ impl LargestError {
     }
 
     /// Passes over a sample that is not to be compared.
-    pub fn pass(&mut self, time_s: f64) {
+    pub(crate) fn pass(&mut self, time_s: f64) {
         self.end_s = time_s;
         self.passed += 1;
     }
 
     /// Takes in a sample.
-    pub fn add(&mut self, time_s: f64, have: f64, want: f64) {
+    pub(crate) fn add(&mut self, time_s: f64, have: f64, want: f64) {
         self.end_s = time_s;
         if want.is_finite() {
             self.peak = self.peak.max(want.abs());
@@ -195,7 +195,7 @@ impl LargestError {
 
     /// The error, or why there is none.
     #[must_use]
-    pub fn get(self) -> Compared {
+    pub(crate) fn get(self) -> Compared {
         let (from_s, end_s) = (plain(self.from_s), plain(self.end_s));
         let Self { wanted, unit, .. } = self;
         match self.spoilt {

@@ -19,7 +19,7 @@ use hdrhistogram::Histogram;
 use nalgebra::SVector;
 
 /// Runs of up to so many samples are kept in memory.
-pub const WHOLE_MOST: u64 = 1_000_000;
+pub(crate) const WHOLE_MOST: u64 = 1_000_000;
 
 /// A sample that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -60,12 +60,12 @@ pub(super) struct Comparison<'a> {
 /// Origin of the force of a run: without a link, or with a device that simulates its plant, nothing
 /// but a simulation.
 #[must_use]
-pub fn origin(record: &Record) -> Origin {
+pub(crate) fn origin(record: &Record) -> Origin {
     Origin::of_device(record.link.as_ref().map(|link| link.simulated))
 }
 
 /// In per cent, without the digits that binary fractions add.
-pub fn percent(fraction: f64) -> f64 {
+pub(crate) fn percent(fraction: f64) -> f64 {
     (fraction * 1e8).round() / 1e6
 }
 

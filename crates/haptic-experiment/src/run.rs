@@ -80,7 +80,7 @@ pub struct Ran {
 ///
 /// # Errors
 /// A folder or log that cannot be written; what [`run`] refuses.
-pub fn run_logged<F, E, V, const D: usize>(
+pub(crate) fn run_logged<F, E, V, const D: usize>(
     controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     schedule: Schedule,
@@ -155,7 +155,7 @@ pub(crate) const REPORT: u64 = 1024;
 ///
 /// # Errors
 /// More samples than the machine can address, a tick of more than 584 years, a sample time that no clock keeps.
-pub fn run<F, E, V, const D: usize>(
+pub(crate) fn run<F, E, V, const D: usize>(
     controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     schedule: Schedule,

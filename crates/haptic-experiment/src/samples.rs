@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Place of the samples of a run.
 #[derive(Clone, Copy, Debug)]
-pub enum Samples<'a> {
+pub(crate) enum Samples<'a> {
     /// In memory.
     Whole(&'a [KeptSample]),
     /// In the files of the log, from this tick on, up to this one as it is counted from there.
@@ -17,7 +17,7 @@ pub enum Samples<'a> {
 impl<'a> Samples<'a> {
     /// Those of a record whose log has these files.
     #[must_use]
-    pub fn of(record: &'a Record, logs: &'a [PathBuf]) -> Self {
+    pub(crate) fn of(record: &'a Record, logs: &'a [PathBuf]) -> Self {
         match (&record.whole, record.last) {
             (Some(whole), _) => Self::Whole(whole),
             (None, Some(last)) => Self::Logged(logs, record.start, last.tick),
@@ -29,7 +29,7 @@ impl<'a> Samples<'a> {
     ///
     /// # Errors
     /// A log that cannot be read.
-    pub fn for_each(
+    pub(crate) fn for_each(
         self,
         mut take: impl FnMut(&KeptSample) -> Result<(), Failure>,
     ) -> Result<(), Failure> {

@@ -31,4 +31,4 @@ mod verdict;
 pub use criterion::Criterion;
 pub(crate) use criterion::{Scales, Tolerance};
 pub(crate) use judge::Judge;
-pub use verdict::{GONE_M, Settling, TrialVerdict};
+pub use verdict::{Settling, TrialVerdict};

@@ -15,10 +15,10 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 /// Receiver of each sample; it may end the simulation.
-pub type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
+pub(crate) type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
 
 /// A simulated device with instruments of its own, beside the sensors that the loop reads.
-pub trait Instrumented<const D: usize = 1> {
+pub(crate) trait Instrumented<const D: usize = 1> {
     /// What is told of a tick.
     type Message: TickRecord<D>;
 
@@ -28,7 +28,7 @@ pub trait Instrumented<const D: usize = 1> {
 
 /// Runs a loop for so many ticks, or until the sink has heard enough; `true` if it reached the end without a fault. When it
 /// returns, the force is zero.
-pub fn simulate<F, E, V, const D: usize>(
+pub(crate) fn simulate<F, E, V, const D: usize>(
     controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     samples: u64,

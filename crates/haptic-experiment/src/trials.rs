@@ -26,7 +26,7 @@ use std::time::{Duration, Instant};
 /// How often a trial that says nothing about its law is made.
 const TRIES: usize = 10;
 /// So many trials in a row that ended at a limit of the device are enough.
-pub const TRIPS_IN_A_ROW: usize = 20;
+pub(crate) const TRIPS_IN_A_ROW: usize = 20;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
 /// A trial without a sample for so long is held up, or its line is.
@@ -54,7 +54,7 @@ struct Trips {
 }
 
 /// A serial device that is tried again and again, by one thread at a time.
-pub struct Trials<'a> {
+pub(crate) struct Trials<'a> {
     remote: RemoteDevice,
     link: Mutex<SerialLink>,
     /// Settings of the device: no trial loosens them.
@@ -72,7 +72,11 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// A device that cannot be used; a loop on the host, which trials do not do.
-    pub fn new(remote: &RemoteDevice, warn: Warn<'a>, stop: &AtomicBool) -> Result<Self, Failure> {
+    pub(crate) fn new(
+        remote: &RemoteDevice,
+        warn: Warn<'a>,
+        stop: &AtomicBool,
+    ) -> Result<Self, Failure> {
         if remote.loop_mode == LoopMode::Host {
             return Err(Failure::bad_input(
                 "a search runs in the device's own loop: leave `loop` = host away",
@@ -97,7 +101,7 @@ impl<'a> Trials<'a> {
 
     /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made:
     /// the search then tells why.
-    pub fn motion(
+    pub(crate) fn motion(
         &self,
         law: &RemoteLaw,
         samples: u64,
@@ -129,7 +133,7 @@ impl<'a> Trials<'a> {
     }
 
     /// Step of the device's encoder, m, and the largest force that it can do, N.
-    pub fn encoder_and_force(&self) -> (f64, f64) {
+    pub(crate) fn encoder_and_force(&self) -> (f64, f64) {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         let can = link.capabilities();
         (
@@ -139,7 +143,7 @@ impl<'a> Trials<'a> {
     }
 
     /// True if no more trials are made.
-    pub fn has_failed(&self) -> bool {
+    pub(crate) fn has_failed(&self) -> bool {
         self.failed().is_some()
     }
 
@@ -147,7 +151,7 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// The same where nothing was found; that nothing was to be found.
-    pub fn ended(self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
+    pub(crate) fn ended(self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
         let failure = self.failed().take();
         match failure {
             Some(failure) if !found => Err(failure),

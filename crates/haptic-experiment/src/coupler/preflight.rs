@@ -21,7 +21,7 @@ use haptic_analysis::{
 
 /// A coupler and an object that are to be looked at.
 #[derive(Clone, Copy, Debug)]
-pub struct CouplerPreflight {
+pub(crate) struct CouplerPreflight {
     /// `k_c`, N·s/m.
     pub stiffness_n_s_per_m: f64,
     /// `b_c`, N·s^(1−μ)/m.

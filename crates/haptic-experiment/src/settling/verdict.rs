@@ -4,7 +4,7 @@ use super::criterion::{Criterion, LIMITED_SHARE};
 use serde::Serialize;
 
 /// A device this far away has left, m: it will not come to rest.
-pub const GONE_M: f64 = 1.0;
+pub(crate) const GONE_M: f64 = 1.0;
 
 /// The outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
