@@ -37,24 +37,39 @@ const OPTIONS: &[(&str, &str)] = &[
     ("units", "--units"),
 ];
 
+/// Keys of documents that are set on a device by an option.
+const ON_DEVICE: [(&str, &str); 2] = [
+    ("speed_limit_m_per_s", "--speed-limit"),
+    ("workspace_low_m", "--workspace"),
+];
+
 /// A message of a library with options in place of its parameters; `` `loop` = host `` becomes `--loop host`. A key without an option stays: it is
 /// given as it is written.
 #[must_use]
 pub fn with_options(message: &str) -> String {
     let mut text = message.to_owned();
-    let mut replace = |key: &str, option: &str, shown: &str| {
+    let replace = |text: &mut String, key: &str, option: &str, shown: &str| {
         let named = format!("`{key}`");
-        text = text.replace(&format!("{named} = "), &format!("{option} "));
-        text = text.replace(&named, shown);
+        *text = text.replace(&format!("{named} = "), &format!("{option} "));
+        *text = text.replace(&named, shown);
     };
     for (key, option) in OPTIONS {
-        replace(key, option, option);
+        replace(&mut text, key, option, option);
+    }
+    for (key, option) in ON_DEVICE {
+        let said = format!("device set `{key}` = ");
+        text = text.replace(&said, &format!("device set {option} "));
     }
     for Parameter { key, .. } in keys::ALL.concat() {
         let option = format!("--{}", option_of(key));
         match option.trim_start_matches('-') == *key {
-            true => replace(key, &option, &option),
-            false => replace(key, &option, &format!("{option} ({key} in a file)")),
+            true => replace(&mut text, key, &option, &option),
+            false => replace(
+                &mut text,
+                key,
+                &option,
+                &format!("{option} ({key} in a file)"),
+            ),
         }
     }
     text

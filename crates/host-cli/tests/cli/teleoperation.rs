@@ -80,7 +80,7 @@ const PATIENT: &str = "[teleoperation]\narchitecture = \"time-domain\"\nsilence_
 fn two_processes_meet_count_what_is_lost_and_end_with_forces_at_zero() {
     let place = Place::new();
     place.write("far.toml", PATIENT);
-    let (slave, master) = both(&place, "far.toml", "duration=1s");
+    let (slave, master) = both(&place, "far.toml", "duration=2s window=1s");
     let (master, slave) = (master.end(), slave.end());
     for (ended, side) in [(master, "master"), (slave, "slave")] {
         let report = ended.succeeded_with_warnings().json();
@@ -382,12 +382,12 @@ fn a_side_that_must_be_passive_fails_at_its_limit_and_where_the_other_left_early
     let text = "[teleoperation]\nsilence_s = 60\nforce_limit_n = 0.01\n";
     place.write("free.toml", text);
     place.write("must.toml", format!("{text}must_be_passive = true\n"));
-    let (slave, master) = both(&place, "free.toml", "duration=1s");
+    let (slave, master) = both(&place, "free.toml", "duration=2s window=1s");
     for ended in [master.end(), slave.end()] {
         let ended = ended.succeeded_with_warnings();
         assert!(ended.stderr.contains("a force was at its limit"), "{ended}");
     }
-    let (slave, master) = both(&place, "must.toml", "duration=1s");
+    let (slave, master) = both(&place, "must.toml", "duration=2s window=1s");
     for ended in [master.end(), slave.end()] {
         says(&ended.failed(1), &["must_be_passive: saturated"]);
     }

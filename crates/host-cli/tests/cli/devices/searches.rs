@@ -73,11 +73,11 @@ fn a_search_that_meets_nothing_but_a_limit_of_the_device_says_which() {
     let device = Emulated::new("--speed 8");
     for (limits, words) in [
         (
-            "speed_limit=5mm/s",
+            "--speed-limit 5mm/s",
             ["faster than its limit", "device set --speed-limit SPEED"],
         ),
         (
-            "speed_limit=1.5m/s workspace_low=-10um workspace_high=10um",
+            "--speed-limit 1.5m/s --workspace=-10um:10um",
             ["left its workspace", "device set --workspace LOW:HIGH"],
         ),
     ] {

@@ -69,8 +69,8 @@ fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
     );
     for (options, words) in cases(
         "
-        force_limit=20N => 20 N | [0.001, 2] N | --force-limit
-        watchdog=2s => 2 s | from 0.005 to 1 s | --watchdog
+        --force-limit 20N => 20 N | [0.001, 2] N | --force-limit
+        --watchdog 2s => 2 s | from 0.005 to 1 s | --watchdog
         --emergency-stop maybe => maybe | pressed | none
         ",
     ) {
