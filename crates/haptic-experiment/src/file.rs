@@ -31,13 +31,13 @@ mod touch;
 mod wall;
 
 use crate::failure::Failure;
+use crate::parameters::DRIVE_TABLE as DRIVE;
 use crate::remote::RemoteDevice;
 use crate::schedule::Pace;
 use crate::{
     CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
     WallExperiment, parameters,
 };
-use document::DRIVE;
 pub use document::Document;
 pub use error::FileError;
 pub(crate) use error::text_of;
@@ -106,7 +106,11 @@ impl ExperimentFile {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let (kind, table, drive) = document.experiment(&parameters::KINDS, DRIVE)?;
-        let table = with_devices(table.with_keys(&parameters::of_kind(kind))?)?;
+        let table = table.with_keys(&parameters::of_kind(kind))?;
+        let table = match parameters::takes_device(kind) {
+            true => with_devices(table)?,
+            false => table,
+        };
         if let Some(drive) = drive.as_ref().filter(|_| !DRIVEN.contains(&kind)) {
             let reason = format!(
                 "[{DRIVE}] holds the indenter of [relax] or [creep], which [{kind}] does not have: omit it"

@@ -48,6 +48,15 @@ pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
 /// The question that lets a device move.
 pub const MEASUREMENT: &str = "measure";
 
+/// The table beside an experiment that a controller drives.
+pub const DRIVE_TABLE: &str = "drive";
+
+/// True of a kind whose simulated device is that of its device file.
+#[must_use]
+pub fn takes_device(kind: &str) -> bool {
+    ["wall", "coupler", "zwidth", "design", MEASUREMENT].contains(&kind)
+}
+
 /// Tables of experiment files, and of questions to a device, by kind: heading and parameters.
 #[must_use]
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {

@@ -7,6 +7,7 @@ use haptic_experiment::parameters::{
     Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, STRAIN, STRESS, THICKNESS,
     TISSUE, TRIAL_FORCE_LIMIT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
 };
+use std::sync::OnceLock;
 
 /// A command whose options are made from tables of parameters.
 pub trait Named {
@@ -141,7 +142,7 @@ impl Named for Measure {
 }
 
 /// All of them.
-pub const ALL: [&[&Parameter]; 6] = [
+const ALL: [&[&Parameter]; 6] = [
     Relax::OPTIONS,
     Creep::OPTIONS,
     Run::OPTIONS,
@@ -149,3 +150,21 @@ pub const ALL: [&[&Parameter]; 6] = [
     Design::OPTIONS,
     Measure::OPTIONS,
 ];
+
+/// The keys with an option of the command that runs.
+static OF_COMMAND: OnceLock<&'static [&'static Parameter]> = OnceLock::new();
+
+/// Says that these keys have an option of the command that runs.
+pub fn are(options: &'static [&'static Parameter]) {
+    // There is one command in a process.
+    let _ = OF_COMMAND.set(options);
+}
+
+/// The keys with an option of the command that runs; without a document those of all commands.
+#[must_use]
+pub fn of_command() -> Vec<&'static Parameter> {
+    let all = || ALL.concat();
+    OF_COMMAND
+        .get()
+        .map_or_else(all, |options| options.to_vec())
+}

@@ -1,9 +1,10 @@
 //! `host-cli`: parse, run, map the error to an exit code.
 
 use clap::Parser as _;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ErrorKind};
 use haptic_experiment::failure::Failure;
 use host_cli::cli::Cli;
+use host_cli::options;
 use host_cli::output::note;
 use host_cli::parameter;
 use std::process::ExitCode;
@@ -16,6 +17,17 @@ fn one_line(message: &str) -> String {
         .collect();
     let joined = lines.join("; ").replace(":; ", ": ");
     joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
+}
+
+/// What to write in place of an option that is a key without one.
+fn not_an_option(error: &clap::Error) -> Option<String> {
+    let argument = error.get(ContextKind::InvalidArg)?.to_string();
+    let takes_keys =
+        error.kind() == ErrorKind::UnknownArgument && error.to_string().contains(options::VALUES);
+    let key = options::key_of(&argument).filter(|_| takes_keys)?;
+    Some(format!(
+        "{argument} is not an option of this command: write {key}=VALUE"
+    ))
 }
 
 fn main() -> ExitCode {
@@ -37,7 +49,10 @@ fn main() -> ExitCode {
                 let _ = error.print();
                 return ExitCode::from(2);
             }
-            note("error", one_line(&error.to_string()));
+            note(
+                "error",
+                not_an_option(&error).unwrap_or_else(|| one_line(&error.to_string())),
+            );
             return ExitCode::from(2);
         }
     };

@@ -2,14 +2,16 @@
 //!
 //! An option is a key without its unit: `--sample-time 1ms` and `sample_time=1ms` are `sample_time_s = 0.001` in a file.
 
-use crate::keys::Named;
+use crate::keys::{self, Named};
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use haptic_experiment::Failure;
 use haptic_experiment::choices::choices;
 use haptic_experiment::file::Document;
 use haptic_experiment::input::short;
-use haptic_experiment::parameters::{DRIVE, Parameter, Value as Kind, is_path, of_kind};
+use haptic_experiment::parameters::{
+    DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, is_path, of_kind,
+};
 use haptic_quantity::{kind_of_key, parse_for_key, without_unit};
 use std::marker::PhantomData;
 use toml::Value;
@@ -23,7 +25,19 @@ pub struct Options<N> {
     named: PhantomData<N>,
 }
 
-const VALUES: &str = "KEY=VALUE";
+/// What stands in the usage of a command that takes any key.
+pub const VALUES: &str = "KEY=VALUE";
+
+/// The key, without its unit, that an option would set if it had one.
+#[must_use]
+pub fn key_of(option: &str) -> Option<String> {
+    let wanted = option.trim_start_matches('-');
+    let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
+    let tables = kinds.flat_map(of_kind).map(|(_, table)| table);
+    let mut parameters = tables.chain([DRIVE]).flatten();
+    let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
+    Some(without_unit(known.key).to_owned())
+}
 
 /// The name of the option of a key.
 #[must_use]
@@ -46,20 +60,29 @@ fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
             (_, Ok(count)) if count.fract() == 0.0 && (0.0..=9e15).contains(&count) => {
                 Ok(Value::from(count as i64))
             }
-            _ => Err(format!("\"{text}\" is not a whole number of at least 0")),
+            _ => Err(format!(
+                "\"{text}\" is not a whole number from 0 to {}",
+                i64::MAX
+            )),
         },
         Kind::Flag(_) => match text {
             "true" | "yes" | "on" => Ok(Value::from(true)),
             "false" | "no" | "off" => Ok(Value::from(false)),
             _ => Err(format!("\"{text}\" is not true or false")),
         },
-        Kind::List(_) if text.trim_start().starts_with("[[") => {
-            let table: Result<toml::Table, _> = format!("rows = {text}").parse();
-            let rows = table.ok().and_then(|mut table| table.remove("rows"));
-            rows.ok_or_else(|| format!("\"{text}\" is not a list of rows, as [[0, 1], [0, -5]]"))
-        }
         Kind::List(_) => {
-            let inside = text.trim().trim_start_matches('[').trim_end_matches(']');
+            let text = text.trim();
+            let inside = text
+                .strip_prefix('[')
+                .and_then(|text| text.strip_suffix(']'));
+            let inside = inside.unwrap_or(text);
+            if inside.trim_start().starts_with('[') {
+                let table: Result<toml::Table, _> = format!("rows = {text}").parse();
+                let rows = table.ok().and_then(|mut table| table.remove("rows"));
+                return rows.ok_or_else(|| {
+                    format!("\"{text}\" is not a list of rows, as [[0, 1], [0, -5]]")
+                });
+            }
             let numbers = inside.split(',').map(|text| number(text).map(Value::from));
             numbers.collect::<Result<_, _>>().map(Value::Array)
         }
@@ -105,7 +128,7 @@ impl<N: Named> Args for Options<N> {
     fn augment_args(command: Command) -> Command {
         let options = N::OPTIONS.iter().map(|parameter| argument(parameter));
         let values = Arg::new(VALUES).num_args(0..).help(
-            "Any other key of the experiment, with a unit or in SI units, as in stuck_time=0.2s; `host-cli run --help` has them all",
+            "Any other key, with a unit or in SI units, as in sample_time=1ms; `host-cli run --help` has them all",
         );
         command.args(options).arg(values)
     }
@@ -146,12 +169,20 @@ impl<N: Named> FromArgMatches for Options<N> {
     }
 }
 
-impl<N> Options<N> {
+impl<N: Named> Options<N> {
+    /// The same with one more `KEY=VALUE`.
+    #[must_use]
+    pub fn and(mut self, value: &str) -> Self {
+        self.values.push(value.to_owned());
+        self
+    }
+
     /// The document with them.
     ///
     /// # Errors
     /// A file without an experiment; a value that is none, or given twice.
     pub fn over(self, mut document: Document) -> Result<Document, Failure> {
+        keys::are(N::OPTIONS);
         let kind = document.kind().map_err(Failure::input)?;
         let refused = |said: &str, error| Failure::bad_input(format_args!("{said}: {error}"));
         for (parameter, text, said) in self.options {
@@ -172,7 +203,11 @@ impl<N> Options<N> {
                     (table_of(kind, &parameter), parameter.key, value)
                 }
                 // Its reader knows what there is instead.
-                None => (kind, written.trim(), Value::from(value)),
+                None => (
+                    kind,
+                    without_heading(kind, written.trim()),
+                    Value::from(value),
+                ),
             };
             document
                 .set(table, key, value, said)
@@ -185,7 +220,7 @@ impl<N> Options<N> {
 /// The table of a document that has this key.
 fn table_of<'k>(kind: &'k str, parameter: &Parameter) -> &'k str {
     match DRIVE.contains(parameter) {
-        true => "drive",
+        true => DRIVE_TABLE,
         false => kind,
     }
 }
@@ -197,7 +232,7 @@ fn found(kind: &str, written: &str) -> Option<Parameter> {
         None => (None, written),
     };
     let key = key.replace('-', "_");
-    let tables = of_kind(kind).into_iter().chain([("drive", DRIVE)]);
+    let tables = of_kind(kind).into_iter().chain([(DRIVE_TABLE, DRIVE)]);
     let tables =
         tables.filter(|(name, _)| heading.is_none_or(|heading| [*name, kind].contains(&heading)));
     let parameters: Vec<Parameter> = tables.flat_map(|(_, table)| table).copied().collect();
@@ -207,5 +242,18 @@ fn found(kind: &str, written: &str) -> Option<Parameter> {
             .find(|parameter| matches(parameter.key))
             .copied()
     };
-    by(&|known| known == key).or_else(|| by(&|known| without_unit(known) == key))
+    let in_full = heading.map(|heading| format!("{heading}_{key}"));
+    by(&|known| known == key)
+        .or_else(|| by(&|known| without_unit(known) == key))
+        .or_else(|| by(&|known| in_full.as_deref() == Some(without_unit(known))))
+}
+
+/// A key that there is not, without the heading of a table that there is.
+fn without_heading<'w>(kind: &str, written: &'w str) -> &'w str {
+    let is_table =
+        |heading: &str| heading == kind || of_kind(kind).iter().any(|(name, _)| *name == heading);
+    match written.split_once('.') {
+        Some((heading, key)) if is_table(heading) => key,
+        _ => written,
+    }
 }

@@ -60,7 +60,7 @@ pub fn with_options(message: &str) -> String {
         let said = format!("device set `{key}` = ");
         text = text.replace(&said, &format!("device set {option} "));
     }
-    for Parameter { key, .. } in keys::ALL.concat() {
+    for Parameter { key, .. } in keys::of_command() {
         let option = format!("--{}", option_of(key));
         match option.trim_start_matches('-') == *key {
             true => replace(&mut text, key, &option, &option),

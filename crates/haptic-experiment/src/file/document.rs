@@ -75,7 +75,11 @@ impl Document {
     /// # Errors
     /// If it cannot be read, or a log has none.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        if path.extension().is_none_or(|extension| extension != "mcap") {
+        let name = path.to_string_lossy().to_lowercase();
+        if ![".mcap", ".mcap.part"]
+            .iter()
+            .any(|end| name.ends_with(end))
+        {
             return Ok(Self::of_text(path, &text_of(path, "experiment")?));
         }
         let (name, key) = IN_LOG;
@@ -109,6 +113,11 @@ impl Document {
         value: impl Into<Value>,
         said: &str,
     ) -> Result<(), FileError> {
+        // A message is one line.
+        let said: String = said
+            .chars()
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect();
         let before = self
             .given
             .iter()
@@ -118,13 +127,13 @@ impl Document {
                 "{key} is given twice, the other is {}: omit one of them",
                 before.said
             );
-            return Err(FileError::said(said, reason));
+            return Err(FileError::said(&said, reason));
         }
         self.given.push(Given {
             table: table.to_owned(),
             key: key.to_owned(),
             value: value.into(),
-            said: said.to_owned(),
+            said,
         });
         self.over = self.written();
         Ok(())
@@ -143,7 +152,9 @@ impl Document {
             text += &format!("[{table}]\n");
             said.push(String::new());
             for given in self.given.iter().filter(|given| given.table == table) {
-                let line = format!("{} = {}\n", given.key, given.value);
+                // Quotes what is no bare key.
+                let line = toml::Table::from_iter([(given.key.clone(), given.value.clone())]);
+                let line = line.to_string();
                 said.extend(line.lines().map(|_| given.said.clone()));
                 text += &line;
             }
@@ -172,14 +183,19 @@ impl Document {
         let kind = self.kind()?;
         let parsed = self.parse()?;
         let mut text = String::new();
-        for (name, table) in parsed.tables(&[kind, DRIVE], "")? {
+        for (name, table) in parsed.tables(&[kind, parameters::DRIVE_TABLE], "")? {
             text += &format!("[{name}]\n");
             let known = match name {
-                DRIVE => vec![(DRIVE, parameters::DRIVE)],
+                parameters::DRIVE_TABLE => vec![(name, parameters::DRIVE)],
                 kind => parameters::of_kind(kind),
             };
             for parameter in known.iter().flat_map(|(_, parameters)| *parameters) {
-                text += &line(&table, parameter);
+                // What a device file above it says is not read.
+                let of_device =
+                    parameters::takes_device(kind) && parameters::DEVICE_PLANT.contains(parameter);
+                if !(of_device && table.lies_below(parameter, &parameters::DEVICE_MODEL)) {
+                    text += &line(&table, parameter);
+                }
             }
         }
         Ok(text)
@@ -205,9 +221,6 @@ impl Document {
         Ok(parsed)
     }
 }
-
-/// The table beside an experiment that a controller drives.
-pub(crate) const DRIVE: &str = "drive";
 
 /// A line of a file for a parameter.
 fn line(table: &Table<'_>, parameter: &Parameter) -> String {

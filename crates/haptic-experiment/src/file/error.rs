@@ -86,7 +86,8 @@ impl Source<'_> {
                 true => Place::Line(self.path.to_owned(), 1 + self.line(offset)),
                 false => Place::Said(self.said_at(offset).to_owned()),
             },
-            reason: reason.into(),
+            // One line, whatever somebody wrote.
+            reason: reason.into().replace('\n', "\\n"),
         }
     }
 }

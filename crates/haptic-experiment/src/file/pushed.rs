@@ -7,6 +7,7 @@ use super::safety::safety;
 use crate::plant_file::DeviceModel;
 use crate::pushed::TRIAL_SAMPLES;
 use crate::remote::RemoteDevice;
+use crate::safety::GuardedDevice;
 use crate::sensed::Sensors;
 use crate::{TrialPlan, TrialSetup, parameters as p};
 use fracdiff::Seconds;
@@ -61,6 +62,24 @@ pub(super) fn device(
     Ok((device, sensors(table)?))
 }
 
+/// Facts about the device that keys say over a device file; none without one.
+fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> GuardedDevice {
+    if !table.has(&p::DEVICE_MODEL) {
+        return GuardedDevice::default();
+    }
+    let is = |parameter: &p::Parameter| table.is_written(parameter);
+    let all = GuardedDevice::simulated(device, sensors);
+    GuardedDevice {
+        mass_kg: all.mass_kg.filter(|_| is(&p::MASS)),
+        damping_n_s_per_m: all.damping_n_s_per_m.filter(|_| is(&p::DAMPING)),
+        delay_s: all.delay_s.filter(|_| is(&p::DELAY)),
+        lag_s: all.lag_s.filter(|_| is(&p::CURRENT_LAG)),
+        noise_m: all
+            .noise_m
+            .filter(|_| is(&p::ENCODER_RESOLUTION) || is(&p::SENSOR_NOISE)),
+    }
+}
+
 /// Device, trial, safety and pace, but `must_be_stable`, which each table has by itself.
 pub(super) fn setup(
     table: &Table<'_>,
@@ -73,12 +92,13 @@ pub(super) fn setup(
     }
     let (device, sensors) = device(table, sample_time_s)?;
     let plan = plan(table, duration_s)?;
+    let of_file = model.as_ref().map(DeviceModel::guarded).unwrap_or_default();
     Ok(TrialSetup {
         force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
         safety: safety(table)?,
         remote,
         impact_was_given: table.number_if(&p::IMPACT)?.is_some(),
-        known: model.as_ref().map(DeviceModel::guarded).unwrap_or_default(),
+        known: written(table, &device, sensors).or(of_file),
         ..TrialSetup::new(device, sensors, plan)
     })
 }

@@ -81,7 +81,6 @@ impl Question {
 }
 
 fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
-    let mut bench = bench(table)?;
     let remote = remote(table)?;
     if remote.is_some() {
         // It has its own, whatever its file says of them.
@@ -91,6 +90,7 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
             &p::CURRENT_LAG,
             &p::ENCODER_RESOLUTION,
             &p::SENSOR_NOISE,
+            &p::SEED,
             &p::IMPACT,
         ];
         without(
@@ -98,6 +98,9 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
             &own,
             "on a real device, which has its own and cannot be thrown: leave the simulated one",
         )?;
+    }
+    let mut bench = bench(table)?;
+    if remote.is_some() {
         bench.plant = Imperfections::NONE.on(bench.plant);
         bench.sensors = Imperfections::NONE.sensors;
     }

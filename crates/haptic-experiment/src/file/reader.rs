@@ -91,25 +91,41 @@ impl<'a> Table<'a> {
         Ok(self)
     }
 
-    /// Itself, with the numbers of each file that a layer names by this key below that layer.
+    /// Itself, with the numbers of the file that this key names, below the keys of the layer that names it.
     pub(crate) fn with_named(
         mut self,
         parameter: &Parameter,
         read: impl Fn(&Path) -> Result<Vec<(&'static str, f64)>, FileError>,
     ) -> Result<Self, FileError> {
-        for part in &mut self.parts {
-            if let Some(found) = part.find(parameter.key)
-                && let DeValue::String(name) = found.value
-                && !name.is_empty()
-            {
-                let path = match is_path(parameter, name) {
-                    true => beside(found.source, name),
-                    false => PathBuf::from(name.as_ref()),
-                };
-                part.named = read(&path).map_err(|error| found.fail(error.to_string()))?;
-            }
+        let mut parts = self.parts.iter_mut();
+        let naming = parts.find_map(|part| Some((part.find(parameter.key)?, part)));
+        if let Some((found, part)) = naming
+            && let DeValue::String(name) = found.value
+            && !name.is_empty()
+        {
+            let path = match is_path(parameter, name) {
+                true => beside(found.source, name),
+                false => PathBuf::from(name.as_ref()),
+            };
+            part.named = read(&path).map_err(|error| found.fail(error.to_string()))?;
         }
         Ok(self)
+    }
+
+    /// True if the number is written, in a layer that wins over any file that is named.
+    pub(crate) fn is_written(&self, parameter: &Parameter) -> bool {
+        let mut parts = self.parts.iter();
+        let first = parts
+            .find(|part| part.find(parameter.key).is_some() || part.named(parameter.key).is_some());
+        first.is_some_and(|part| part.find(parameter.key).is_some())
+    }
+
+    /// True if a text is given by this other key, and in no higher layer the key.
+    pub(crate) fn lies_below(&self, parameter: &Parameter, other: &Parameter) -> bool {
+        let layer = |key: &str| self.parts.iter().position(|part| part.find(key).is_some());
+        let is_given = self.text(other).is_ok_and(|text| !text.is_empty());
+        let names = layer(other.key).filter(|_| is_given);
+        names.is_some_and(|names| layer(parameter.key).is_none_or(|own| own > names))
     }
 
     /// An error that concerns the table as a whole.
@@ -333,7 +349,7 @@ impl<'a> Table<'a> {
 
     fn missing(&self, parameter: &Parameter) -> FileError {
         self.fail(format!(
-            "missing key `{}` in [{}]",
+            "missing key `{}` in [{}]: give it",
             parameter.key, self.name
         ))
     }
@@ -413,9 +429,7 @@ fn wrong_kind(key: &str, found: Found<'_>, wanted: &str) -> FileError {
         DeValue::Boolean(flag) => format!(" = {flag}"),
         _ => String::new(),
     };
-    // A string may hold a line break.
-    let reason = format!("{key}{shown} is {article} {kind}, not {wanted}");
-    found.fail(reason.replace('\n', "\\n"))
+    found.fail(format!("{key}{shown} is {article} {kind}, not {wanted}"))
 }
 
 /// The entries of a table in the order of the file.

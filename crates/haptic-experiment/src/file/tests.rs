@@ -341,3 +341,89 @@ fn a_written_document_is_the_same_experiment_from_anywhere() {
     document.keep_in(&mut kept).expect("good");
     assert_eq!(kept["document"], written);
 }
+
+#[test]
+fn a_device_file_over_a_file_is_written_as_it_runs() {
+    let place = tempfile::tempdir().expect("a folder");
+    let device = place.path().join("device.toml");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.001\n";
+    std::fs::write(&device, file).expect("writes");
+    let text = format!("{WALL}device_model = \"gone.toml\"\n");
+    let mut document = Document::of_text(&place.path().join("wall.toml"), &text);
+    let path = device.to_string_lossy();
+    let set = document.set("wall", "device_model", path.as_ref(), "--device-model");
+    set.expect("new");
+    document
+        .set("wall", "damping_n_s_per_m", 0.1, "damping=0.1")
+        .expect("new");
+    document
+        .set("wall", "guard", "energy-bounding", "guard=energy-bounding")
+        .expect("new");
+    // The file that nobody asks for any more need not be there.
+    let Ok(ExperimentFile::Wall(wall)) = ExperimentFile::open(&document) else {
+        panic!("{:?}", ExperimentFile::open(&document));
+    };
+    let known = wall.setup.dynamics();
+    assert_eq!(
+        (known.mass_kg, known.damping_n_s_per_m, known.delay_s),
+        (0.08, 0.1, 0.001)
+    );
+    // A guard does not count on more damping than that.
+    assert_eq!(wall.setup.known.damping_n_s_per_m, Some(0.1));
+    assert_eq!(wall.setup.known.mass_kg, Some(0.08));
+    let written = document.to_toml().expect("good");
+    for absent in ["mass_kg", "delay_s", "friction_n"] {
+        assert!(
+            !written.contains(&format!("{absent} =")),
+            "{absent}: {written}"
+        );
+    }
+    let again = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
+    let again = ExperimentFile::open(&again).expect("good");
+    assert_eq!(
+        format!("{again:?}"),
+        format!("{:?}", ExperimentFile::Wall(wall))
+    );
+}
+
+#[test]
+fn a_device_file_is_no_sensor_of_the_rig() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nencoder_resolution_m = 1e-5\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    for device in ["sim", "serial:x"] {
+        let text = format!(
+            "[relax]\ndevice = \"{device}\"\nguard = \"observer\"\ndevice_model = \"device.toml\"\n"
+        );
+        let read = ExperimentFile::parse(&place.path().join("relax.toml"), &text);
+        let Ok(ExperimentFile::Relax(relax)) = read else {
+            panic!("{device}: {read:?}");
+        };
+        assert!(relax.rendering.sensors.are_ideal(), "{device}");
+        assert_eq!(
+            relax.rendering.safety.device_mass_kg,
+            Some(0.08),
+            "{device}"
+        );
+    }
+}
+
+#[test]
+fn a_key_is_a_key_whatever_stands_in_it() {
+    for key in [
+        "[drive]\ncontroller",
+        "\"strain\"",
+        "a b",
+        "strain = 1\nguard",
+    ] {
+        let mut document = Document::new("relax");
+        document
+            .set("relax", key, 0.1, &format!("{key}=0.1"))
+            .expect("new");
+        let error = ExperimentFile::open(&document).expect_err(key).to_string();
+        assert!(
+            error.contains("unknown key") && !error.contains('\n'),
+            "{error}"
+        );
+    }
+}

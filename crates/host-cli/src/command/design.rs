@@ -31,7 +31,7 @@ B.(q/sqrt 12).T^(-mu).sqrt(sum of the squared weights), rms; --force-noise-limit
 Wishes:
   stiffest-wall   the largest K, with the B that allows it
   most-damping    the largest effective damping of the wall at --frequency
-  tissue NAME     K, B and order of a specimen: does it fit, how much larger may it be, and which \
+  tissue          K, B and order of a specimen of --tissue: does it fit, how much larger may it be, and which \
 order of the grid is the closest that fits (equal at --frequency) if it does not
   coupler         the stiffest virtual coupler damper + spring (T/(1-w))^mu as felt at --frequency (default 1 Hz), that Llewellyn's criterion \
 passes on this damping and sample time, for every passive hand and object. His device acts half a sample earlier than a real one, so the \

@@ -55,7 +55,7 @@ pub struct RunArguments {
     )]
     roll: Option<Bytes>,
     /// Write the experiment to a file for `host-cli run` instead of running it
-    #[arg(long, value_name = "FILE.toml", help_heading = "Files")]
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], help_heading = "Files")]
     write: Option<PathBuf>,
 }
 

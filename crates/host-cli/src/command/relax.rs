@@ -22,7 +22,7 @@ in the CSV, the picture and the summary reaction forces are positive.";
     after_help = "Examples:\n  host-cli relax\n  host-cli relax --tissue prostate-healthy \
                   --strain 3% --duration 60s --out healthy\n  host-cli relax --controller experiments/indenter.toml \
                   # the indenter a mass, held by a controller\n  host-cli relax --scheme grunwald:1000   \
-                  # see short memory fail\n  host-cli relax encoder_resolution=1um safety.stuck_time=0.2s   # any other key"
+                  # see short memory fail\n  host-cli relax encoder_resolution=1um safety.stop_time=50ms   # any other key"
 )]
 pub struct Arguments {
     #[command(flatten)]

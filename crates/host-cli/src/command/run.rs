@@ -8,8 +8,8 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::file::Document;
 use haptic_experiment::parameters::{
-    COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY,
-    TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED,
+    BENCH, COUPLER, COUPLER_REQUIRED, CREEP, DESIGN, DRIVE, MEASURE, ON_DEVICE, Parameter, RELAX,
+    RENDERING, SAFETY, TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED, ZWIDTH,
 };
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -64,6 +64,10 @@ pub const TABLES: &[(&str, &[Parameter])] = &[
     ("[touch]", TOUCH),
     ("Every table but [teleoperation], the device", ON_DEVICE),
     ("Every table, the safety chain", SAFETY),
+    ("zwidth", ZWIDTH),
+    ("design", DESIGN),
+    ("zwidth and design, the device", BENCH),
+    ("device measure", MEASURE),
 ];
 
 /// The long help: keys of each table, with defaults and ranges.

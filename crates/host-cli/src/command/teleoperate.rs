@@ -78,7 +78,8 @@ impl Arguments {
     /// # Errors
     /// A wrong file or address; nobody, or the wrong one, at the other end; silence, a fault or Ctrl-C in the middle.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mut experiment = self.experiment()?;
+        let document = self.document()?;
+        let mut experiment = experiment(&document)?;
         experiment.force_unstable = self.force_unstable;
         let patience = Duration::try_from_secs_f64(self.patience.0).map_err(|_| {
             Failure::bad_input(format_args!(
@@ -105,7 +106,10 @@ impl Arguments {
             }
         };
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
-        let request = folder(self.out.clone(), &end.side().to_string(), self.overwrite);
+        let mut request = folder(self.out.clone(), &end.side().to_string(), self.overwrite);
+        document
+            .keep_in(&mut request.provenance)
+            .map_err(Failure::input)?;
         let supervisor = Supervisor {
             stop,
             progress: &|_| {},
@@ -117,17 +121,15 @@ impl Arguments {
         ended_well(&report, &experiment, terms)
     }
 
-    fn experiment(&self) -> Result<TeleoperationExperiment, Failure> {
-        let document = match &self.file {
-            Some(path) => Document::read(path).map_err(Failure::input)?,
-            None => Document::new("teleoperation"),
-        };
-        let document = self.options.clone().over(document)?;
-        match ExperimentFile::open(&document).map_err(Failure::input)? {
-            ExperimentFile::Teleoperation(experiment) => Ok(*experiment),
-            _ => Err(Failure::bad_input(
-                "the file is of another experiment: give one with a table [teleoperation]",
-            )),
+    fn document(&self) -> Result<Document, Failure> {
+        let (defaults, options) = (Document::new("teleoperation"), self.options.clone());
+        match &self.file {
+            None => options.over(defaults),
+            // Without a file the first value stands in its place.
+            Some(first) if first.to_string_lossy().contains('=') && !first.exists() => {
+                options.and(&first.to_string_lossy()).over(defaults)
+            }
+            Some(path) => options.over(Document::read(path).map_err(Failure::input)?),
         }
     }
 
@@ -148,6 +150,15 @@ impl Arguments {
                  127.0.0.1:4810",
             )),
         }
+    }
+}
+
+fn experiment(document: &Document) -> Result<TeleoperationExperiment, Failure> {
+    match ExperimentFile::open(document).map_err(Failure::input)? {
+        ExperimentFile::Teleoperation(experiment) => Ok(*experiment),
+        _ => Err(Failure::bad_input(
+            "the file is of another experiment: give one with a table [teleoperation]",
+        )),
     }
 }
 

@@ -133,7 +133,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (
         "sample_time_s = 0.002\n",
         "",
-        "wall.toml:1: missing key `sample_time_s` in [wall]",
+        "wall.toml:1: missing key `sample_time_s` in [wall]: give it",
     ),
     (
         "damping_n_s_per_m",
