@@ -25,7 +25,7 @@ parameters! {
          makes a serial device let go [default: 10]");
     /// Device file.
     DEVICE_MODEL = text("device_model", "",
-        "Device file, as device measure writes it: mass, damping, hand, delay, lag, friction, encoder and noise where no key says them");
+        "Device file, as device measure writes it: mass, damping, hand, delay, lag, friction, encoder and noise, below the keys beside it; on the rig of [relax] and [creep] for the guard alone");
 }
 
 /// Of every experiment on a device.

@@ -23,17 +23,17 @@ parameters! {
         "Brake with this damping near workspace and speed limit, and after a fault or stop");
     /// Stop time, s.
     STOP_TIME = optional("stop_time_s", Range::Within(Limits::STOP_TIME_S[0], Limits::STOP_TIME_S[1]),
-        "Time in which the force falls to zero after a fault, a stop or the end, 1ms to 1s [default: 0.1s]");
+        "Time within which the force falls to zero after a fault, a stop or the end, 1ms to 1s [default: 0.1s]");
     /// Brake force, N.
     BRAKE_FORCE = optional("brake_force_n", Range::Within(0.0, Limits::BRAKE_FORCE_MAX_N),
         "Largest force of the braking meanwhile, 0N to 10N [default: 2N]");
     /// Stuck sensor, N.
     STUCK_FORCE = optional("stuck_force_n", FORCES,
-        "A force that grows by this on a position that stands still is a fault; 0 for never [default: 3N on a \
+        "Fault if the force rises by this much while the position stands still; 0 for off [default: 3N on a \
          serial device, else never]");
     /// Stuck sensor, s.
     STUCK_TIME = optional("stuck_time_s", Range::Within(1e-3, 10.0),
-        "Time for which the position has to have stood still for that [default: 0.1s]");
+        "Time that the position has to stand still for that [default: 0.1s]");
     /// Jump of a sensor, m.
     JUMP = optional("jump_m", REACHES,
         "A position that moves in a sample by this more than the speed limit allows is a fault; 0 for never \
@@ -47,7 +47,7 @@ parameters! {
     DEVICE_DELAY_LEAST = optional("device_delay_least_s", DEVICE_TIMES,
         "Least delay of a real device from a measurement to the effect of its force, for the guard energy-bounding");
     /// Largest delay of a real device, s.
-    DEVICE_DELAY_MOST = optional("device_delay_most_s", DEVICE_TIMES, "Largest delay, the same if it is known");
+    DEVICE_DELAY_MOST = optional("device_delay_most_s", DEVICE_TIMES, "Largest delay; equal to the least if it is known exactly");
     /// Lag of a real device, s.
     DEVICE_LAG = optional("device_lag_s", DEVICE_TIMES,
         "Time constant with which the force of a real device follows, for the guard energy-bounding");
