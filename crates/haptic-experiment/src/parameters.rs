@@ -82,18 +82,24 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     own.iter().copied().chain(common).collect()
 }
 
+/// Parameters that name a file or a folder of files, some of them also by a name that is no path.
+pub const FILES: [&str; 5] = [
+    TISSUE.key,
+    LIBRARY.key,
+    CONTROLLER.key,
+    DEVICE_MODEL.key,
+    RESPONSE_FILE.key,
+];
+
 /// True if this text of a parameter is the path of a file or of a folder of files.
 #[must_use]
 pub fn is_path(parameter: &Parameter, text: &str) -> bool {
-    let is_toml = || Path::new(text).extension().is_some_and(|e| e == "toml");
-    match parameter.key {
-        key if key == TISSUE.key => is_toml(),
-        key if key == DEVICE_MODEL.key => !text.is_empty() && text != LABORATORY,
-        key if key == LIBRARY.key || key == CONTROLLER.key || key == RESPONSE_FILE.key => {
-            !text.is_empty()
+    FILES.contains(&parameter.key)
+        && match parameter.key {
+            key if key == TISSUE.key => Path::new(text).extension().is_some_and(|e| e == "toml"),
+            key if key == DEVICE_MODEL.key && text == LABORATORY => false,
+            _ => !text.is_empty(),
         }
-        _ => false,
-    }
 }
 
 #[cfg(test)]

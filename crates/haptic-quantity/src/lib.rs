@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 use std::fmt;
+use std::str::FromStr;
 
 /// A turn, rad.
 const TURN: f64 = 2.0 * PI;
@@ -160,42 +161,32 @@ type Read = fn(&str) -> Result<f64, QuantityError>;
 
 /// Ends of keys, as in `stiffness_n_per_m`, what they are of in a word, and the reader of a text for it; an end of another after it.
 const ENDS: &[(&str, &str, Read)] = &[
-    ("_n_s_1_minus_mu_per_m", "NUMBER", |text| {
-        text.parse().map(|Plain(x)| x)
-    }),
-    ("_n_s_mu_per_m", "NUMBER", |text| {
-        text.parse().map(|Plain(x)| x)
-    }),
-    ("_n_s_per_m", "DAMPING", |text| {
-        text.parse().map(|Damping(x)| x)
-    }),
-    ("_n_per_m", "STIFFNESS", |text| {
-        text.parse().map(|Stiffness(x)| x)
-    }),
-    ("_n_per_s", "RATE", |text| {
-        text.parse().map(|ForceRate(x)| x)
-    }),
-    ("_m_per_s", "SPEED", |text| text.parse().map(|Speed(x)| x)),
-    ("_rad_s", "FREQUENCY", |text| {
-        text.parse().map(|AngularFrequency(x)| x)
-    }),
-    ("_rad", "ANGLE", |text| text.parse().map(|Angle(x)| x)),
-    ("_hz", "FREQUENCY", |text| {
-        text.parse().map(|Frequency(x)| x)
-    }),
-    ("_pa", "STRESS", |text| text.parse().map(|Stress(x)| x)),
-    ("_kg", "MASS", |text| text.parse().map(|Mass(x)| x)),
-    ("_m2", "AREA", |text| text.parse().map(|Area(x)| x)),
-    ("_m", "LENGTH", |text| text.parse().map(|Length(x)| x)),
-    ("_n", "FORCE", |text| text.parse().map(|Force(x)| x)),
-    ("_s", "TIME", |text| text.parse().map(|Time(x)| x)),
+    ("_n_s_1_minus_mu_per_m", "NUMBER", si::<Plain>),
+    ("_n_s_mu_per_m", "NUMBER", si::<Plain>),
+    ("_n_s_per_m", "DAMPING", si::<Damping>),
+    ("_n_per_m", "STIFFNESS", si::<Stiffness>),
+    ("_n_per_s", "RATE", si::<ForceRate>),
+    ("_m_per_s", "SPEED", si::<Speed>),
+    ("_rad_s", "FREQUENCY", si::<AngularFrequency>),
+    ("_rad", "ANGLE", si::<Angle>),
+    ("_hz", "FREQUENCY", si::<Frequency>),
+    ("_pa", "STRESS", si::<Stress>),
+    ("_kg", "MASS", si::<Mass>),
+    ("_m2", "AREA", si::<Area>),
+    ("_m", "LENGTH", si::<Length>),
+    ("_n", "FORCE", si::<Force>),
+    ("_s", "TIME", si::<Time>),
 ];
+
+fn si<Q: Quantity + FromStr<Err = QuantityError>>(text: &str) -> Result<f64, QuantityError> {
+    text.parse().map(|quantity: Q| quantity.si())
+}
 
 /// A key without its unit, what it is of, and the reader of a text for it: of `stiffness_n_per_m` `stiffness`, `STIFFNESS`, and one that knows kN/m.
 fn parts_of_key(key: &str) -> (&str, &'static str, Read) {
     let mut ends = ENDS.iter();
     let end = ends.find_map(|(end, unit, read)| Some((key.strip_suffix(end)?, *unit, *read)));
-    end.unwrap_or((key, "NUMBER", |text| text.parse().map(|Plain(x)| x)))
+    end.unwrap_or((key, "NUMBER", si::<Plain>))
 }
 
 /// A key without its unit: of `stiffness_n_per_m` `stiffness`.

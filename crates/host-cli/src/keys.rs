@@ -11,31 +11,31 @@ use std::sync::OnceLock;
 
 /// A command whose options are made from tables of parameters.
 pub trait Named {
-    /// In the order of the help.
-    const OPTIONS: &'static [&'static Parameter];
+    /// In the order of the help, in groups that several commands have.
+    const OPTIONS: &'static [&'static [&'static Parameter]];
 }
+
+/// Of the rig that presses a tissue.
+const RIG: &[&Parameter] = &[
+    &AREA,
+    &THICKNESS,
+    &SCHEME,
+    &SAMPLE_TIME,
+    &CONTACT,
+    &CONTROLLER,
+    &DEVICE,
+    &LOOP,
+    &DEVICE_MODEL,
+    &GUARD,
+];
 
 /// `relax`.
 #[derive(Clone, Debug)]
 pub struct Relax;
 
 impl Named for Relax {
-    const OPTIONS: &'static [&'static Parameter] = &[
-        &TISSUE,
-        &STRAIN,
-        &RAMP_TIME,
-        &RELAX_DURATION,
-        &AREA,
-        &THICKNESS,
-        &SCHEME,
-        &SAMPLE_TIME,
-        &CONTACT,
-        &CONTROLLER,
-        &DEVICE,
-        &LOOP,
-        &DEVICE_MODEL,
-        &GUARD,
-    ];
+    const OPTIONS: &'static [&'static [&'static Parameter]] =
+        &[&[&TISSUE, &STRAIN, &RAMP_TIME, &RELAX_DURATION], RIG];
 }
 
 /// `creep`.
@@ -43,21 +43,8 @@ impl Named for Relax {
 pub struct Creep;
 
 impl Named for Creep {
-    const OPTIONS: &'static [&'static Parameter] = &[
-        &TISSUE,
-        &STRESS,
-        &CREEP_DURATION,
-        &AREA,
-        &THICKNESS,
-        &SCHEME,
-        &SAMPLE_TIME,
-        &CONTACT,
-        &CONTROLLER,
-        &DEVICE,
-        &LOOP,
-        &DEVICE_MODEL,
-        &GUARD,
-    ];
+    const OPTIONS: &'static [&'static [&'static Parameter]] =
+        &[&[&TISSUE, &STRESS, &CREEP_DURATION], RIG];
 }
 
 /// `run`.
@@ -65,8 +52,8 @@ impl Named for Creep {
 pub struct Run;
 
 impl Named for Run {
-    const OPTIONS: &'static [&'static Parameter] =
-        &[&DEVICE, &LOOP, &DEVICE_MODEL, &GUARD, &CONTROLLER];
+    const OPTIONS: &'static [&'static [&'static Parameter]] =
+        &[&[&DEVICE, &LOOP, &DEVICE_MODEL, &GUARD, &CONTROLLER]];
 }
 
 /// `zwidth`.
@@ -74,7 +61,7 @@ impl Named for Run {
 pub struct ZWidth;
 
 impl Named for ZWidth {
-    const OPTIONS: &'static [&'static Parameter] = &[
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[&[
         &ZWIDTH_ORDERS,
         &ZWIDTH_POINTS,
         &SCHEME,
@@ -88,7 +75,7 @@ impl Named for ZWidth {
         &ONE_SIDED,
         &DEVICE,
         &LOOP,
-    ];
+    ]];
 }
 
 /// `design`.
@@ -96,7 +83,7 @@ impl Named for ZWidth {
 pub struct Design;
 
 impl Named for Design {
-    const OPTIONS: &'static [&'static Parameter] = &[
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[&[
         &WISH,
         &WISH_TISSUE,
         &WISH_FREQUENCY,
@@ -112,7 +99,7 @@ impl Named for Design {
         &DELAY,
         &TRIAL_FORCE_LIMIT,
         &FORCE_NOISE_LIMIT,
-    ];
+    ]];
 }
 
 /// `teleoperate`.
@@ -120,7 +107,7 @@ impl Named for Design {
 pub struct Teleoperate;
 
 impl Named for Teleoperate {
-    const OPTIONS: &'static [&'static Parameter] = &[];
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[];
 }
 
 /// `device measure`.
@@ -128,7 +115,7 @@ impl Named for Teleoperate {
 pub struct Measure;
 
 impl Named for Measure {
-    const OPTIONS: &'static [&'static Parameter] = &[
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[&[
         &MEASURE_DEVICE,
         &MEASURE_FORCE_LIMIT,
         &MEASURE_BOX,
@@ -138,33 +125,30 @@ impl Named for Measure {
         &DEVICE_MODEL,
         &MASS,
         &DAMPING,
-    ];
+    ]];
 }
-
-/// All of them.
-const ALL: [&[&Parameter]; 6] = [
-    Relax::OPTIONS,
-    Creep::OPTIONS,
-    Run::OPTIONS,
-    ZWidth::OPTIONS,
-    Design::OPTIONS,
-    Measure::OPTIONS,
-];
 
 /// The keys with an option of the command that runs.
-static OF_COMMAND: OnceLock<&'static [&'static Parameter]> = OnceLock::new();
+static OF_COMMAND: OnceLock<Vec<&'static Parameter>> = OnceLock::new();
 
-/// Says that these keys have an option of the command that runs.
-pub fn are(options: &'static [&'static Parameter]) {
+/// Says that the options of this command are those that an error may name.
+pub fn are<N: Named>() {
     // There is one command in a process.
-    let _ = OF_COMMAND.set(options);
+    let _ = OF_COMMAND.set(N::OPTIONS.concat());
 }
 
-/// The keys with an option of the command that runs; without a document those of all commands.
+/// The keys with an option of the command that runs; of one without a document those of all commands.
 #[must_use]
 pub fn of_command() -> Vec<&'static Parameter> {
-    let all = || ALL.concat();
-    OF_COMMAND
-        .get()
-        .map_or_else(all, |options| options.to_vec())
+    let all = || {
+        let each = [
+            Relax::OPTIONS,
+            Creep::OPTIONS,
+            Run::OPTIONS,
+            ZWidth::OPTIONS,
+        ];
+        let each = each.into_iter().chain([Design::OPTIONS, Measure::OPTIONS]);
+        each.flat_map(<[_]>::concat).collect()
+    };
+    OF_COMMAND.get().cloned().unwrap_or_else(all)
 }

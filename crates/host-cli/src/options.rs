@@ -91,7 +91,8 @@ fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
 }
 
 /// The help of a parameter with its default.
-fn help(parameter: &Parameter) -> String {
+#[must_use]
+pub fn help(parameter: &Parameter) -> String {
     let Parameter { shown, help, .. } = parameter;
     match shown.is_empty() {
         true => (*help).to_owned(),
@@ -126,7 +127,7 @@ fn argument(parameter: &'static Parameter) -> Arg {
 
 impl<N: Named> Args for Options<N> {
     fn augment_args(command: Command) -> Command {
-        let options = N::OPTIONS.iter().map(|parameter| argument(parameter));
+        let options = N::OPTIONS.concat().into_iter().map(argument);
         let values = Arg::new(VALUES).num_args(0..).help(
             "Any other key, with a unit or in SI units, as in sample_time=1ms; `host-cli run --help` has them all",
         );
@@ -141,7 +142,7 @@ impl<N: Named> Args for Options<N> {
 impl<N: Named> FromArgMatches for Options<N> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
         let mut options = Vec::new();
-        for parameter in N::OPTIONS.iter().copied() {
+        for parameter in N::OPTIONS.concat() {
             let name = option_of(parameter.key);
             let (text, said) = match parameter.value {
                 Kind::Flag(_) if matches.get_flag(parameter.key) => {
@@ -182,7 +183,7 @@ impl<N: Named> Options<N> {
     /// # Errors
     /// A file without an experiment; a value that is none, or given twice.
     pub fn over(self, mut document: Document) -> Result<Document, Failure> {
-        keys::are(N::OPTIONS);
+        keys::are::<N>();
         let kind = document.kind().map_err(Failure::input)?;
         let refused = |said: &str, error| Failure::bad_input(format_args!("{said}: {error}"));
         for (parameter, text, said) in self.options {

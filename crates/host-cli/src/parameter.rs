@@ -75,12 +75,6 @@ pub fn with_options(message: &str) -> String {
     text
 }
 
-/// The help of an option whose default stands in the library, for those that have to know whether they were given.
-#[must_use]
-pub fn help_with_default(parameter: &Parameter) -> String {
-    format!("{} [default: {}]", parameter.help, parameter.shown)
-}
-
 /// Text of an error, with options in place of parameters. An error about an experiment file keeps the keys of the file.
 #[must_use]
 pub fn in_words(failure: &Failure) -> String {

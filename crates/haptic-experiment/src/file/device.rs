@@ -57,7 +57,7 @@ pub(super) fn remote_by(
         let idle = [&p::LOOP, &p::WATCHDOG, &p::LATE_TICKS, &p::MAX_AGE_TICKS];
         return without(
             table,
-            &idle,
+            idle,
             "on the simulated device: give `device` too, as serial:PATH",
         )
         .map(|()| None);
@@ -72,12 +72,13 @@ pub(super) fn remote_by(
 }
 
 /// Refuses keys that were given over the file and have no effect.
-pub(super) fn without(
+pub(super) fn without<'p>(
     table: &Table<'_>,
-    keys: &[&Parameter],
+    keys: impl IntoIterator<Item = &'p Parameter>,
     whence: &str,
 ) -> Result<(), FileError> {
-    match keys.iter().find(|parameter| table.is_given(parameter)) {
+    let given = keys.into_iter().find(|parameter| table.is_given(parameter));
+    match given {
         Some(Parameter { key, .. }) => {
             let reason = format!("{key} has no effect {whence}, or omit {key}");
             Err(table.fail_at(key, reason))
@@ -91,7 +92,7 @@ pub(super) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
     if noise_m == 0.0 {
         without(
             table,
-            &[&p::SEED],
+            [&p::SEED],
             "without noise: give `sensor_noise_m` too, as 1e-6",
         )?;
     }

@@ -34,10 +34,9 @@ impl Measurement {
         let table = with_devices(table.with_keys(&p::of_kind(kind))?)?;
         let remote = remote_by(&table, &p::MEASURE_DEVICE)?;
         if remote.is_some() {
-            let simulated: Vec<&p::Parameter> = p::SIMULATED.iter().collect();
             without(
                 &table,
-                &simulated,
+                p::SIMULATED,
                 "on a real device, which is measured: give `device` = \"sim\"",
             )?;
         }

@@ -14,6 +14,7 @@ use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use std::path::PathBuf;
 
 /// Sample time and duration, s, of a run that is not too long.
 pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
@@ -35,13 +36,11 @@ pub(super) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
 
 /// The device file, if one is named.
 pub(super) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
-    let name = table.text(&p::DEVICE_MODEL)?;
-    let path = table.path(&p::DEVICE_MODEL);
-    let read = || {
-        DeviceModel::find(&path.unwrap_or_else(|| name.into()))
+    let read = |path: PathBuf| {
+        DeviceModel::find(&path)
             .map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))
     };
-    (!name.is_empty()).then(read).transpose()
+    table.file(&p::DEVICE_MODEL)?.map(read).transpose()
 }
 
 /// The simulated device and its sensors.
@@ -67,7 +66,7 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
     if !table.has(&p::DEVICE_MODEL) {
         return GuardedDevice::default();
     }
-    let is = |parameter: &p::Parameter| table.is_written(parameter);
+    let is = |parameter: &p::Parameter| !table.lies_below(parameter, &p::DEVICE_MODEL);
     let all = GuardedDevice::simulated(device, sensors);
     GuardedDevice {
         mass_kg: all.mass_kg.filter(|_| is(&p::MASS)),

@@ -84,19 +84,11 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
     let remote = remote(table)?;
     if remote.is_some() {
         // It has its own, whatever its file says of them.
-        let own = [
-            &p::FRICTION,
-            &p::DELAY,
-            &p::CURRENT_LAG,
-            &p::ENCODER_RESOLUTION,
-            &p::SENSOR_NOISE,
-            &p::SEED,
-            &p::IMPACT,
-        ];
+        let own = p::LESS_THAN_IDEAL.iter().chain([&p::IMPACT]);
         without(
             table,
-            &own,
-            "on a real device, which has its own and cannot be thrown: leave the simulated one",
+            own,
+            "on a real device, which has its own and cannot be thrown: give `device` = \"sim\"",
         )?;
     }
     let mut bench = bench(table)?;

@@ -97,27 +97,16 @@ impl<'a> Table<'a> {
         parameter: &Parameter,
         read: impl Fn(&Path) -> Result<Vec<(&'static str, f64)>, FileError>,
     ) -> Result<Self, FileError> {
-        let mut parts = self.parts.iter_mut();
-        let naming = parts.find_map(|part| Some((part.find(parameter.key)?, part)));
-        if let Some((found, part)) = naming
-            && let DeValue::String(name) = found.value
-            && !name.is_empty()
-        {
-            let path = match is_path(parameter, name) {
-                true => beside(found.source, name),
-                false => PathBuf::from(name.as_ref()),
-            };
-            part.named = read(&path).map_err(|error| found.fail(error.to_string()))?;
+        if let Some(path) = self.file(parameter)? {
+            let numbers = read(&path);
+            let numbers =
+                numbers.map_err(|error| self.fail_at(parameter.key, error.to_string()))?;
+            let mut parts = self.parts.iter_mut();
+            if let Some(part) = parts.find(|part| part.find(parameter.key).is_some()) {
+                part.named = numbers;
+            }
         }
         Ok(self)
-    }
-
-    /// True if the number is written, in a layer that wins over any file that is named.
-    pub(crate) fn is_written(&self, parameter: &Parameter) -> bool {
-        let mut parts = self.parts.iter();
-        let first = parts
-            .find(|part| part.find(parameter.key).is_some() || part.named(parameter.key).is_some());
-        first.is_some_and(|part| part.find(parameter.key).is_some())
     }
 
     /// True if a text is given by this other key, and in no higher layer the key.
@@ -151,6 +140,13 @@ impl<'a> Table<'a> {
             DeValue::String(text) if is_path(parameter, text) => Some(beside(found.source, text)),
             _ => None,
         }
+    }
+
+    /// The file that a key names: a path from the folder of its file, or a name as it is; none where the text is empty.
+    pub(crate) fn file(&self, parameter: &Parameter) -> Result<Option<PathBuf>, FileError> {
+        let name = self.text(parameter)?;
+        let file = || self.path(parameter).unwrap_or_else(|| name.into());
+        Ok((!name.is_empty()).then(file))
     }
 
     /// True if the key is there.

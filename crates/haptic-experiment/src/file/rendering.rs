@@ -19,11 +19,11 @@ use haptic_tissue::Library;
 
 /// The controller that holds the indenter.
 fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
-    let name = table.required_text(&p::CONTROLLER)?;
-    let path = table.path(&p::CONTROLLER);
+    table.required_text(&p::CONTROLLER)?;
+    let path = table.file(&p::CONTROLLER)?.unwrap_or_default();
     Ok(Drive {
         force_limit_n: table.number(&p::DRIVE_FORCE_LIMIT)?,
-        ..Drive::read(&path.unwrap_or_else(|| name.into()))?
+        ..Drive::read(&path)?
     })
 }
 
@@ -53,14 +53,12 @@ pub(super) fn creep(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Cree
 
 /// A tissue of the library and a piece of it.
 pub(super) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
-    let folder = table.path(&p::LIBRARY);
+    let folder = table.file(&p::LIBRARY)?;
     let library = Library::load(folder.as_deref())
         .map_err(|error| table.fail_at("library", error.to_string()))?;
-    let name = table.text(&p::TISSUE)?;
-    let path = table.path(&p::TISSUE);
-    let path = path.map(|path| path.to_string_lossy().into_owned());
+    let tissue = table.file(&p::TISSUE)?.unwrap_or_default();
     let material = library
-        .find(path.as_deref().unwrap_or(name))
+        .find(&tissue.to_string_lossy())
         .map_err(|error| table.fail_at("tissue", error.to_string()))?;
     let material = ModelledTissue::new(material)
         .map_err(|error| table.fail_at("tissue", error.to_string()))?;
@@ -112,7 +110,7 @@ fn rendering(
     let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
     if there && precision == Precision::F64 {
         let idle = "in a loop on the device, which computes in f32: give `loop` = \"host\"";
-        without(table, &[&p::PRECISION], idle)?;
+        without(table, [&p::PRECISION], idle)?;
     }
     let (safety, preflight) = guarded(table, remote.is_some())?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;

@@ -1,10 +1,10 @@
 //! Of a measurement of the device itself.
 
 use super::device::{DEVICE, DEVICE_MODEL, MAX_AGE_TICKS, WATCHDOG};
-use super::experiment::{ENCODER_RESOLUTION, SAMPLE_TIME, SEED, SENSOR_NOISE};
-use super::kind::{Parameter, parameters};
+use super::experiment::SAMPLE_TIME;
+use super::kind::{Parameter, joined, parameters};
 use super::range::Range;
-use super::wall::{CURRENT_LAG, DAMPING, DELAY, FRICTION, HAND_STIFFNESS, MASS};
+use super::wall::{DAMPING, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS};
 
 parameters! {
     /// Sample time of a measurement, s.
@@ -34,15 +34,7 @@ pub const MEASURE: &[Parameter] = &[
 /// Of the device that is measured, and of the line to it.
 pub const MEASURED: &[Parameter] = &[MEASURE_DEVICE, WATCHDOG, MAX_AGE_TICKS];
 /// Of a simulated one.
-pub const SIMULATED: &[Parameter] = &[
-    DEVICE_MODEL,
-    MASS,
-    DAMPING,
-    HAND_STIFFNESS,
-    FRICTION,
-    DELAY,
-    CURRENT_LAG,
-    ENCODER_RESOLUTION,
-    SENSOR_NOISE,
-    SEED,
-];
+pub const SIMULATED: &[Parameter] = &joined::<10>(&[
+    &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
+    LESS_THAN_IDEAL,
+]);

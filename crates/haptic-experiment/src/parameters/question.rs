@@ -1,15 +1,10 @@
 //! Of `[zwidth]` and `[design]`: questions to a device, answered without a log.
 
-use super::device::DEVICE_MODEL;
-use super::experiment::{
-    AREA, ENCODER_RESOLUTION, LIBRARY, SAMPLE_TIME, SCHEME, SEED, SENSOR_NOISE, THICKNESS,
-};
-use super::kind::{Parameter, parameters};
+use super::experiment::{AREA, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS};
+use super::kind::{Parameter, joined, parameters};
+use super::measure::SIMULATED;
 use super::range::{self, Range};
-use super::wall::{
-    CURRENT_LAG, DAMPING, DELAY, FRICTION, HAND_STIFFNESS, IMPACT, MASS, ONE_SIDED, PUSH,
-    TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW,
-};
+use super::wall::{IMPACT, ONE_SIDED, PUSH, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW};
 
 parameters! {
     /// Orders of a Z-width.
@@ -39,20 +34,7 @@ parameters! {
 pub const COMPARED_AT_HZ: f64 = 1.0;
 
 /// The device of both.
-pub const BENCH: &[Parameter] = &[
-    MASS,
-    DAMPING,
-    HAND_STIFFNESS,
-    SAMPLE_TIME,
-    TRIAL_FORCE_LIMIT,
-    DEVICE_MODEL,
-    FRICTION,
-    DELAY,
-    CURRENT_LAG,
-    ENCODER_RESOLUTION,
-    SENSOR_NOISE,
-    SEED,
-];
+pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
 
 /// Of `[zwidth]`, beside [`BENCH`].
 pub const ZWIDTH: &[Parameter] = &[

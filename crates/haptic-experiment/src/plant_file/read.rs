@@ -90,9 +90,9 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
             current_lag_s: table.number(&p::CURRENT_LAG)?,
         },
         _ => {
-            let name = table.required_text(&p::RESPONSE_FILE)?;
-            let path = table.path(&p::RESPONSE_FILE);
-            let points = read_response(&path.unwrap_or_else(|| name.into()));
+            table.required_text(&p::RESPONSE_FILE)?;
+            let path = table.file(&p::RESPONSE_FILE)?.unwrap_or_default();
+            let points = read_response(&path);
             PlantModel::Measured(
                 points.map_err(|reason| table.fail_at(p::RESPONSE_FILE.key, reason))?,
             )

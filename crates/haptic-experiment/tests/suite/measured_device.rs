@@ -99,6 +99,17 @@ fn usual() -> MassDamperConfig {
     }
 }
 
+/// The motion of a simulated device that is less than ideal.
+fn measured(
+    plan: &MeasurePlan,
+    device: MassDamperConfig,
+    imperfections: &Imperfections,
+) -> MotionRecord {
+    let device = (imperfections.on(device), imperfections.sensors);
+    let never = AtomicBool::new(false);
+    on_simulated(plan, device, &|_| {}, &never).expect("measures")
+}
+
 fn short() -> MeasurePlan {
     MeasurePlan {
         duration_s: 4.0,
@@ -171,14 +182,8 @@ fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
                 seed: 1,
             },
         };
-        let (plan, never) = (MeasurePlan::default(), AtomicBool::new(false));
-        let record = on_simulated(
-            &plan,
-            (imperfections.on(device), imperfections.sensors),
-            &|_| {},
-            &never,
-        )
-        .expect("measures");
+        let plan = MeasurePlan::default();
+        let record = measured(&plan, device, &imperfections);
         let found = found(&record, false);
         let told = found.warnings.iter().any(|said| said.contains("apart"));
         let right = (found.mass_kg.value / mass - 1.0).abs() < 0.05;

@@ -1,22 +1,15 @@
 //! A form as the document that it stands for, and the place of what comes of it.
 
 use super::forms;
+use haptic_experiment::Failure;
 use haptic_experiment::file::Document;
 use haptic_experiment::folder::{FolderRequest, next_free};
+use haptic_experiment::parameters::FILES;
 use haptic_experiment::remote::RemoteDevice;
-use haptic_experiment::{Failure, parameters};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// Parameters that name a file, or a folder of files.
-const FILES: [&str; 4] = [
-    parameters::TISSUE.key,
-    parameters::LIBRARY.key,
-    parameters::CONTROLLER.key,
-    parameters::DEVICE_MODEL.key,
-];
 
 /// The document that a form stands for.
 ///

@@ -2,13 +2,13 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; 10 unless it is given, 500 at night.
 
+use super::measured;
 use fracdiff::Seconds;
-use haptic_experiment::measured_device::{Estimate, MeasurePlan, Measured, estimate, on_simulated};
+use haptic_experiment::measured_device::{Estimate, MeasurePlan, Measured, estimate};
 use haptic_experiment::{Imperfections, Sensors};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use rayon::prelude::*;
-use std::sync::atomic::AtomicBool;
 use testkit::Random;
 
 /// A device, and what was found.
@@ -52,14 +52,7 @@ fn random_device(case: u64) -> (MassDamperConfig, Imperfections) {
 fn measure(number: u64) -> Case {
     let (device, imperfections) = random_device(number);
     let plan = MeasurePlan::default();
-    let never = AtomicBool::new(false);
-    let record = on_simulated(
-        &plan,
-        (imperfections.on(device), imperfections.sensors),
-        &|_| {},
-        &never,
-    )
-    .expect("measures");
+    let record = measured(&plan, device, &imperfections);
     assert!(record.largest_force_n() <= plan.force_n());
     let (low, high) = record.reach_m();
     assert!(-low <= plan.box_m && high <= plan.box_m);

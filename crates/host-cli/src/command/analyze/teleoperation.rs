@@ -6,8 +6,8 @@ use super::arguments::{Files, logarithmic};
 use crate::choice::choice;
 use crate::command::materials::folder::library;
 use crate::command::words::parse_dissipation;
+use crate::options;
 use crate::output::Output;
-use crate::parameter::help_with_default;
 use crate::whole::whole;
 use crate::within::{number_within, read_within, within};
 use answer::{Answer, Best, Point};
@@ -47,13 +47,13 @@ pub struct TeleoperationArguments {
     architecture: ArchitectureName,
     #[arg(long, value_parser = within::<Time>(p::LINE_DELAY.range()), help = p::LINE_DELAY.help, default_value = p::LINE_DELAY.shown, allow_hyphen_values = true, help_heading = "Line")]
     line_delay: Time,
-    #[arg(long, value_parser = within::<Stiffness>(p::HAND_COUPLER_STIFFNESS.range()), help = help_with_default(&p::HAND_COUPLER_STIFFNESS), allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, value_parser = within::<Stiffness>(p::HAND_COUPLER_STIFFNESS.range()), help = options::help(&p::HAND_COUPLER_STIFFNESS), allow_hyphen_values = true, help_heading = "Line")]
     coupler_stiffness: Option<Stiffness>,
-    #[arg(long, help = help_with_default(&p::HAND_COUPLER_DISSIPATION), value_name = "B_C", value_parser = read_within(parse_dissipation, p::HAND_COUPLER_DISSIPATION.range()), allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, help = options::help(&p::HAND_COUPLER_DISSIPATION), value_name = "B_C", value_parser = read_within(parse_dissipation, p::HAND_COUPLER_DISSIPATION.range()), allow_hyphen_values = true, help_heading = "Line")]
     coupler_dissipation: Option<f64>,
-    #[arg(long, help = help_with_default(&p::HAND_COUPLER_ORDER), value_parser = number_within(p::HAND_COUPLER_ORDER.range()), allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, help = options::help(&p::HAND_COUPLER_ORDER), value_parser = number_within(p::HAND_COUPLER_ORDER.range()), allow_hyphen_values = true, help_heading = "Line")]
     order: Option<f64>,
-    #[arg(long, value_parser = within::<Damping>(p::WAVE_IMPEDANCE.range()), help = help_with_default(&p::WAVE_IMPEDANCE), allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, value_parser = within::<Damping>(p::WAVE_IMPEDANCE.range()), help = options::help(&p::WAVE_IMPEDANCE), allow_hyphen_values = true, help_heading = "Line")]
     wave_impedance: Option<Damping>,
     /// Samples over which waves are played out [default: 2]
     #[arg(long, value_name = "SAMPLES", value_parser = whole::<u32>(1..=10_000), help_heading = "Line")]
