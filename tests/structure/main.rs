@@ -37,7 +37,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "haptic-devices",
         &["haptic-loop", "haptic-link", "haptic-remote"],
     ),
-    ("haptic-tissue", &["fracdiff"]),
+    ("haptic-tissue", &["fracdiff", "haptic-quantity"]),
     ("haptic-analysis", &["fracdiff"]),
     ("haptic-log", &[]),
     ("haptic-figure", &[]),
@@ -52,6 +52,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "haptic-link",
             "haptic-log",
             "haptic-loop",
+            "haptic-quantity",
             "haptic-remote",
             "haptic-teleoperation",
             "haptic-tissue",
@@ -262,6 +263,36 @@ fn names_a_flag(text: &str) -> bool {
         let after = text[at + 2..].chars().next();
         before != Some('-') && after.is_some_and(|letter| letter.is_ascii_lowercase())
     })
+}
+
+/// Whether a text has a key with its unit in it, `` `sample_time_s` ``.
+fn spells_a_key(text: &str) -> bool {
+    let quoted = text.split('`').skip(1).step_by(2);
+    let mut quoted =
+        quoted.filter(|word| word.bytes().all(|b| b == b'_' || b.is_ascii_lowercase()));
+    quoted.any(|word| {
+        ["_s", "_m", "_n", "_kg", "_per_m", "_per_s"]
+            .iter()
+            .any(|unit| word.ends_with(unit))
+    })
+}
+
+#[test]
+fn a_sentence_is_written_once_and_its_keys_are_values() {
+    let mut found = Vec::new();
+    for (name, folder) in crates() {
+        for source in reader::read(&folder.join("src")) {
+            for file in &source.files {
+                let keys = file.texts.iter().filter(|text| spells_a_key(text));
+                let keys = keys.filter(|_| ["haptic-experiment", COMMAND].contains(&name.as_str()));
+                for what in file.edits.iter().chain(keys) {
+                    let offence = (name.clone(), file.name.clone(), what.clone());
+                    found.push((Rule::Sentence, offence.0, offence.1, offence.2));
+                }
+            }
+        }
+    }
+    assert_none(&[Rule::Sentence], &found);
 }
 
 #[test]

@@ -39,6 +39,7 @@ fn read_file(source: &mut Source, file: &Path, children: &Path, module: &[String
         macros: BTreeSet::new(),
         paths: BTreeSet::new(),
         texts: Vec::new(),
+        edits: Vec::new(),
     });
     let entry = source.modules.entry(module.to_vec()).or_default();
     entry.files.insert(number);
@@ -253,6 +254,33 @@ impl<'ast> Visit<'ast> for Reader<'_> {
             self.uses(words(attribute.path()));
             self.tokens(list.tokens.clone());
         }
+    }
+
+    fn visit_expr_method_call(&mut self, call: &'ast syn::ExprMethodCall) {
+        const APART: [&str; 12] = [
+            "replace",
+            "replacen",
+            "contains",
+            "starts_with",
+            "ends_with",
+            "find",
+            "split",
+            "split_once",
+            "strip_prefix",
+            "strip_suffix",
+            "trim_start_matches",
+            "trim_end_matches",
+        ];
+        let method = call.method.to_string();
+        let finished = match &*call.receiver {
+            syn::Expr::MethodCall(of) => of.method == "to_string",
+            syn::Expr::Macro(of) => of.mac.path.is_ident("format"),
+            _ => false,
+        };
+        if finished && APART.contains(&method.as_str()) {
+            self.source.files[self.file].edits.push(method);
+        }
+        visit::visit_expr_method_call(self, call);
     }
 
     fn visit_vis_restricted(&mut self, _: &'ast syn::VisRestricted) {}

@@ -27,6 +27,8 @@ pub(crate) struct File {
     pub(crate) paths: BTreeSet<String>,
     /// Texts between quotation marks.
     pub(crate) texts: Vec<String>,
+    /// Methods that take finished sentences apart.
+    pub(crate) edits: Vec<String>,
 }
 
 #[derive(Debug, Default)]

@@ -12,6 +12,8 @@ pub(crate) enum Rule {
     Arguments,
     /// A text that names an option of the command.
     Flag,
+    /// A sentence that is taken apart, or in which a key of a document is a word and not a value.
+    Sentence,
     /// A crate that uses another, named in place of the module, which the table of arrows does not allow.
     Arrow,
 }

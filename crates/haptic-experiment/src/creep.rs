@@ -15,6 +15,7 @@ use crate::curves::{Published, Quantity, TheoryCurves};
 use crate::drive::DriveVerdict;
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::parameters::STRESS;
 use crate::simulate::Sink;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
@@ -127,7 +128,7 @@ impl Creep {
     pub fn check(&self) -> Result<u64, Failure> {
         if !(self.stress_pa > 0.0 && self.stress_pa <= 1e9) {
             return Err(Failure::bad_input(format_args!(
-                "stress {} Pa is not in (0, 1e9] Pa: give `stress_pa`, as in 100",
+                "stress {} Pa is not in (0, 1e9] Pa: give {STRESS}, as in 100",
                 Shown(self.stress_pa)
             )));
         }

@@ -6,6 +6,7 @@ pub use failed::{at_link, at_port, lost_board, refused_at_port, trouble};
 
 use crate::failure::Failure;
 use crate::named::Named;
+use crate::parameters::{DEVICE, TOUCH_AXES};
 use haptic_devices::{ForeignName, OpenError};
 use haptic_link::{Hello, LoopMode};
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
@@ -135,10 +136,11 @@ impl LinkedName {
         match (has, axes) {
             _ if has == axes => Ok(link),
             (_, 1) => Err(Failure::bad_input(format_args!(
-                "{self} has {has} axes, and this needs one: with several only a [touch] with `axes` = {has} runs so far; name another `device`"
+                "{self} has {has} axes, and this needs one: with several only a [touch] with {} runs so far; name another {DEVICE}",
+                TOUCH_AXES.set_to(has)
             ))),
             _ => Err(Failure::bad_input(format_args!(
-                "{self} has {} and the [touch] has `axes` = {axes}: change `axes`, or name another `device`{}",
+                "{self} has {} and the [touch] has {axes}: change {TOUCH_AXES}, or name another {DEVICE}{}",
                 if has == 1 {
                     "one axis".to_owned()
                 } else {
@@ -265,8 +267,9 @@ impl SerialName {
                 .pop()
                 .ok_or_else(|| Failure::Device(anyhow::anyhow!("the device is gone"))),
             several => Err(Failure::bad_input(format_args!(
-                "devices answer at {}: name one with `device` = serial:PATH",
-                several.join(", ")
+                "devices answer at {}: name one with {}",
+                several.join(", "),
+                DEVICE.set_to("serial:PATH")
             ))),
         }
     }

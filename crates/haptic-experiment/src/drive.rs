@@ -15,6 +15,7 @@ mod rig;
 use crate::controller_file::{ControllerFile, FileError};
 use crate::failure::Failure;
 use crate::parameters;
+use crate::parameters::{CONTROLLER, DRIVE_FORCE_LIMIT, SAMPLE_TIME};
 use fracdiff::parameter::Shown;
 use fractional_control::ControlError;
 use haptic_loop::plant::RigDrive;
@@ -95,7 +96,7 @@ impl Drive {
         let limit = self.force_limit_n;
         if !parameters::DRIVE_FORCE_LIMIT.range().contains(limit) {
             return Err(Failure::bad_input(format_args!(
-                "drive force limit {} N is not {} N: change `drive_force_limit_n`",
+                "drive force limit {} N is not {} N: change {DRIVE_FORCE_LIMIT}",
                 Shown(limit),
                 parameters::DRIVE_FORCE_LIMIT.range()
             )));
@@ -104,7 +105,7 @@ impl Drive {
         if (own / sample_time_s - 1.0).abs() > 1e-9 {
             return Err(Failure::bad_input(format_args!(
                 "drive {}: the controller is made for a sample time of {own} s, the experiment has {sample_time_s} s: \
-                 change `sample_time_s`, or take a `controller` made for it",
+                 change {SAMPLE_TIME}, or take a {CONTROLLER} made for it",
                 self.name
             )));
         }

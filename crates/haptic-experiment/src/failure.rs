@@ -1,5 +1,6 @@
 //! Failure of a command: an error, and an exit code that scripts can rely on.
 
+use crate::parameters::OVERWRITE;
 use haptic_log::record::{NewFileError, RecordError};
 use std::fmt;
 
@@ -34,7 +35,7 @@ impl Failure {
     }
 
     /// Bad input, in the error's own words, and what to do about it.
-    pub fn input_with_advice(error: impl fmt::Display, advice: &str) -> Self {
+    pub fn input_with_advice(error: impl fmt::Display, advice: impl fmt::Display) -> Self {
         Self::bad_input(format_args!("{error}: {advice}"))
     }
 
@@ -125,7 +126,7 @@ impl From<NewFileError> for Failure {
         match &error {
             NewFileError::Io { source, .. } if is_full(source) => Self::DataLost(error.into()),
             NewFileError::Exists(path) => Self::bad_input(format_args!(
-                "`{}` already exists and is not overwritten: choose another name, move it away, or say `overwrite`",
+                "`{}` already exists and is not overwritten: choose another name, move it away, or say {OVERWRITE}",
                 path.display()
             )),
             _ => Self::Input(error.into()),

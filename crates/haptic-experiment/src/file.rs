@@ -31,7 +31,7 @@ mod touch;
 mod wall;
 
 use crate::failure::Failure;
-use crate::parameters::DRIVE_TABLE as DRIVE;
+use crate::parameters::{CONTROLLER, DEVICE, DRIVE_TABLE as DRIVE, FORCE_UNSTABLE};
 use crate::remote::RemoteDevice;
 use crate::schedule::Pace;
 use crate::{
@@ -39,8 +39,8 @@ use crate::{
     WallExperiment, parameters,
 };
 pub use document::Document;
-pub use error::FileError;
 pub(crate) use error::text_of;
+pub use error::{Excerpt, FileError};
 pub use measurement::Measurement;
 use pushed::with_devices;
 pub use question::Question;
@@ -199,9 +199,11 @@ impl ExperimentFile {
     pub fn though_unstable(mut self) -> Result<Self, Failure> {
         let far = matches!(self, Self::Teleoperation(_));
         if self.remote().is_none() && self.drive().is_none() && !far {
-            return Err(Failure::bad_input(
-                "`force_unstable` is for serial devices, drives and teleoperations: give `device` = serial:PATH or `controller` = FILE.toml too",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "{FORCE_UNSTABLE} is for serial devices, drives and teleoperations: give {} or {} too",
+                DEVICE.set_to("serial:PATH"),
+                CONTROLLER.set_to("FILE.toml")
+            )));
         }
         let force_unstable = match &mut self {
             Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {

@@ -1,6 +1,7 @@
 //! Files of an experiment: one folder, one stem, nothing overwritten unasked.
 
 use crate::failure::Failure;
+use crate::parameters::{OUT, OVERWRITE};
 use haptic_log::record::{Leftover, NewFile, leftover_at, nth_file};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -133,7 +134,7 @@ impl OutputFolder {
             }
         }
         Err(Failure::bad_input(format_args!(
-            "`{RESULTS}` holds {0}-0001 to {0}-9999: move some away, or give `out`",
+            "`{RESULTS}` holds {0}-0001 to {0}-9999: move some away, or give {OUT}",
             self.stem
         )))
     }
@@ -158,7 +159,7 @@ impl OutputFolder {
         let taken = EXTENSIONS.map(|extension| self.file(extension));
         match taken.into_iter().chain(others).find(|file| file.exists()) {
             Some(taken) if !self.overwrite => Err(Failure::bad_input(format_args!(
-                "`{}` already exists: choose another folder with `out`, or give `overwrite`",
+                "`{}` already exists: choose another folder with {OUT}, or give {OVERWRITE}",
                 taken.display()
             ))),
             _ => Ok(()),
@@ -327,7 +328,7 @@ impl OpenTable {
 
 fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
     let what = format!(
-        "cannot make the folder `{}`: choose a writable place with `out`",
+        "cannot make the folder `{}`: choose a writable place with {OUT}",
         path.display()
     );
     Failure::writing(error, what)

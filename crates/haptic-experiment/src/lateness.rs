@@ -1,5 +1,6 @@
 //! How late this host may be for a device, and what to allow it where it was later.
 
+use crate::parameters::{MAX_AGE_TICKS, WATCHDOG};
 use fracdiff::parameter::Shown;
 use haptic_link::Limits;
 use haptic_loop::Fault;
@@ -41,8 +42,8 @@ impl Lateness {
                 longer.watchdog_ms == self.watchdog_ms,
                 format!("{} ms is the longest watchdog time", self.watchdog_ms),
                 format!(
-                    "give it longer with `watchdog_s` = {}",
-                    Shown(longer.watchdog_s())
+                    "give it longer with {}",
+                    WATCHDOG.set_to(Shown(longer.watchdog_s()))
                 ),
             ),
             Fault::StaleForce => (
@@ -52,8 +53,8 @@ impl Lateness {
                     self.max_age_ticks
                 ),
                 format!(
-                    "allow it more with `max_age_ticks` = {}",
-                    longer.max_age_ticks
+                    "allow it more with {}",
+                    MAX_AGE_TICKS.set_to(longer.max_age_ticks)
                 ),
             ),
             _ => return None,

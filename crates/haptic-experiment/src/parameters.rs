@@ -1,8 +1,8 @@
 //! Parameters of the experiments: key, default, range and a line for people, once. Experiment files, options with their help,
 //! and the reference of keys are made from these tables.
 //!
-//! Keys carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test of the
-//! command holds each against the number).
+//! Keys carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test
+//! holds each against the number).
 
 mod controller;
 mod coupler;
@@ -30,7 +30,31 @@ pub use teleoperation::*;
 pub use touch::*;
 pub use wall::*;
 
+use haptic_quantity::Key;
 use std::path::Path;
+
+/// Runs although the analysis says no.
+pub const FORCE_UNSTABLE: Key = Key("force_unstable");
+/// Folder of a run.
+pub const OUT: Key = Key("out");
+/// Leave to write over a file or into a folder that is there.
+pub const OVERWRITE: Key = Key("overwrite");
+/// By the clock.
+pub const REALTIME: Key = Key("realtime");
+/// Time to wait for a device or another side.
+pub const PATIENCE: Key = Key("patience");
+/// Share of the ticks that may be skipped.
+pub const SKIPPED_SHARE: Key = Key("skipped_most");
+/// Port at which one side of a teleoperation waits.
+pub const LISTEN: Key = Key("listen");
+/// Address of its other side.
+pub const CONNECT: Key = Key("connect");
+/// Core of the loop.
+pub const PIN: Key = Key("pin");
+/// Port of the page.
+pub const PORT: Key = Key("port");
+/// Rate of a loop, Hz.
+pub const RATE: Key = Key("rate_hz");
 
 /// Kinds of experiments, the names of their tables in files.
 pub const KINDS: [&str; 6] = [
@@ -134,5 +158,26 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_default_is_shown_as_the_number_it_is() {
+        use haptic_quantity::parse_for_key;
+        let mut numbers = 0;
+        for parameter in [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat() {
+            let (Value::Number(Some(default), _), false) =
+                (parameter.value, parameter.shown.is_empty())
+            else {
+                continue;
+            };
+            let (shown, key) = (parameter.shown, parameter.key);
+            let number = parse_for_key(key, shown).expect("a quantity");
+            assert!(
+                (number - default).abs() <= 1e-15 * default.abs(),
+                "{key}: {shown} is {number}, not {default}"
+            );
+            numbers += 1;
+        }
+        assert!(numbers > 15, "{numbers}");
     }
 }

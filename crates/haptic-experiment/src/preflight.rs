@@ -22,6 +22,7 @@ mod verdict;
 
 use crate::failure::Failure;
 use crate::modelled::loop_operator;
+use crate::parameters::{CURRENT_LAG, DAMPING, DELAY, HAND_STIFFNESS, MASS, SAMPLE_TIME};
 use fracdiff::{Order, Scheme, Seconds};
 pub use haptic_analysis::Dynamics;
 use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
@@ -89,19 +90,19 @@ pub(crate) fn refused(error: &AnalysisError) -> Failure {
         _ => "",
     };
     let advice = match what {
-        "alpha" => "it is K·T²/m: change stiffness, mass or `sample_time_s`",
-        "beta" => "it is B·T^(2−μ)/m: change dissipation, mass or `sample_time_s`",
-        "delta" => "it is b·T/m: change `damping_n_s_per_m`, `mass_kg` or `sample_time_s`",
-        "gamma" => "it is k·T²/m: change `hand_stiffness_n_per_m`, `mass_kg` or `sample_time_s`",
-        "mass" => "change `mass_kg`",
-        "damping" => "change `damping_n_s_per_m`",
-        "hand stiffness" => "change `hand_stiffness_n_per_m`",
-        "sample time" => "change `sample_time_s`",
-        "stiffness" => "change the stiffness",
-        "dissipation" => "change the dissipation",
-        "delay" => "change `delay_s` or `sample_time_s`",
-        "lag" | "current lag" => "change `current_lag_s` or `sample_time_s`",
-        _ => "take a device, a wall and a sample time that are more usual",
+        "alpha" => format!("it is K·T²/m: change stiffness, mass or {SAMPLE_TIME}"),
+        "beta" => format!("it is B·T^(2−μ)/m: change dissipation, mass or {SAMPLE_TIME}"),
+        "delta" => format!("it is b·T/m: change {DAMPING}, {MASS} or {SAMPLE_TIME}"),
+        "gamma" => format!("it is k·T²/m: change {HAND_STIFFNESS}, {MASS} or {SAMPLE_TIME}"),
+        "mass" => format!("change {MASS}"),
+        "damping" => format!("change {DAMPING}"),
+        "hand stiffness" => format!("change {HAND_STIFFNESS}"),
+        "sample time" => format!("change {SAMPLE_TIME}"),
+        "stiffness" => "change the stiffness".to_owned(),
+        "dissipation" => "change the dissipation".to_owned(),
+        "delay" => format!("change {DELAY} or {SAMPLE_TIME}"),
+        "lag" | "current lag" => format!("change {CURRENT_LAG} or {SAMPLE_TIME}"),
+        _ => "take a device, a wall and a sample time that are more usual".to_owned(),
     };
     Failure::input_with_advice(format_args!("pre-flight: {error}"), advice)
 }

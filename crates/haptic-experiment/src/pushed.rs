@@ -15,6 +15,7 @@ use super::sensed::Sensors;
 use super::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::failure::Failure;
 use crate::parameters;
+use crate::parameters::{TRIAL_DURATION, WINDOW};
 use crate::simulate::simulate;
 pub(super) use described::six_digits;
 use fracdiff::parameter::Shown;
@@ -90,7 +91,7 @@ impl TrialPlan {
         let samples = crate::schedule::samples(self.duration_s, t, &TRIAL_SAMPLES)?;
         if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {
             return Err(Failure::bad_input(format_args!(
-                "window {} s is not in [{}, {}] s, from ten samples to the whole run: change `window_s` or `duration_s`",
+                "window {} s is not in [{}, {}] s, from ten samples to the whole run: change {WINDOW} or {TRIAL_DURATION}",
                 Shown(self.window_s),
                 Shown(10.0 * t),
                 Shown(self.duration_s)

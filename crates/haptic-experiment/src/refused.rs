@@ -1,6 +1,13 @@
 //! Advice when the loop refuses a parameter, and a check for numbers that no device can hold.
 
 use crate::failure::Failure;
+use crate::parameters::{
+    BRAKE_FORCE, BRAKING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MASS, DEVICE_NOISE, FORCE_LIMIT,
+    FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS,
+    JUMP, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, MASS, Parameter, RISE_TIME,
+    SAMPLE_TIME, SILENCE, SPEED_LIMIT, STOP_TIME, STUCK_FORCE, STUCK_TIME, WAVE_IMPEDANCE,
+    WORKSPACE_HIGH, WORKSPACE_LOW,
+};
 use haptic_loop::ParameterError;
 
 /// A parameter that the loop refuses, with the key that sets it.
@@ -12,52 +19,54 @@ pub fn parameter(error: ParameterError) -> Failure {
 }
 
 /// Advice on the error; `None` for an error that says so itself.
-fn advice(error: &ParameterError) -> Option<&'static str> {
+fn advice(error: &ParameterError) -> Option<String> {
     let ParameterError::Range(range) = error else {
         return None;
     };
+    let change = |key: Parameter| format!("change {key}");
     Some(match range.what {
-        "force limit" => "change `force_limit_n`",
-        "force rate limit" => "change `force_rate_limit_n_per_s`",
-        "sample time" => "change `sample_time_s`",
-        "delay of the line" => "change `line_delay_s`",
-        "jitter" => "change `line_jitter`",
-        "chance of a lost message" => "change `line_loss`",
-        "chance of a repeated message" => "change `line_duplication`",
-        "silence" => "change `silence_s`",
-        "wave impedance" => "change `wave_impedance_n_s_per_m`",
+        "force limit" => change(FORCE_LIMIT),
+        "force rate limit" => change(FORCE_RATE_LIMIT),
+        "sample time" => change(SAMPLE_TIME),
+        "delay of the line" => change(LINE_DELAY),
+        "jitter" => change(LINE_JITTER),
+        "chance of a lost message" => change(LINE_LOSS),
+        "chance of a repeated message" => change(LINE_DUPLICATION),
+        "silence" => change(SILENCE),
+        "wave impedance" => change(WAVE_IMPEDANCE),
         "coupler stiffness and dissipation together" => {
-            "give `coupler_stiffness_n_per_m` or `coupler_dissipation_n_s_mu_per_m` above 0"
+            format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
         }
-        "rise time" => "change `rise_time_s`",
-        "stop time" => "change `stop_time_s`",
-        "brake force" => "change `brake_force_n`",
-        "braking" => "change `braking_n_s_per_m`",
-        "stuck force" => "change `stuck_force_n`",
-        "stuck time" => "change `stuck_time_s`",
-        "jump of the position" => "change `jump_m`",
-        "speed limit" | "soft speed limit" => "change `speed_limit_m_per_s`",
+        "rise time" => change(RISE_TIME),
+        "stop time" => change(STOP_TIME),
+        "brake force" => change(BRAKE_FORCE),
+        "braking" => change(BRAKING),
+        "stuck force" => change(STUCK_FORCE),
+        "stuck time" => change(STUCK_TIME),
+        "jump of the position" => change(JUMP),
+        "speed limit" | "soft speed limit" => change(SPEED_LIMIT),
         "low end of the workspace" | "high end of the workspace" | "workspace soft zone" => {
-            "change `workspace_low_m` or `workspace_high_m`"
+            format!("change {WORKSPACE_LOW} or {WORKSPACE_HIGH}")
         }
-        "mass of the device" => "change `device_mass_kg`",
+        "mass of the device" => change(DEVICE_MASS),
         "damping of the device" | "damping of the guard" | "bound of the guard" => {
-            "change damping or mass of the device, or take another guard"
+            "change damping or mass of the device, or take another guard".to_owned()
         }
-        "noise for the guard" => "change `device_noise_m`",
+        "noise for the guard" => change(DEVICE_NOISE),
         "least delay of the guard" | "delay of the guard" => {
-            "change the delay of the device, or take another guard"
+            "change the delay of the device, or take another guard".to_owned()
         }
-        "lag of the actuator" => "change the lag of the device, or take another guard",
-        "mass" => "change `mass_kg`",
-        "damping" => "change `damping_n_s_per_m`",
-        "hand stiffness" | "with friction, hand stiffness" => "change `hand_stiffness_n_per_m`",
-        "Coulomb friction" => "change `friction_n`",
-        "actuator time constant" => "change `current_lag_s`",
-        "force delay" => "change `delay_s` or the sample time",
+        "lag of the actuator" => "change the lag of the device, or take another guard".to_owned(),
+        "mass" => change(MASS),
+        "damping" => change(DAMPING),
+        "hand stiffness" | "with friction, hand stiffness" => change(HAND_STIFFNESS),
+        "Coulomb friction" => change(FRICTION),
+        "actuator time constant" => change(CURRENT_LAG),
+        "force delay" => format!("change {DELAY} or the sample time"),
         "fastest motion per step" => {
             "such a device cannot be simulated: take more mass, less damping or stiffness, a longer current lag or a \
              shorter sample time"
+                .to_owned()
         }
         _ => return None,
     })

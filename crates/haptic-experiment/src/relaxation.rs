@@ -16,6 +16,7 @@ use crate::drive::DriveVerdict;
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::parameters;
+use crate::parameters::{RAMP_TIME, STRAIN};
 use crate::simulate::Sink;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
@@ -144,7 +145,7 @@ impl Relaxation {
     pub fn check(&self) -> Result<u64, Failure> {
         if !(self.strain > 0.0 && self.strain <= 1.0) {
             return Err(Failure::bad_input(format_args!(
-                "strain {} is not in (0, 1]: give `strain`, as in 0.05",
+                "strain {} is not in (0, 1]: give {STRAIN}, as in 0.05",
                 Shown(self.strain)
             )));
         }
@@ -153,7 +154,7 @@ impl Relaxation {
             Ok(samples)
         } else {
             Err(Failure::bad_input(format_args!(
-                "ramp time {} s is not above 0 s and below the duration of {} s: give `ramp_time_s`",
+                "ramp time {} s is not above 0 s and below the duration of {} s: give {RAMP_TIME}",
                 Shown(self.ramp_time_s),
                 Shown(self.duration_s)
             )))

@@ -12,6 +12,7 @@ use super::simulate::Instrumented;
 use crate::device::Warn;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
+use crate::parameters::{REALTIME, SAMPLE_TIME};
 use fracdiff::Real;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{AnyTick, END, FinishedLog, StartTime};
@@ -95,7 +96,7 @@ where
     schedule.clock().map_err(|error| {
         Failure::input_with_advice(
             error,
-            "give a `sample_time_s` within it, or leave `realtime` away",
+            format_args!("give a {SAMPLE_TIME} within it, or leave {REALTIME} away"),
         )
     })?;
     metadata.extend(request.provenance.clone());

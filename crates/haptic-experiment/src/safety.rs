@@ -4,6 +4,10 @@ mod guard;
 
 use crate::failure::Failure;
 use crate::named::Named as _;
+use crate::parameters::{
+    BRAKING, DEVICE, DEVICE_DAMPING, DEVICE_DELAY_MOST, DEVICE_LAG, DEVICE_MASS, DEVICE_MODEL,
+    DEVICE_NOISE, GUARD, JUMP, SPEED_LIMIT, STUCK_FORCE, STUCK_TIME,
+};
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
 use haptic_loop::units::{
@@ -90,16 +94,16 @@ impl Safety {
             && jump > 0.0
         {
             return Err(Failure::bad_input(format_args!(
-                "jump {jump} m has no effect without a speed limit: give `speed_limit_m_per_s` too, or leave \
-                 `jump_m` out",
+                "jump {jump} m has no effect without a speed limit: give {SPEED_LIMIT} too, or leave \
+                 {JUMP} out",
                 jump = Shown(jump)
             )));
         }
         let stuck = self.stuck_force_n.is_some_and(|force| force > 0.0);
         if let Some(time) = self.stuck_time_s.filter(|_| !stuck) {
             return Err(Failure::bad_input(format_args!(
-                "stuck time {time} s has no effect without a stuck force above 0 N: give `stuck_force_n` too, or leave \
-                 `stuck_time_s` out",
+                "stuck time {time} s has no effect without a stuck force above 0 N: give {STUCK_FORCE} too, or leave \
+                 {STUCK_TIME} out",
                 time = Shown(time)
             )));
         }
@@ -107,7 +111,8 @@ impl Safety {
         if let Some(mass) = self.device_mass_kg.filter(|_| !asked) {
             return Err(Failure::bad_input(format_args!(
                 "device mass {mass} kg has no effect on a simulated device without the guard observer or braking: give \
-                 `guard` = observer or `braking_n_s_per_m` too, or leave `device_mass_kg` out",
+                 {} or {BRAKING} too, or leave {DEVICE_MASS} out",
+                GUARD.set_to(GuardChoice::Observer.name()),
                 mass = Shown(mass)
             )));
         }
@@ -115,7 +120,8 @@ impl Safety {
         if let Some(damping) = self.device_damping_n_s_per_m.filter(|_| !bounded) {
             return Err(Failure::bad_input(format_args!(
                 "device damping {damping} N·s/m has no effect on a simulated device without the guard energy-bounding: \
-                 give `guard` = energy-bounding too, or leave `device_damping_n_s_per_m` out"
+                 give {} too, or leave {DEVICE_DAMPING} out",
+                GUARD.set_to(GuardChoice::EnergyBounding.name())
             )));
         }
         self.acts_on_device()
@@ -147,10 +153,11 @@ impl Safety {
     pub fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
         let with_device = self.with_device(known, real);
         if !real && with_device == self {
-            return Err(Failure::bad_input(
-                "a device file has no effect on the simulated rig, which has masses of its own, without a guard or braking: leave `device_model` \
-                 out, or give `device` = serial:PATH, `guard` or `braking_n_s_per_m` too",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "a device file has no effect on the simulated rig, which has masses of its own, without a guard or braking: leave {DEVICE_MODEL} \
+                 out, or give {device_serial_path}, {GUARD} or {BRAKING} too",
+                device_serial_path = DEVICE.set_to("serial:PATH")
+            )));
         }
         Ok(with_device)
     }
@@ -168,16 +175,16 @@ impl Safety {
                 self.device_delay_s.map(|delay| delay.1),
                 "delay",
                 "s",
-                "device_delay_most_s",
+                DEVICE_DELAY_MOST,
             ),
-            (self.device_lag_s, "lag", "s", "device_lag_s"),
-            (self.device_noise_m, "noise", "m", "device_noise_m"),
+            (self.device_lag_s, "lag", "s", DEVICE_LAG),
+            (self.device_noise_m, "noise", "m", DEVICE_NOISE),
         ];
         for (value, what, unit, key) in told {
             if let Some(value) = value {
                 return Err(Failure::bad_input(format_args!(
-                    "device {what} {value} {unit} has no effect without the guard energy-bounding: give `guard` = \
-                     energy-bounding too, or leave `{key}` out",
+                    "device {what} {value} {unit} has no effect without the guard energy-bounding: give {} too, or leave {key} out",
+                    GUARD.set_to(GuardChoice::EnergyBounding.name()),
                     value = Shown(value)
                 )));
             }

@@ -1,7 +1,7 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
 use crate::failure::Failure;
-use crate::parameters::range;
+use crate::parameters::{SAMPLE_TIME, TRIAL_DURATION, range};
 use crate::realtime::RealtimeOptions;
 use fracdiff::parameter::Shown;
 use haptic_loop::ParameterError;
@@ -92,8 +92,8 @@ pub(crate) fn samples(
         return Ok(samples as u64);
     }
     Err(Failure::bad_input(format_args!(
-        "duration {} s at a sample time of {} s is {samples} samples, which is not in [{}, {:e}]: change `duration_s` \
-         or `sample_time_s`",
+        "duration {} s at a sample time of {} s is {samples} samples, which is not in [{}, {:e}]: change {TRIAL_DURATION} \
+         or {SAMPLE_TIME}",
         Shown(duration_s),
         Shown(sample_time_s),
         allowed.start(),

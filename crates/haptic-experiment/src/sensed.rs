@@ -1,6 +1,7 @@
 //! The sensors that the user asked for, or none.
 
 use crate::failure::Failure;
+use crate::parameters::{ENCODER_RESOLUTION, SENSOR_NOISE};
 use haptic_loop::plant::Sensed;
 use haptic_loop::units::Metres;
 use serde::Serialize;
@@ -40,7 +41,7 @@ impl Sensors {
         Sensed::new(device, Metres(self.encoder_resolution_m), noise).map_err(|error| {
             Failure::input_with_advice(
                 error,
-                "give `encoder_resolution_m` = 0 for an ideal encoder, `sensor_noise_m` = 0 for no noise",
+                format_args!("give {encoder_resolution_m_0} for an ideal encoder, {sensor_noise_m_0} for no noise", encoder_resolution_m_0 = ENCODER_RESOLUTION.set_to("0"), sensor_noise_m_0 = SENSOR_NOISE.set_to("0")),
             )
         })
     }

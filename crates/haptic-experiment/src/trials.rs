@@ -15,6 +15,7 @@ use super::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
 use super::schedule::{Pace, Schedule};
 use crate::device::{Warn, at_link, at_port, refused_at_port, trouble};
 use crate::failure::Failure;
+use crate::parameters::{LOOP, TRIAL_DURATION};
 use haptic_link::{Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
@@ -78,9 +79,10 @@ impl<'a> Trials<'a> {
         stop: &AtomicBool,
     ) -> Result<Self, Failure> {
         if remote.loop_mode == LoopMode::Host {
-            return Err(Failure::bad_input(
-                "a search runs in the device's own loop: leave `loop` = host away",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "a search runs in the device's own loop: omit {}",
+                LOOP.set_to("host")
+            )));
         }
         let link = remote
             .name
@@ -198,7 +200,7 @@ impl<'a> Trials<'a> {
                 "{all} of them ended at a limit of the device ({fault}): {}",
                 remedy(fault, &self.set.limits)
             ),
-            None => "give the trials a longer `duration_s`, or hold the device".to_owned(),
+            None => format!("give the trials a longer {TRIAL_DURATION}, or hold the device"),
         };
         Failure::Run(anyhow::anyhow!(
             "{name}: no wall came to rest in {trials} trials; {why}"

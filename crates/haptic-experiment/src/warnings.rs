@@ -2,74 +2,57 @@
 
 use crate::drive::DriveReport;
 use crate::kept::Record;
+use crate::parameters::{
+    CONTROLLER, DRIVE_FORCE_LIMIT, FORCE_LIMIT, FORCE_RATE_LIMIT, GUARD, RISE_TIME, SAMPLE_TIME,
+    SCHEME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW,
+};
 use crate::remote::{FrameCounts, LinkSummary};
 use crate::run::Ran;
 use haptic_loop::Limiters;
 
-/// What a user can do about each limiter. A serial device has limits of its own beside those of the experiment.
-const REMEDIES: [(Limiters, &str); 8] = [
-    (
-        Limiters::MAGNITUDE,
-        "for the largest force raise `force_limit_n`, or render less stiffly",
-    ),
-    (
-        Limiters::RATE,
-        "for its rate raise `force_rate_limit_n_per_s`, or touch more slowly",
-    ),
-    (
-        Limiters::STARTUP,
-        "it rose from the start on: take a shorter `rise_time_s`, or begin outside",
-    ),
-    (
-        Limiters::WORKSPACE,
-        "it braked near the end of the workspace: stay inside, or widen `workspace_low_m` to `workspace_high_m`",
-    ),
-    (
-        Limiters::VELOCITY,
-        "it braked near the largest speed: move more slowly, or raise `speed_limit_m_per_s`",
-    ),
-    (
-        Limiters::GUARD,
-        "the guard held back energy: render less stiffly, or leave `guard` off where the analysis says passive",
-    ),
-    (
-        Limiters::FAULT,
-        "a fault held it at zero: see the fault in the log",
-    ),
-    (Limiters::STOPPING, "it fell to zero at the end"),
+/// In the order in which they are told.
+const LIMITERS: [Limiters; 8] = [
+    Limiters::MAGNITUDE,
+    Limiters::RATE,
+    Limiters::STARTUP,
+    Limiters::WORKSPACE,
+    Limiters::VELOCITY,
+    Limiters::GUARD,
+    Limiters::FAULT,
+    Limiters::STOPPING,
 ];
 
-/// What helps where the chain of a device limits too: a run can only tighten what is set there.
-const REMEDIES_ON_A_DEVICE: [(Limiters, &str); 5] = [
-    (
-        Limiters::MAGNITUDE,
-        "for the largest force raise `force_limit_n`, here and on the device (`host-cli device set`), or render less stiffly",
-    ),
-    (
-        Limiters::RATE,
-        "for its rate raise `force_rate_limit_n_per_s`, here and on the device (`host-cli device set`), or touch more slowly",
-    ),
-    (
-        Limiters::STARTUP,
-        "from the start on it rose over the device's own rise time, which a run cannot shorten: set a shorter `rise_time_s` there \
-         (`host-cli device set`), or begin outside",
-    ),
-    (
-        Limiters::WORKSPACE,
-        "it braked near the end of the workspace: stay inside, or widen `workspace_low_m` to `workspace_high_m`, here and on the device \
-         (`host-cli device set`)",
-    ),
-    (
-        Limiters::VELOCITY,
-        "it braked near the largest speed: move more slowly, or raise `speed_limit_m_per_s`, here and on the device (`host-cli device set`)",
-    ),
-];
-
-/// What helps against a limiter.
-fn remedy(limiter: Limiters, usual: &'static str, on_device: bool) -> &'static str {
-    let mut own = REMEDIES_ON_A_DEVICE.iter();
-    let own = own.find(|(own, _)| on_device && *own == limiter);
-    own.map_or(usual, |(_, remedy)| remedy)
+/// What a user can do about a limiter. A device has limits of its own, which a run can only tighten.
+fn remedy(limiter: Limiters, on_device: bool) -> String {
+    let here = match on_device {
+        true => ", here and on the device (`host-cli device set`)",
+        false => "",
+    };
+    match limiter {
+        Limiters::MAGNITUDE => {
+            format!("for the largest force raise {FORCE_LIMIT}{here}, or render less stiffly")
+        }
+        Limiters::RATE => {
+            format!("for its rate raise {FORCE_RATE_LIMIT}{here}, or touch more slowly")
+        }
+        Limiters::STARTUP if on_device => format!(
+            "it rose over the device's own rise time: set a shorter {RISE_TIME} there (`host-cli device set`), or begin outside"
+        ),
+        Limiters::STARTUP => {
+            format!("it rose from the start on: take a shorter {RISE_TIME}, or begin outside")
+        }
+        Limiters::WORKSPACE => format!(
+            "it braked near the end of the workspace: stay inside, or widen {WORKSPACE_LOW} to {WORKSPACE_HIGH}{here}"
+        ),
+        Limiters::VELOCITY => format!(
+            "it braked near the largest speed: move more slowly, or raise {SPEED_LIMIT}{here}"
+        ),
+        Limiters::GUARD => format!(
+            "the guard held back energy: render less stiffly, or leave {GUARD} off where the analysis says passive"
+        ),
+        Limiters::FAULT => "a fault held it at zero: see the fault in the log".to_owned(),
+        _ => "it fell to zero at the end".to_owned(),
+    }
 }
 
 /// Sentences for the user.
@@ -93,9 +76,10 @@ impl Warnings {
         });
         if let Some(memory_s) = memory_s.filter(|memory_s| *memory_s < duration_s) {
             self.0.push(format!(
-                "the scheme remembers {} s, the experiment lasts {duration_s} s: {off}`scheme` = full \
+                "the scheme remembers {} s, the experiment lasts {duration_s} s: {off}{} \
                  remembers everything",
-                (memory_s * 1e6).round() / 1e6
+                (memory_s * 1e6).round() / 1e6,
+                SCHEME.set_to("full")
             ));
         } else if notable.is_some() {
             self.0.push(format!(
@@ -112,10 +96,8 @@ impl Warnings {
     /// The same of so many samples, in which these limiters acted, perhaps those of a device.
     pub(crate) fn limited_in(&mut self, samples: u64, limiters: u8, on_device: bool) {
         let acted = |limiter: Limiters| limiters & limiter.bits() != 0;
-        let remedies = REMEDIES.iter().filter(|(limiter, _)| acted(*limiter));
-        let remedies: Vec<&str> = remedies
-            .map(|(limiter, usual)| remedy(*limiter, usual, on_device))
-            .collect();
+        let acted = LIMITERS.into_iter().filter(|limiter| acted(*limiter));
+        let remedies: Vec<String> = acted.map(|limiter| remedy(limiter, on_device)).collect();
         if samples > 0 {
             self.0.push(format!(
                 "the safety chain limited the force in {samples} samples: {}",
@@ -131,8 +113,8 @@ impl Warnings {
         };
         if drive.saturated_samples > 0 {
             self.0.push(format!(
-                "the drive was at its limit of {} N in {} samples: raise `drive_force_limit_n`, or take a slower ramp or \
-                 another `controller`",
+                "the drive was at its limit of {} N in {} samples: raise {DRIVE_FORCE_LIMIT}, or take a slower ramp or \
+                 another {CONTROLLER}",
                 drive.drive_force_limit_n, drive.saturated_samples
             ));
         }
@@ -174,11 +156,11 @@ impl Warnings {
                 let causes = [
                     (
                         realtime.late_by_wake_up,
-                        "woken late (`host-cli rt-check` says what helps)",
+                        "woken late (`host-cli rt-check` says what helps)".to_owned(),
                     ),
                     (
                         realtime.late_by_compute,
-                        "the tick before took too long (give a longer `sample_time_s`)",
+                        format!("the tick before took too long (give a longer {SAMPLE_TIME})"),
                     ),
                 ];
                 let named = causes.into_iter().filter(|(count, _)| *count > 0);
@@ -205,7 +187,7 @@ impl Warnings {
         if link.unanswered + link.forces_not_taken > 0 {
             self.0.push(format!(
                 "of {} ticks of the device {} had no answer of its board, so their positions are old, and {} forces were not sent or not \
-                 confirmed: take a longer `sample_time_s`, a better cable or another USB port",
+                 confirmed: take a longer {SAMPLE_TIME}, a better cable or another USB port",
                 link.ticks, link.unanswered, link.forces_not_taken
             ));
         }
@@ -289,12 +271,11 @@ mod tests {
                 (false, set_there),
                 "{said_of_device}"
             );
-            for (other, _) in REMEDIES.iter().filter(|(other, _)| *other != limiter) {
-                let remedy = REMEDIES.iter().find(|(known, _)| known == other);
-                assert!(!said.contains(remedy.expect("one").1), "{said}");
+            for other in LIMITERS.into_iter().filter(|other| *other != limiter) {
+                assert!(!said.contains(&remedy(other, false)), "{said}");
             }
         }
-        let bits: Vec<u8> = REMEDIES.iter().map(|(limiter, _)| limiter.bits()).collect();
+        let bits: Vec<u8> = LIMITERS.iter().map(|limiter| limiter.bits()).collect();
         assert_eq!(
             bits.iter().fold(0, |all, bit| all | bit),
             u8::MAX,

@@ -1,6 +1,10 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod key;
+
+pub use key::{Key, name_keys};
+
 use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;

@@ -3,6 +3,7 @@
 use super::bench::{Bench, Broken};
 use super::followed::Followed;
 use super::promise::Check;
+use haptic_experiment::parameters::FORCE_LIMIT;
 use haptic_link::{Refusal, State};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
@@ -39,12 +40,12 @@ impl Followed {
     pub(super) fn left_limits(&self) -> Option<String> {
         let fault = Fault::from_code(self.fault?.status.fault)?;
         let advice = match fault {
-            Fault::Workspace => "widen it with host-cli device set `workspace_low_m` = LOW:HIGH",
-            Fault::Velocity => "raise it with host-cli device set `speed_limit_m_per_s` = SPEED",
+            Fault::Workspace => "set a wider workspace (`host-cli device set`)",
+            Fault::Velocity => "set a higher speed limit (`host-cli device set`)",
             _ => return None,
         };
         Some(format!(
-            "a limit of the device ended the trial ({fault}): {advice}, or test with `force_limit_n` = LESS"
+            "a limit of the device ended the trial ({fault}): {advice}, or test with a smaller {FORCE_LIMIT}"
         ))
     }
 }

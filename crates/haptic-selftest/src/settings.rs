@@ -3,6 +3,7 @@
 use fracdiff::parameter::Shown;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::named::Named;
+use haptic_experiment::parameters::{FORCE_LIMIT, WATCHDOG};
 use std::time::Duration;
 
 /// A flight test.
@@ -48,7 +49,7 @@ impl SelfTest {
         let [least, most] = Self::FORCE_LIMIT_N;
         if !(least..=most).contains(&self.force_limit_n) {
             return Err(Failure::bad_input(format_args!(
-                "force limit {} N of a self-test is not in [{least}, {most}] N: change `force_limit_n`",
+                "force limit {} N of a self-test is not in [{least}, {most}] N: change {FORCE_LIMIT}",
                 Shown(self.force_limit_n)
             )));
         }
@@ -58,7 +59,7 @@ impl SelfTest {
         );
         if !(least..=most).contains(&self.watchdog_ms) {
             return Err(Failure::bad_input(format_args!(
-                "watchdog time {} ms is not in [{least}, {most}] ms: change `watchdog_s`",
+                "watchdog time {} ms is not in [{least}, {most}] ms: change {WATCHDOG}",
                 self.watchdog_ms
             )));
         }

@@ -7,7 +7,6 @@ use haptic_experiment::parameters::{
     Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, STRAIN, STRESS, THICKNESS,
     TISSUE, TRIAL_FORCE_LIMIT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
 };
-use std::sync::OnceLock;
 
 /// A command whose options are made from tables of parameters.
 pub trait Named {
@@ -126,29 +125,4 @@ impl Named for Measure {
         &MASS,
         &DAMPING,
     ]];
-}
-
-/// The keys with an option of the command that runs.
-static OF_COMMAND: OnceLock<Vec<&'static Parameter>> = OnceLock::new();
-
-/// Says that the options of this command are those that an error may name.
-pub fn are<N: Named>() {
-    // There is one command in a process.
-    let _ = OF_COMMAND.set(N::OPTIONS.concat());
-}
-
-/// The keys with an option of the command that runs; of one without a document those of all commands.
-#[must_use]
-pub fn of_command() -> Vec<&'static Parameter> {
-    let all = || {
-        let each = [
-            Relax::OPTIONS,
-            Creep::OPTIONS,
-            Run::OPTIONS,
-            ZWidth::OPTIONS,
-        ];
-        let each = each.into_iter().chain([Design::OPTIONS, Measure::OPTIONS]);
-        each.flat_map(<[_]>::concat).collect()
-    };
-    OF_COMMAND.get().cloned().unwrap_or_else(all)
 }

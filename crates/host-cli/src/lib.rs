@@ -12,7 +12,6 @@ pub mod log_plot;
 pub mod options;
 pub mod output;
 pub mod pair;
-pub mod parameter;
 pub mod picture;
 pub mod picture_file;
 pub mod whole;

@@ -1,12 +1,11 @@
 //! `host-cli`: parse, run, map the error to an exit code.
 
-use clap::Parser as _;
 use clap::error::{ContextKind, ErrorKind};
+use clap::{Command, CommandFactory as _, Parser as _};
 use haptic_experiment::failure::Failure;
 use host_cli::cli::Cli;
 use host_cli::options;
-use host_cli::output::note;
-use host_cli::parameter;
+use host_cli::output::{note, refused};
 use std::process::ExitCode;
 
 /// The parser's message in one line, as all our errors are, without its pointer to `--help`.
@@ -19,11 +18,24 @@ fn one_line(message: &str) -> String {
     joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
 }
 
+/// The command that was asked for.
+fn asked() -> Command {
+    let mut command = Cli::command();
+    command.build();
+    for word in std::env::args().skip(1) {
+        if let Some(found) = command.find_subcommand(&word) {
+            command = found.clone();
+        }
+    }
+    command
+}
+
 /// What to write in place of an option that is a key without one.
-fn not_an_option(error: &clap::Error) -> Option<String> {
+fn not_an_option(error: &clap::Error, command: &Command) -> Option<String> {
     let argument = error.get(ContextKind::InvalidArg)?.to_string();
-    let takes_keys =
-        error.kind() == ErrorKind::UnknownArgument && error.to_string().contains(options::VALUES);
+    let mut positionals = command.get_positionals();
+    let takes_keys = error.kind() == ErrorKind::UnknownArgument
+        && positionals.any(|positional| positional.get_id() == options::VALUES);
     let key = options::key_of(&argument).filter(|_| takes_keys)?;
     Some(format!(
         "{argument} is not an option of this command: write {key}=VALUE"
@@ -31,6 +43,8 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
 }
 
 fn main() -> ExitCode {
+    let command = asked();
+    options::name_options(&command);
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
@@ -39,7 +53,7 @@ fn main() -> ExitCode {
                 return match error.print() {
                     Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {
                         let failure = Failure::writing(lost, "cannot write standard output");
-                        note("error", parameter::in_words(&failure));
+                        note("error", &failure);
                         ExitCode::from(failure.exit_code())
                     }
                     _ => ExitCode::SUCCESS,
@@ -51,7 +65,7 @@ fn main() -> ExitCode {
             }
             note(
                 "error",
-                not_an_option(&error).unwrap_or_else(|| one_line(&error.to_string())),
+                not_an_option(&error, &command).unwrap_or_else(|| one_line(&error.to_string())),
             );
             return ExitCode::from(2);
         }
@@ -60,7 +74,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, Failure::BrokenPipe) {
-                note("error", parameter::in_words(&failure));
+                refused(&failure);
             }
             ExitCode::from(failure.exit_code())
         }

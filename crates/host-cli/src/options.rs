@@ -2,7 +2,7 @@
 //!
 //! An option is a key without its unit: `--sample-time 1ms` and `sample_time=1ms` are `sample_time_s = 0.001` in a file.
 
-use crate::keys::{self, Named};
+use crate::keys::Named;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use haptic_experiment::Failure;
@@ -12,7 +12,8 @@ use haptic_experiment::input::short;
 use haptic_experiment::parameters::{
     DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, is_path, of_kind,
 };
-use haptic_quantity::{kind_of_key, parse_for_key, without_unit};
+use haptic_quantity::{kind_of_key, name_keys, parse_for_key, without_unit};
+use std::collections::BTreeSet;
 use std::marker::PhantomData;
 use toml::Value;
 
@@ -43,6 +44,28 @@ pub fn key_of(option: &str) -> Option<String> {
 #[must_use]
 pub fn option_of(key: &str) -> String {
     without_unit(key).replace('_', "-")
+}
+
+/// Names of keys whose option is called otherwise.
+const OTHERWISE: [(&str, &str); 4] = [
+    ("branches", "prony"),
+    ("iso_damping", "not-flat"),
+    ("output_high", "output-limits"),
+    ("output_low", "output-limits"),
+];
+
+/// From here on sentences name a key by the option that this command has for it, `--sample-time`; a key without one
+/// by itself, `` `seed` ``, as `KEY=VALUE` and files have it.
+pub fn name_options(command: &Command) {
+    let options: BTreeSet<String> = command
+        .get_arguments()
+        .filter_map(|argument| argument.get_long().map(str::to_owned))
+        .collect();
+    name_keys(move |key| {
+        let otherwise = OTHERWISE.iter().find(|(known, _)| *known == key);
+        let option = otherwise.map_or_else(|| option_of(key), |(_, option)| (*option).to_owned());
+        options.contains(&option).then(|| format!("--{option}"))
+    });
 }
 
 /// A text as the value of a parameter, in SI units.
@@ -183,7 +206,6 @@ impl<N: Named> Options<N> {
     /// # Errors
     /// A file without an experiment; a value that is none, or given twice.
     pub fn over(self, mut document: Document) -> Result<Document, Failure> {
-        keys::are::<N>();
         let kind = document.kind().map_err(Failure::input)?;
         let refused = |said: &str, error| Failure::bad_input(format_args!("{said}: {error}"));
         for (parameter, text, said) in self.options {

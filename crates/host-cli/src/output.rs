@@ -1,8 +1,9 @@
 //! Printing: results on standard output, everything else on standard error.
 
-use crate::parameter::with_options;
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::input::without_bulk;
+use haptic_experiment::file::FileError;
+use haptic_experiment::input::{ECHO_MOST, without_bulk};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
@@ -105,9 +106,30 @@ pub fn note(kind: &str, text: impl std::fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "{kind}: {}", visible(&text));
 }
 
-/// Says a warning of a library, its parameters as options.
+/// Says why a command did not succeed, and shows the line of a file that is the reason.
+pub fn refused(failure: &Failure) {
+    note("error", failure);
+    let Failure::Input(error) = failure else {
+        return;
+    };
+    let excerpt = error.downcast_ref().and_then(FileError::excerpt);
+    if let Some(excerpt) = excerpt.filter(|excerpt| is_readable(&excerpt.text)) {
+        let line = Snippet::source(&excerpt.text)
+            .line_start(excerpt.line)
+            .annotation(AnnotationKind::Primary.span(excerpt.at.clone()));
+        let shown = Renderer::plain().render(&[Group::with_level(Level::ERROR).element(line)]);
+        let _ = writeln!(io::stderr().lock(), "{shown}");
+    }
+}
+
+/// True of a line that a terminal shows in one.
+fn is_readable(line: &str) -> bool {
+    !line.trim().is_empty() && line.chars().count() <= ECHO_MOST && !line.contains(char::is_control)
+}
+
+/// Says a warning.
 pub fn warn(text: &str) {
-    note("warning", with_options(text));
+    note("warning", text);
 }
 
 /// A number in as few digits as it takes; with an exponent where it would have many.

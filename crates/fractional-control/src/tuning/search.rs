@@ -41,7 +41,7 @@ impl core::fmt::Display for Unmet {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(
             f,
-            "`{}` {:.4} is not reached: {:.4} is the best that was found; allow more, or move `crossover_rad_s`",
+            "`{}` {:.4} is not reached: {:.4} is the best that was found; allow more, or move the crossover",
             self.what, self.wanted, self.reached
         )
     }
@@ -82,7 +82,7 @@ pub fn tune(
         {
             Err(ControlError::NotFound {
                 what: "a stable controller with this crossover, margin and a flat phase",
-                why: "there is one whose phase is not flat there: give up `iso_damping`, or change `crossover_rad_s`",
+                why: "there is one whose phase is not flat there: give up the flat phase, or change the crossover",
             })
         }
         found => found,
@@ -270,7 +270,7 @@ impl<'a> Search<'a> {
         }
         Err(ControlError::NotFound {
             what: "a stable controller with this crossover and margin",
-            why: "every one that was tried crosses over again: lower `crossover_rad_s` or ask for less margin",
+            why: "every one that was tried crosses over again: lower the crossover or ask for less margin",
         })
     }
 
@@ -368,9 +368,9 @@ impl<'a> Search<'a> {
         ControlError::NotFound {
             what: "a pair of gains of the sign of the plant with this crossover, margin and slope of the phase",
             why: if self.wishes.iso_damping {
-                "lower `crossover_rad_s` (dead time makes the phase fall), change `phase_margin_rad`, or give up `iso_damping`"
+                "lower the crossover (dead time makes the phase fall), change the phase margin, or give up the flat phase"
             } else {
-                "lower `crossover_rad_s` (dead time makes the phase fall), or change `phase_margin_rad`"
+                "lower the crossover (dead time makes the phase fall), or change the phase margin"
             },
         }
     }

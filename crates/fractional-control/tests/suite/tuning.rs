@@ -243,7 +243,7 @@ fn wishes_that_contradict_each_other_are_named() {
         ),
         (
             |wish| wish.crossover_rad_s = 20.0,
-            ["was not found", "crossover_rad_s"],
+            ["was not found", "lower the crossover"],
         ),
     ];
     for (wish, parts) in CASES {

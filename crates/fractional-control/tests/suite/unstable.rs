@@ -193,7 +193,7 @@ fn a_flat_phase_that_cannot_be_had_is_named() {
     let plant: Plant = "1/(s^2-1)".parse().expect("valid");
     let error = tune(&plant, None, &Specification::new(10.0, 1.0)).expect_err("not flat");
     assert!(
-        error.to_string().contains("give up `iso_damping`"),
+        error.to_string().contains("give up the flat phase"),
         "{error}"
     );
 }

@@ -219,7 +219,7 @@ pub(super) fn rule(scheme: Scheme) -> Option<(Rule, f64)> {
 }
 
 const SCHEME_REFUSED: ControlError = ControlError::NotFound {
-    what: "a controller with this `scheme`",
+    what: "a controller with this scheme",
     why: "give full[:TOLERANCE] or full-bdf2[:TOLERANCE]",
 };
 
@@ -238,7 +238,7 @@ fn runs_backwards(function: &FractionalTransferFunction) -> Result<(), ControlEr
         zeros => Err(RangeError::new(
             "number of unstable zeros of a limited controller",
             zeros.unwrap_or(1) as f64,
-            "0: leave `output_low` and `output_high` out, or change the function",
+            "0: omit the output limits, or change the function",
             "",
         )
         .into()),

@@ -5,6 +5,9 @@ use super::specification::CouplerExperiment;
 use crate::curves::{CouplerCurves, Published};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::parameters::{
+    COUPLER_DISSIPATION, COUPLER_STIFFNESS, LOOP, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
+};
 use crate::preflight::{PreflightSubject, PreflightVerdict};
 use crate::pushed::{self, Trial, TrialSetup, encoder_step};
 use crate::remote::{RemoteDevice, RemoteLaw};
@@ -67,9 +70,10 @@ impl CouplerExperiment {
     /// If the loop is closed there.
     pub fn check_loop(&self) -> Result<(), Failure> {
         match self.setup.remote.as_ref().map(|remote| remote.loop_mode) {
-            Some(LoopMode::Device) => Err(Failure::bad_input(
-                "a loop on the device cannot carry a coupler, its firmware renders walls: give `loop` = host",
-            )),
+            Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
+                "a loop on the device cannot carry a coupler, its firmware renders walls: give {loop_host}",
+                loop_host = LOOP.set_to("host")
+            ))),
             _ => Ok(()),
         }
     }
@@ -88,7 +92,7 @@ impl CouplerExperiment {
         let object = object.map_err(|error| {
             Failure::input_with_advice(
                 error,
-                "give `object_mass_kg`, `object_damping_n_s_per_m` or `object_stiffness_n_per_m` above 0",
+                format_args!("give {OBJECT_MASS}, {OBJECT_DAMPING} or {OBJECT_STIFFNESS} above 0"),
             )
         })?;
         VirtualCoupler::new(
@@ -101,7 +105,7 @@ impl CouplerExperiment {
         .map_err(|error| {
             Failure::input_with_advice(
                 error,
-                "give `coupler_stiffness_n_s_per_m` or `coupler_dissipation_n_s_1_minus_mu_per_m` above 0",
+                format_args!("give {COUPLER_STIFFNESS} or {COUPLER_DISSIPATION} above 0"),
             )
         })
     }

@@ -20,6 +20,7 @@ mod trial;
 
 use super::answer::goes_on;
 use crate::failure::Failure;
+use crate::parameters::WISH_FREQUENCY;
 use crate::pushed::dynamics;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
@@ -140,7 +141,7 @@ impl CouplerDesign {
     ) -> Result<Vec<CouplerCandidate>, Failure> {
         if !(self.frequency_hz > 0.0 && self.frequency_hz.is_finite()) {
             return Err(Failure::bad_input(format_args!(
-                "frequency {} Hz is not above 0 Hz: give `frequency_hz`, as in 1",
+                "frequency {} Hz is not above 0 Hz: give {WISH_FREQUENCY}, as in 1",
                 Shown(self.frequency_hz)
             )));
         }

@@ -3,6 +3,7 @@
 use crate::dynamics;
 use crate::failure::Failure;
 use crate::modelled::ModelledTissue;
+use crate::parameters::{DESIGN_ORDERS, FORCE_LIMIT, GAIN_MARGIN, WISH_FREQUENCY};
 use crate::refused::parameter;
 use crate::{Imperfections, Sensors};
 use fracdiff::parameter::Shown;
@@ -158,18 +159,18 @@ impl Design {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }
         if self.orders.is_empty() {
-            return Err(Failure::bad_input(
-                "no order was given: give `orders`, as in 0, 0.5, 1",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "no order was given: give {DESIGN_ORDERS}, as in 0, 0.5, 1"
+            )));
         }
         if let Some(order) = self.orders.iter().find(|order| order.get() < 0.0) {
             return Err(Failure::bad_input(format_args!(
-                "order {order} is not in [0, 2]: a wall has no integral; change `orders`"
+                "order {order} is not in [0, 2]: a wall has no integral; change {DESIGN_ORDERS}"
             )));
         }
         if !(device.force_limit_n > 0.0 && device.force_limit_n.is_finite()) {
             return Err(Failure::bad_input(format_args!(
-                "force limit {} N is not above 0 N: give `force_limit_n`, as in 10",
+                "force limit {} N is not above 0 N: give {FORCE_LIMIT}, as in 10",
                 Shown(device.force_limit_n)
             )));
         }
@@ -177,7 +178,7 @@ impl Design {
             && !(gain_margin > 1.0 && gain_margin <= 1e3)
         {
             return Err(Failure::bad_input(format_args!(
-                "gain margin {gain_margin} is not in (1, 1000]: give `gain_margin`, as in 2",
+                "gain margin {gain_margin} is not in (1, 1000]: give {GAIN_MARGIN}, as in 2",
                 gain_margin = Shown(gain_margin)
             )));
         }
@@ -199,7 +200,7 @@ impl Design {
         let highest = 0.5 / device.plant.sample_time.0;
         match self.wish.frequency_hz() {
             Some(f) if !(f > 0.0 && f <= highest) => Err(Failure::bad_input(format_args!(
-                "frequency {f} Hz is not in (0, {highest}] Hz, up to half the sample rate: give `frequency_hz`",
+                "frequency {f} Hz is not in (0, {highest}] Hz, up to half the sample rate: give {WISH_FREQUENCY}",
                 f = Shown(f),
                 highest = Shown(highest)
             ))),

@@ -12,6 +12,7 @@
 use super::Drive;
 use super::port::LatePort;
 use crate::failure::Failure;
+use crate::parameters::{CONTROLLER, FORCE_UNSTABLE};
 use crate::preflight::softer;
 use fracdiff::FrequencyResponse;
 use fracdiff::num_complex::Complex;
@@ -144,8 +145,8 @@ impl DriveVerdict {
         };
         let remedy = unstable.remedy();
         Err(Failure::bad_input(format_args!(
-            "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: take another `controller` (lower gains, or tuned with \
-             `host-cli control design`), or run it all the same with `force_unstable`"
+            "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: take another {CONTROLLER} (lower gains, or tuned with \
+             `host-cli control design`), or run it all the same with {FORCE_UNSTABLE}"
         )))
     }
 

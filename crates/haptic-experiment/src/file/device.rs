@@ -5,7 +5,7 @@ use super::reader::Table;
 use crate::device::{DeviceName, Loop};
 use crate::modelled::operator;
 use crate::parameters as p;
-use crate::parameters::Parameter;
+use crate::parameters::{DEVICE, Parameter, SENSOR_NOISE};
 use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
 use fracdiff::parameter::Shown;
@@ -58,7 +58,7 @@ pub(super) fn remote_by(
         return without(
             table,
             idle,
-            "on the simulated device: give `device` too, as serial:PATH",
+            &format!("on the simulated device: give {DEVICE} too, as serial:PATH"),
         )
         .map(|()| None);
     };
@@ -93,7 +93,7 @@ pub(super) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
         without(
             table,
             [&p::SEED],
-            "without noise: give `sensor_noise_m` too, as 1e-6",
+            &format!("without noise: give {SENSOR_NOISE} too, as 1e-6"),
         )?;
     }
     Ok(Sensors {

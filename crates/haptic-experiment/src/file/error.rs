@@ -2,6 +2,7 @@
 
 use haptic_tissue::read_text;
 use std::fmt;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A document that is wrong: where, and what about it. Prints as one line.
@@ -13,10 +14,22 @@ pub struct FileError {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Place {
-    /// Line of a file, from 1.
-    Line(PathBuf, usize),
+    File(Excerpt),
     /// An option or assignment, in the words of whoever gave it; empty for nowhere in particular.
     Said(String),
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Excerpt {
+    /// The file.
+    pub path: PathBuf,
+    /// Line, from 1.
+    pub line: usize,
+    /// The text of that line.
+    pub text: String,
+    /// The character of it at the place, in bytes; none at its end.
+    pub at: Range<usize>,
 }
 
 /// The text of a file; `kind` is that of the file, as in `experiment`.
@@ -34,6 +47,15 @@ pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
 }
 
 impl FileError {
+    /// The place in a file, if it is about one.
+    #[must_use]
+    pub fn excerpt(&self) -> Option<&Excerpt> {
+        match &self.place {
+            Place::File(excerpt) => Some(excerpt),
+            Place::Said(_) => None,
+        }
+    }
+
     /// An error about what was said, as in `--strain 500%`.
     pub(crate) fn said(said: &str, reason: String) -> Self {
         Self {
@@ -47,7 +69,9 @@ impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = &self.reason;
         match &self.place {
-            Place::Line(path, line) => write!(f, "{}:{line}: {reason}", path.display()),
+            Place::File(Excerpt { path, line, .. }) => {
+                write!(f, "{}:{line}: {reason}", path.display())
+            }
             Place::Said(said) if said.is_empty() => f.write_str(reason),
             Place::Said(said) => write!(f, "{said}: {reason}"),
         }
@@ -79,11 +103,27 @@ impl Source<'_> {
         said.map_or("", String::as_str)
     }
 
+    fn excerpt(self, offset: usize) -> Excerpt {
+        let line = self.line(offset);
+        let text = self.text.lines().nth(line).unwrap_or_default();
+        let before = self.text.get(..offset).unwrap_or_default();
+        let start = before.rfind('\n').map_or(0, |end| end + 1);
+        let before = text.get(..offset - start).unwrap_or(text).len();
+        let at = text[before..].chars().next();
+        let at = before..before + at.map_or(0, char::len_utf8);
+        Excerpt {
+            path: self.path.to_owned(),
+            line: 1 + line,
+            text: text.to_owned(),
+            at,
+        }
+    }
+
     pub(super) fn fail(self, offset: usize, reason: impl Into<String>) -> FileError {
         let in_file = !self.path.as_os_str().is_empty();
         FileError {
             place: match in_file {
-                true => Place::Line(self.path.to_owned(), 1 + self.line(offset)),
+                true => Place::File(self.excerpt(offset)),
                 false => Place::Said(self.said_at(offset).to_owned()),
             },
             // One line, whatever somebody wrote.

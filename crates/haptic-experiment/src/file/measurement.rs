@@ -6,6 +6,7 @@ use super::error::FileError;
 use super::pushed::{device, with_devices};
 use crate::measured_device::MeasurePlan;
 use crate::parameters as p;
+use crate::parameters::DEVICE;
 use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
 use haptic_loop::plant::MassDamperConfig;
@@ -37,7 +38,10 @@ impl Measurement {
             without(
                 &table,
                 p::SIMULATED,
-                "on a real device, which is measured: give `device` = \"sim\"",
+                &format!(
+                    "on a real device, which is measured: give {device_sim}",
+                    device_sim = DEVICE.set_to("sim")
+                ),
             )?;
         }
         let plan = MeasurePlan {

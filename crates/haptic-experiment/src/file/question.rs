@@ -9,7 +9,10 @@ use super::reader::Table;
 use super::rendering::piece;
 use crate::design::coupler::{CouplerCriterion, CouplerDesign};
 use crate::design::{Design, Device, RequireName, Requirement, Wish, WishName};
-use crate::parameters::{self as p, Parameter};
+use crate::parameters::{
+    self as p, CURRENT_LAG, DELAY, DEVICE, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter,
+    SENSOR_NOISE, TISSUE,
+};
 use crate::pushed::TRIAL_SAMPLES;
 use crate::{Imperfections, TissuePiece, ZWidth};
 use fracdiff::{Order, Scheme};
@@ -88,7 +91,10 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
         without(
             table,
             own,
-            "on a real device, which has its own and cannot be thrown: give `device` = \"sim\"",
+            &format!(
+                "on a real device, which has its own and cannot be thrown: give {device_sim}",
+                device_sim = DEVICE.set_to("sim")
+            ),
         )?;
     }
     let mut bench = bench(table)?;
@@ -159,7 +165,7 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
         },
         WishName::Tissue => {
             if table.text(&p::WISH_TISSUE)?.is_empty() {
-                let reason = "the wish tissue needs one: give `tissue`".to_owned();
+                let reason = format!("the wish tissue needs one: give {TISSUE}");
                 return Err(table.fail_at(p::WISH.key, reason));
             }
             let TissuePiece { material, specimen } = piece(table)?;
@@ -186,8 +192,10 @@ fn coupler(
         foreign(table, &parameter, "a wall")?;
     }
     if !bench.imperfections().is_ideal() {
-        let reason = "a coupler is designed for an ideal device: leave out `friction_n`, `delay_s`, \
-                      `current_lag_s`, `encoder_resolution_m`, `sensor_noise_m` and `device_model`";
+        let reason = &format!(
+            "a coupler is designed for an ideal device: leave out {FRICTION}, {DELAY}, \
+                      {CURRENT_LAG}, {ENCODER_RESOLUTION}, {SENSOR_NOISE} and {DEVICE_MODEL}"
+        );
         return Err(table.fail(reason.to_owned()));
     }
     let ideal: MassDamperConfig = Imperfections::NONE.on(bench.plant);

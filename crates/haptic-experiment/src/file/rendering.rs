@@ -7,6 +7,7 @@ use super::reader::Table;
 use super::safety::safety;
 use crate::drive::Drive;
 use crate::modelled::{ModelledTissue, TissuePiece};
+use crate::parameters::LOOP;
 use crate::preflight::PreflightRequest;
 use crate::rendering::Rendering;
 use crate::run::SAMPLES;
@@ -109,7 +110,10 @@ fn rendering(
     let precision = table.choice(&p::PRECISION)?;
     let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
     if there && precision == Precision::F64 {
-        let idle = "in a loop on the device, which computes in f32: give `loop` = \"host\"";
+        let idle = &format!(
+            "in a loop on the device, which computes in f32: give {loop_host}",
+            loop_host = LOOP.set_to("host")
+        );
         without(table, [&p::PRECISION], idle)?;
     }
     let (safety, preflight) = guarded(table, remote.is_some())?;

@@ -427,3 +427,23 @@ fn a_key_is_a_key_whatever_stands_in_it() {
         );
     }
 }
+
+#[test]
+fn an_error_in_a_file_points_at_a_character_of_a_line() {
+    for (text, line, shown, at) in [
+        ("[relax]\nstrain = 5 # %\n", 2, "strain = 5 # %", 9..10),
+        (
+            "# µ\r\n[relax]\r\ntissue = \"µ\"\r\n",
+            3,
+            "tissue = \"µ\"",
+            9..10,
+        ),
+        ("[relax]\nµ = 1", 2, "µ = 1", 0..2),
+        ("[relax]\nstrain =", 2, "strain =", 8..8),
+    ] {
+        let error = ExperimentFile::parse(Path::new("a.toml"), text).expect_err("wrong");
+        let found = error.excerpt().expect("in a file");
+        let found = (found.line, found.text.as_str(), found.at.clone());
+        assert_eq!(found, (line, shown, at), "{error}");
+    }
+}

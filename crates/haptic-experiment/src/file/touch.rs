@@ -7,6 +7,7 @@ use super::rendering::piece;
 use super::safety::safety;
 use crate::kept::WHOLE_MOST;
 use crate::parameters as p;
+use crate::parameters::{TOUCH_AXES, TOUCH_TISSUE, TOUCH_WAY};
 use crate::schedule::Pace;
 use crate::touch::{
     Grip, GripName, HandPath, ShapeName, TouchExperiment, TouchLaw, TouchShape, WorkspaceBox,
@@ -82,9 +83,9 @@ fn acts(table: &Table<'_>) -> Result<(), FileError> {
             &[&p::TOUCH_NORMAL, &p::TOUCH_SURFACE],
             "with a ball",
         ),
-        (tissue, &wall, "with `tissue`"),
-        (!tissue, &no_tissue, "without `tissue`"),
-        (way, &circle, "with `way_points`"),
+        (tissue, &wall, &format!("with {TOUCH_TISSUE}")),
+        (!tissue, &no_tissue, &format!("without {TOUCH_TISSUE}")),
+        (way, &circle, &format!("with {TOUCH_WAY}")),
         (
             !spring,
             &[&p::TOUCH_HAND_STIFFNESS],
@@ -114,7 +115,7 @@ fn per_axis(
         return Ok(Some(numbers));
     }
     let reason = format!(
-        "{key} has {} numbers, not one for each of {axes} axes: change it, or `axes`",
+        "{key} has {} numbers, not one for each of {axes} axes: change it, or {TOUCH_AXES}",
         numbers.len()
     );
     Err(table.fail_at(key, reason))

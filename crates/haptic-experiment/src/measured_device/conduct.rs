@@ -4,6 +4,7 @@ use super::excitation::{Course, Excitation, Finding, Phase};
 use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::failure::Failure;
+use crate::parameters::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT};
 use crate::sensed::Sensors;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;
@@ -144,20 +145,20 @@ impl Outcome {
             }
             Self::Fault(Fault::Workspace) => anyhow::anyhow!(
                 "the device left the box of {box_mm} mm about its start, and the force is zero: put it in the middle of its range, give a larger \
-                 `box_m` or a smaller `force_limit_n`"
+                 {MEASURE_BOX} or a smaller {MEASURE_FORCE_LIMIT}"
             ),
             Self::Fault(fault @ (Fault::Velocity | Fault::PositionJump)) => anyhow::anyhow!(
-                "the device is too fast, and the force is zero ({fault}): give a smaller `force_limit_n`, or see to its sensor"
+                "the device is too fast, and the force is zero ({fault}): give a smaller {MEASURE_FORCE_LIMIT}, or see to its sensor"
             ),
             Self::Fault(fault) => {
                 anyhow::anyhow!("the measurement ended in a fault, and the force is zero: {fault}")
             }
             Self::Blocked => anyhow::anyhow!(
                 "the device does not move under {force} N, and the force is zero: free it, see that its motor is on and its sensor works, or give \
-                 a larger `force_limit_n`, of which a fifth is used"
+                 a larger {MEASURE_FORCE_LIMIT}, of which a fifth is used"
             ),
             Self::MovesByItself => anyhow::anyhow!(
-                "the device moves by itself, without any force: level it, let go of it, or say `hand` = on if a hand holds it"
+                "the device moves by itself, without any force: level it, let go of it, or give {HELD} if a hand holds it"
             ),
         }))
     }

@@ -7,6 +7,7 @@ use super::measured::{Estimate, Measured, UNSURE};
 use super::record::MotionRecord;
 use super::replay::{DELAY_MAX, Model, Replay, State};
 use super::sensor::{deviation_m, encoder_step, noise_m};
+use crate::parameters::{MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME};
 use nalgebra::DVector;
 
 /// A record that tells too little.
@@ -15,7 +16,8 @@ use nalgebra::DVector;
 pub enum MeasureError {
     /// Fewer samples than numbers.
     #[error(
-        "the record has {samples} samples of the multi-sine, which is below {least}: give a longer `duration_s`"
+        "the record has {samples} samples of the multi-sine, which is below {least}: give a longer {}",
+        MEASURE_DURATION
     )]
     Short {
         /// Samples.
@@ -33,7 +35,8 @@ pub enum MeasureError {
     },
     /// Too many samples that never came.
     #[error(
-        "{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer `sample_time_s`"
+        "{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer {}",
+        MEASURE_SAMPLE_TIME
     )]
     Lost {
         /// Lost samples.
@@ -43,17 +46,23 @@ pub enum MeasureError {
     },
     /// Nothing moves.
     #[error(
-        "the device moves too little to tell what it is: give a larger `force_limit_n` or a larger `box_m`"
+        "the device moves too little to tell what it is: give a larger {} or a larger {}",
+        MEASURE_FORCE_LIMIT,
+        MEASURE_BOX
     )]
     Still,
     /// No model fits.
     #[error(
-        "no mass with damping, friction, delay and lag moves like this device: see that nothing touches it and that its position is right, and give a larger `force_limit_n`"
+        "no mass with damping, friction, delay and lag moves like this device: see that nothing touches it and that its position is right, and give a larger {}",
+        MEASURE_FORCE_LIMIT
     )]
     NoFit,
     /// An interval as wide as the number itself.
     #[error(
-        "the record tells the mass to ±{percent:.0} % only: give a larger `force_limit_n`, a larger `box_m` or a longer `duration_s`"
+        "the record tells the mass to ±{percent:.0} % only: give a larger {}, a larger {} or a longer {}",
+        MEASURE_FORCE_LIMIT,
+        MEASURE_BOX,
+        MEASURE_DURATION
     )]
     Unsure {
         /// Half the interval of the mass, %.

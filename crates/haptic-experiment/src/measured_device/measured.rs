@@ -1,6 +1,7 @@
 //! A device as a record tells it: numbers with their intervals, and what a user should know of them.
 
 use super::intervals::GOES_ON;
+use crate::parameters::{MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME};
 use serde::Serialize;
 
 /// Widest interval of the mass, half of it, that still is an answer.
@@ -136,7 +137,7 @@ impl Measured {
         if lost * LOST >= ticks && lost > 0 {
             self.warnings.push(format!(
                 "{lost} of {ticks} samples were lost, and what the line lost on its way to the device nobody counted: free the machine or \
-                 the line, or give a longer `sample_time_s`"
+                 the line, or give a longer {MEASURE_SAMPLE_TIME}"
             ));
         }
     }
@@ -193,7 +194,7 @@ impl Measured {
                     false => "not at all".to_owned(),
                 };
                 self.warnings.push(format!(
-                    "the {what} is known {known}: a larger `force_limit_n`, a larger `box_m` or a longer `duration_s` tells more"
+                    "the {what} is known {known}: a larger {MEASURE_FORCE_LIMIT}, a larger {MEASURE_BOX} or a longer {MEASURE_DURATION} tells more"
                 ));
             }
         }

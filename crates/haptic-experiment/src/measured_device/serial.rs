@@ -6,6 +6,7 @@ use super::record::MotionRecord;
 use crate::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
 use crate::failure::Failure;
 use crate::lateness::Lateness;
+use crate::parameters::{MAX_AGE_TICKS, WATCHDOG};
 use crate::realtime::RealtimeOptions;
 use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push};
 use crate::safety::{GuardChoice, GuardedDevice};
@@ -134,9 +135,9 @@ fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
         let remedy = match longer == lateness {
             true => String::new(),
             false => format!(
-                ", or allow it more with `watchdog_s` = {} and `max_age_ticks` = {}",
-                Shown(longer.watchdog_s()),
-                longer.max_age_ticks
+                ", or allow it more with {} and {}",
+                WATCHDOG.set_to(Shown(longer.watchdog_s())),
+                MAX_AGE_TICKS.set_to(longer.max_age_ticks)
             ),
         };
         Failure::Run(anyhow::anyhow!(

@@ -2,6 +2,7 @@
 
 use super::ModelledTissue;
 use crate::failure::Failure;
+use crate::parameters::SCHEME;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{FullMemory, Operator, Order, Real, Scheme, SchemeError, Seconds};
@@ -63,7 +64,8 @@ fn design(
         other => {
             return Err(Failure::bad_input(format_args!(
                 "scheme {other} makes D^α of one spring-pot, not the memory of a model with more elements: take \
-                 `scheme` = full"
+                 {scheme_full}",
+                scheme_full = SCHEME.set_to("full")
             )));
         }
     };
@@ -72,7 +74,9 @@ fn design(
         .map_err(|error| {
             Failure::input_with_advice(
                 error,
-                "give `scheme` a larger tolerance, as in full:1e-4, or take a shorter run",
+                format_args!(
+                    "give {SCHEME} a larger tolerance, as in full:1e-4, or take a shorter run"
+                ),
             )
         })
 }
@@ -93,7 +97,9 @@ impl ModelledTissue {
         match self.composed() {
             None => scheme
                 .build(self.order(), sample_time, horizon)
-                .map_err(|error| Failure::input_with_advice(error, "change `scheme`")),
+                .map_err(|error| {
+                    Failure::input_with_advice(error, format_args!("change {SCHEME}"))
+                }),
             model => operator(model, scheme, self.order(), sample_time, horizon),
         }
     }

@@ -1,6 +1,8 @@
 //! Kinds of parameters: values, and what stands of each.
 
 use super::range::Range;
+use haptic_quantity::Key;
+use std::fmt;
 
 /// The kind of value that a parameter takes, and its default.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,6 +116,12 @@ impl Parameter {
         }
     }
 
+    /// It and the value that it is to have, in a sentence.
+    #[must_use]
+    pub fn set_to<V: fmt::Display>(&self, value: V) -> impl fmt::Display {
+        Key(self.key).set_to(value)
+    }
+
     /// The default of a number; NaN if it has none.
     #[must_use]
     pub const fn default_number(&self) -> f64 {
@@ -137,6 +145,13 @@ impl Parameter {
             Value::Number(_, range) | Value::List(range) => range,
             _ => Range::EMPTY,
         }
+    }
+}
+
+/// As a sentence names it, see [`Key`].
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Key(self.key).fmt(f)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Llewellyn's verdict on a coupler, beside that of the sampled loop, in words.
 
 use crate::failure::Failure;
+use crate::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS, FORCE_UNSTABLE};
 use serde::Serialize;
 
 /// The verdict on the sampled loop, for sentences.
@@ -33,7 +34,7 @@ impl CouplerVerdict {
     pub(super) fn require(&self, sampled: &Sampled) -> Result<(), Failure> {
         let smaller = |factor: f64| {
             format!(
-                "take `coupler_stiffness_n_s_per_m` and `coupler_dissipation_n_s_1_minus_mu_per_m` both {} times as large or \
+                "take {COUPLER_STIFFNESS} and {COUPLER_DISSIPATION} both {} times as large or \
                  smaller,",
                 three_digits_down(factor)
             )
@@ -48,7 +49,7 @@ impl CouplerVerdict {
             };
             return Err(Failure::bad_input(format_args!(
                 "pre-flight: the coupled loop would be unstable on this device, {}: {advice} or run it all the same with \
-                 `force_unstable`",
+                 {FORCE_UNSTABLE}",
                 sampled.numbers
             )));
         }
@@ -63,7 +64,7 @@ impl CouplerVerdict {
             None => "take another scheme, as full,".to_owned(),
         };
         Err(Failure::bad_input(format_args!(
-            "pre-flight: Llewellyn's criterion refuses the coupler, {}: {advice} or run it all the same with `force_unstable`",
+            "pre-flight: Llewellyn's criterion refuses the coupler, {}: {advice} or run it all the same with {FORCE_UNSTABLE}",
             self.needs()
         )))
     }

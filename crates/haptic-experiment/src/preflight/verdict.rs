@@ -2,6 +2,7 @@
 
 use super::llewellyn::{CouplerVerdict, Sampled, three_digits_down};
 use crate::failure::Failure;
+use crate::parameters::FORCE_UNSTABLE;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -60,7 +61,7 @@ impl PreflightVerdict {
         };
         Err(Failure::bad_input(format_args!(
             "pre-flight: the loop would be unstable on this device, {}: {advice} or run it all the same with \
-             `force_unstable`",
+             {FORCE_UNSTABLE}",
             self.numbers()
         )))
     }

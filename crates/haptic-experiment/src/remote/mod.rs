@@ -12,6 +12,7 @@ mod samples;
 mod session;
 mod summary;
 
+use crate::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
 pub use run::RemoteRun;
 pub use samples::blank;
@@ -176,7 +177,7 @@ pub(super) fn configuration(
     if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
         return Err(Failure::bad_input(format_args!(
             "sample time {} s is not a whole number of microseconds, which a device needs: change \
-             `sample_time_s`",
+             {SAMPLE_TIME}",
             Shown(schedule.sample_time_s)
         )));
     }
@@ -294,7 +295,13 @@ pub fn no_operator() -> (OperatorShape, Vec<f32>) {
 /// More coefficients than the wire can count.
 pub fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
     haptic_remote::operator_shape(operator).map_err(|error| {
-        Failure::input_with_advice(error, "change `scheme`, or take `loop` = host")
+        Failure::input_with_advice(
+            error,
+            format_args!(
+                "change {SCHEME}, or take {loop_host}",
+                loop_host = LOOP.set_to("host")
+            ),
+        )
     })
 }
 

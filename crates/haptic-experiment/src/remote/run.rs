@@ -5,6 +5,7 @@ use crate::device::{Warn, firmware_version, refused_at_port};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::kept::{Record, Start, TickRecord};
+use crate::parameters::{CONTACT, DEVICE_DAMPING, DEVICE_MASS};
 use crate::preflight::{
     Dynamics, MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
@@ -94,7 +95,10 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
-                "this board simulates no compliant contact, take `contact` = rigid",
+                format_args!(
+                    "this board simulates no compliant contact, take {contact_rigid}",
+                    contact_rigid = CONTACT.set_to("rigid")
+                ),
             ),
             _ => refused_at_port(&path, error),
         };
@@ -227,10 +231,10 @@ impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
         let simulated = link.capabilities().simulated;
         let dynamics = self.wanted.dynamics.or_else(|| simulated.then(asked));
         let Some(dynamics) = dynamics else {
-            warn(
-                "pre-flight: skipped, the mass and damping of the device are not known: give `device_mass_kg` \
-                 and `device_damping_n_s_per_m`",
-            );
+            warn(&format!(
+                "pre-flight: skipped, the mass and damping of the device are not known: give {DEVICE_MASS} \
+                 and {DEVICE_DAMPING}"
+            ));
             return Ok(None);
         };
         let delay = match self.device.loop_mode {

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::kept::Record;
 use crate::modelled::loop_operator;
+use crate::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
 use crate::preflight::Preflight;
 use crate::refused::parameter;
 use crate::remote::{RemoteRun, blank, host_limits};
@@ -120,7 +121,10 @@ impl Rendering {
         );
         let tissue = SpringDamper::of_specimen(modulus, viscosity, &self.specimen, operator);
         let tissue = tissue.map_err(|error| {
-            Failure::input_with_advice(error, "change `area_m2`, `thickness_m` or `tissue`")
+            Failure::input_with_advice(
+                error,
+                format_args!("change {AREA}, {THICKNESS} or {TISSUE}"),
+            )
         })?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let limits = match &self.remote {
@@ -162,15 +166,16 @@ impl Rendering {
             return Ok(());
         }
         if self.remote.is_some() {
-            return Err(Failure::bad_input(
-                "a `controller` of a drive holds the indenter of the simulated rig: leave it away with a serial device",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "a {CONTROLLER} of a drive holds the indenter of the simulated rig: leave it away with a serial device"
+            )));
         }
         match self.contact {
             Contact::Compliant => Ok(()),
-            Contact::Rigid => Err(Failure::bad_input(
-                "the `controller` of a drive moves a mass, and a rigid contact has none: take `contact` = compliant",
-            )),
+            Contact::Rigid => Err(Failure::bad_input(format_args!(
+                "the {CONTROLLER} of a drive moves a mass, and a rigid contact has none: take {contact_compliant}",
+                contact_compliant = CONTACT.set_to("compliant")
+            ))),
         }
     }
 

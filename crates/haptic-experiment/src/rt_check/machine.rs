@@ -1,6 +1,7 @@
 //! Facts of a machine, and what could be better.
 
 use super::rate::Rate;
+use crate::parameters::PIN;
 use haptic_loop::realtime::Fallback;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -150,9 +151,8 @@ impl Machine {
         }
         if self.cores > 1 {
             advice.push(
-                "interrupts: keep a core free for the loop with the kernel's isolcpus=N irqaffinity=…, and give \
-                 `pin` = N"
-                    .to_owned(),
+                format!("interrupts: keep a core free for the loop with the kernel's isolcpus=N irqaffinity=…, and give \
+                 {pin_n}", pin_n = PIN.set_to("N")),
             );
         }
         if let Some(load) = self.load.filter(|load| *load > self.cores as f64) {

@@ -8,6 +8,7 @@ pub use rate::{FIT_SHARE, Plain, Rate};
 
 use crate::RealtimeOptions;
 use crate::failure::Failure;
+use crate::parameters::RATE;
 use haptic_loop::realtime::{
     Fallback, Periodic, PeriodicConfig, SpinMargin, StdWaiter, ThreadConfig, Timing, Waiter,
 };
@@ -125,7 +126,8 @@ impl RtCheck {
             spin_margin: SpinMargin::Fixed(Duration::ZERO),
             ..raised
         };
-        let bad = |error| Failure::input_with_advice(error, "give `rate_hz`, as in 1000");
+        let bad =
+            |error| Failure::input_with_advice(error, format_args!("give {RATE}, as in 1000"));
         let (mut runner, mut plain): (Option<Timing>, Option<Timing>) = (None, None);
         for turn in 0..turns as u64 {
             let told = |share: f64| progress((turn as f64 + share) / turns);

@@ -2,12 +2,16 @@
 
 use crate::failure::Failure;
 use crate::named::Named;
+use crate::parameters::{
+    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, DEVICE_MASS, Parameter,
+};
 use crate::sensed::Sensors;
 use haptic_link::Capabilities;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{EnergyBounding, Guard, PassivityObserver};
 use serde::Serialize;
+use std::fmt;
 
 /// Guard that keeps a wall from feeding the device energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -112,32 +116,30 @@ impl GuardChoice {
     /// # Errors
     /// If what it needs to know of the device is not known.
     pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
-        let unknown = |what, key| {
+        let unknown = |what, key: &dyn fmt::Display| {
             Failure::bad_input(format_args!(
                 "guard {} needs to know the {what} of a real device: give {key}",
                 self.name()
             ))
         };
-        let known = |value: Option<f64>, what, key| value.ok_or_else(|| unknown(what, key));
+        let known =
+            |value: Option<f64>, what, key: Parameter| value.ok_or_else(|| unknown(what, &key));
         Ok(match self {
             Self::Off => None,
             Self::Observer => {
-                let mass = known(device.mass_kg, "mass", "`device_mass_kg`")?;
+                let mass = known(device.mass_kg, "mass", DEVICE_MASS)?;
                 Some(Guard::Observer(PassivityObserver::bearable(
                     Kilograms(mass),
                     t,
                 )))
             }
             Self::EnergyBounding => {
-                let damping = known(
-                    device.damping_n_s_per_m,
-                    "damping",
-                    "`device_damping_n_s_per_m`",
-                )?;
+                let damping = known(device.damping_n_s_per_m, "damping", DEVICE_DAMPING)?;
                 let (least, most) = device.delay_s.ok_or_else(|| {
-                    unknown("delay", "`device_delay_least_s` and `device_delay_most_s`")
+                    let both = format_args!("{DEVICE_DELAY_LEAST} and {DEVICE_DELAY_MOST}");
+                    unknown("delay", &both)
                 })?;
-                let lag = known(device.lag_s, "lag", "`device_lag_s`")?;
+                let lag = known(device.lag_s, "lag", DEVICE_LAG)?;
                 Some(Guard::EnergyBounding(EnergyBounding {
                     delay_least: Seconds(least),
                     delay_most: Seconds(most),

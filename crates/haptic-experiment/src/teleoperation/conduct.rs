@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::flight::FaultSeen;
 use crate::folder::{FolderRequest, OutputFolder, Table};
 use crate::kept::Record;
+use crate::parameters::{ARCHITECTURE, REALTIME, SAMPLE_TIME};
 use crate::preflight::PreflightVerdict;
 use crate::recorder::{Recorded, Recorder};
 use crate::report::{Files, RunReport};
@@ -104,7 +105,7 @@ impl TeleoperationExperiment {
         schedule.clock().map_err(|error| {
             Failure::input_with_advice(
                 error,
-                "give a `sample_time_s` within it, or leave `realtime` away",
+                format_args!("give a {SAMPLE_TIME} within it, or leave {REALTIME} away"),
             )
         })?;
         let preflight = self.require_stable()?;
@@ -215,7 +216,7 @@ impl TeleoperationExperiment {
         }
         if verdict == TeleoperationVerdict::GaveEnergy {
             warnings.0.push(format!(
-                "the line gave {:.3e} J: a hand that holds less tightly may be shaken; `architecture` wave or time-domain \
+                "the line gave {:.3e} J: a hand that holds less tightly may be shaken; {ARCHITECTURE} wave or time-domain \
                  gives none at any delay",
                 judged.given_most_j
             ));
@@ -223,7 +224,7 @@ impl TeleoperationExperiment {
         if verdict == TeleoperationVerdict::HeldForcesGaveEnergy {
             warnings.0.push(format!(
                 "forces held over a sample gave the devices {:.3e} J more than their damping took: take a shorter \
-                 `sample_time_s`, a softer coupler, or devices with more damping",
+                 {SAMPLE_TIME}, a softer coupler, or devices with more damping",
                 judged.beyond_damping_most_j
             ));
         }
@@ -237,7 +238,7 @@ impl TeleoperationExperiment {
     pub(super) fn saturated(&self) -> String {
         format!(
             "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
-             motion or a passive `architecture`",
+             motion or a passive {ARCHITECTURE}",
             self.force_limit_n
         )
     }

@@ -3,6 +3,9 @@
 use super::place::RemotePlace;
 use crate::failure::Failure;
 use crate::named::Named;
+use crate::parameters::{
+    FREQUENCIES, HIGH, SAMPLE_TIME, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
+};
 use crate::pushed::{force_alone, safe_force_limit};
 use crate::refused::parameter;
 use crate::run::SAMPLES;
@@ -197,7 +200,7 @@ impl TeleoperationExperiment {
             if self.architecture == Architecture::Wave && impedance > damping {
                 return Err(Failure::bad_input(format_args!(
                     "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: held forces would give \
-                     it energy; take a smaller `wave_impedance_n_s_per_m` or a device with more damping",
+                     it energy; take a smaller {WAVE_IMPEDANCE} or a device with more damping",
                     impedance = Shown(impedance),
                     damping = Shown(damping)
                 )));
@@ -227,7 +230,7 @@ impl TeleoperationExperiment {
         if !(self.window_s >= t && self.window_s <= most && whole) {
             return Err(Failure::bad_input(format_args!(
                 "window {} s is not whole samples of {t} s, at most the run less {} s for the motion to begin: change \
-                 `window_s` or `duration_s`",
+                 {TELEOPERATION_WINDOW} or {TELEOPERATION_DURATION}",
                 Shown(self.window_s),
                 HandMotion::RISE_S,
                 t = Shown(t)
@@ -236,8 +239,8 @@ impl TeleoperationExperiment {
         let highest = self.motion.frequencies_hz.last().copied().unwrap_or(0.0);
         if !(highest > 0.0 && highest < 0.45 / t) {
             return Err(Failure::bad_input(format_args!(
-                "highest frequency {highest} Hz is not above 0 and below 0.45 of the sample rate, {} Hz: change `high_hz`, \
-                 `frequencies` or `sample_time_s`",
+                "highest frequency {highest} Hz is not above 0 and below 0.45 of the sample rate, {} Hz: change {HIGH}, \
+                 {FREQUENCIES} or {SAMPLE_TIME}",
                 Shown(0.45 / t),
                 highest = Shown(highest)
             )));

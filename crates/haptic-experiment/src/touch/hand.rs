@@ -2,6 +2,9 @@
 
 use crate::failure::Failure;
 use crate::named::Named;
+use crate::parameters::{
+    TOUCH_CIRCLE_CENTRE, TOUCH_CIRCLE_PERIOD, TOUCH_CIRCLE_RADIUS, TOUCH_CIRCLE_START, TOUCH_WAY,
+};
 use fracdiff::parameter::Shown;
 use std::f64::consts::{PI, TAU};
 
@@ -65,14 +68,14 @@ impl HandPath {
         match self {
             Self::WayPoints(rows) => {
                 if rows.is_empty() {
-                    return Err(Failure::bad_input(
-                        "`way_points` is empty: give a row at least",
-                    ));
+                    return Err(Failure::bad_input(format_args!(
+                        "{TOUCH_WAY} is empty: give a row at least"
+                    )));
                 }
                 for (n, (time_s, place)) in rows.iter().enumerate() {
                     if place.len() != axes {
                         return Err(Failure::bad_input(format_args!(
-                            "row {} of `way_points` has {} numbers behind its time, not one for each of {axes} axes",
+                            "row {} of {TOUCH_WAY} has {} numbers behind its time, not one for each of {axes} axes",
                             n + 1,
                             place.len()
                         )));
@@ -80,7 +83,7 @@ impl HandPath {
                     let before = n.checked_sub(1).map_or(f64::NEG_INFINITY, |n| rows[n].0);
                     if *time_s <= before || *time_s < 0.0 {
                         return Err(Failure::bad_input(format_args!(
-                            "row {} of `way_points` is at {time_s} s, which is not at least 0 and later than the row before",
+                            "row {} of {TOUCH_WAY} is at {time_s} s, which is not at least 0 and later than the row before",
                             n + 1,
                             time_s = Shown(*time_s)
                         )));
@@ -90,7 +93,7 @@ impl HandPath {
             }
             Self::Circle { centre, .. } if centre.len() != axes => {
                 Err(Failure::bad_input(format_args!(
-                    "`circle_centre_m` has {} numbers, not one for each of {axes} axes",
+                    "{TOUCH_CIRCLE_CENTRE} has {} numbers, not one for each of {axes} axes",
                     centre.len()
                 )))
             }
@@ -103,10 +106,10 @@ impl HandPath {
                 if [start_radius, radius, period_s].iter().all(|x| **x > 0.0) {
                     return Ok(());
                 }
-                Err(Failure::bad_input(
-                    "a circle has sizes that are not above 0: change `circle_start_radius_m`, `circle_radius_m` or \
-                     `circle_period_s`",
-                ))
+                Err(Failure::bad_input(format_args!(
+                    "a circle has sizes that are not above 0: change {TOUCH_CIRCLE_START}, {TOUCH_CIRCLE_RADIUS} or \
+                     {TOUCH_CIRCLE_PERIOD}"
+                )))
             }
         }
     }

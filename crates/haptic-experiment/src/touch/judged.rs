@@ -11,6 +11,7 @@ use crate::judge::{Compared, Reference, full_history};
 use crate::kept::{KeptSample, Record, judged_force};
 use crate::modelled::memory;
 use crate::outcome::origin;
+use crate::parameters::{GUARD, RISE_TIME, SAMPLE_TIME};
 use crate::pushed::{Seen, incomparable};
 use crate::remote::device_name;
 use crate::report::{Errors, Files, RunReport};
@@ -133,9 +134,11 @@ impl TouchExperiment {
         }
         if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {
             let remedy = if self.risen_j(&ran.record) > 0.5 * energy.most_j {
-                "the shape grew stiff while it was pressed: take a shorter `rise_time_s`, or let the hand touch after it"
+                &format!(
+                    "the shape grew stiff while it was pressed: take a shorter {RISE_TIME}, or let the hand touch after it"
+                )
             } else {
-                "take a softer K and less B, a shorter `sample_time_s`, or a `guard`"
+                &format!("take a softer K and less B, a shorter {SAMPLE_TIME}, or a {GUARD}")
             };
             warnings.0.push(format!(
                 "the hand was given {:.3e} J more than it gave: {remedy}",

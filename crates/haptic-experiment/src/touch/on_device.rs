@@ -7,6 +7,7 @@ use super::specification::TouchExperiment;
 use crate::curves::Published;
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::parameters::{DEVICE, LOOP, TOUCH_MUST_BE_PASSIVE};
 use crate::preflight::{Dynamics, PreflightRequest};
 use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun, held};
 use crate::run::Supervisor;
@@ -21,14 +22,15 @@ impl TouchExperiment {
     /// A loop on the device; a question for the simulated device alone; a box that the arms of a 2DIY do not reach.
     pub(super) fn check_on<const D: usize>(&self, remote: &RemoteDevice) -> Result<(), Failure> {
         if remote.loop_mode == LoopMode::Device {
-            return Err(Failure::bad_input(
-                "a loop on the device cannot carry a shape, it renders walls of one axis: give `loop` = host",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "a loop on the device cannot carry a shape, it renders walls of one axis: give {loop_host}",
+                loop_host = LOOP.set_to("host")
+            )));
         }
         if self.must_be_passive {
-            return Err(Failure::bad_input(
-                "`must_be_passive` is for the simulated device, whose hand is known to the last joule: leave it out with `device`",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "{TOUCH_MUST_BE_PASSIVE} is for the simulated device, whose hand is known to the last joule: leave it out with {DEVICE}"
+            )));
         }
         match self.plane().filter(|_| D == 2) {
             Some(plane) => self.reached(&plane).map(drop),

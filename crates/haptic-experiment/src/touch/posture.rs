@@ -4,6 +4,7 @@ use super::shape::{TouchShape, per_axis};
 use super::specification::TouchExperiment;
 use crate::device::LinkedName;
 use crate::failure::Failure;
+use crate::parameters::{TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_MASS, TOUCH_NORMAL};
 use crate::preflight::{Dynamics, Preflight, PreflightSubject, PreflightVerdict};
 use haptic_devices::haply::Plane;
 use haptic_loop::plant::MassMatrix;
@@ -102,15 +103,16 @@ impl TouchExperiment {
             let mean = masses.iter().product::<f64>().powf(1.0 / D as f64);
             return Ok(self.reached(&plane)?.map(|mass| mean * mass));
         }
-        let matrix = MassMatrix::of_axes(masses.map(Kilograms))
-            .map_err(|error| Failure::input_with_advice(error, "change `mass_kg`"))?;
+        let matrix = MassMatrix::of_axes(masses.map(Kilograms)).map_err(|error| {
+            Failure::input_with_advice(error, format_args!("change {TOUCH_MASS}"))
+        })?;
         let TouchShape::Plane { normal, .. } = &self.shape else {
             return Ok(self.masses());
         };
         let normal = SVector::from(per_axis::<D>("normal", normal)?);
-        let along = matrix
-            .along(&normal)
-            .map_err(|error| Failure::input_with_advice(error, "change `normal`"))?;
+        let along = matrix.along(&normal).map_err(|error| {
+            Failure::input_with_advice(error, format_args!("change {TOUCH_NORMAL}"))
+        })?;
         Ok([along.0; 2])
     }
 
@@ -137,7 +139,7 @@ impl TouchExperiment {
         plane.masses(low_m, high_m).map_err(|error| {
             Failure::input_with_advice(
                 format_args!("the box is not within reach of the 2DIY: {error}"),
-                "change `box_low_m` or `box_high_m`",
+                format_args!("change {TOUCH_BOX_LOW} or {TOUCH_BOX_HIGH}"),
             )
         })
     }

@@ -8,6 +8,7 @@ use super::specification::TouchExperiment;
 use crate::curves::Published;
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::parameters::{TOUCH_AXES, TOUCH_CIRCLE_START, TOUCH_HAND, TOUCH_ORDER, TOUCH_WAY};
 use crate::refused::parameter;
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::schedule::{Schedule, horizon};
@@ -49,7 +50,8 @@ impl TouchExperiment {
             2 => self.checked::<2>(),
             3 => self.checked::<3>(),
             axes => Err(Failure::bad_input(format_args!(
-                "`axes` = {axes} is not 2 or 3: one axis is `wall`"
+                "{} is not 2 or 3: one axis is [wall]",
+                TOUCH_AXES.set_to(axes)
             ))),
         }
     }
@@ -74,7 +76,7 @@ impl TouchExperiment {
         }
         Err(Failure::bad_input(format_args!(
             "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
-             by `way_points` or `circle_start_radius_m`, or move the shape"
+             by {TOUCH_WAY} or {TOUCH_CIRCLE_START}, or move the shape"
         )))
     }
 
@@ -130,7 +132,7 @@ impl TouchExperiment {
         let samples = self.samples()?;
         if self.law.order().get() < 0.0 {
             return Err(Failure::bad_input(format_args!(
-                "`order` = {} is not in [0, 2]: a shape has no integral",
+                "{TOUCH_ORDER} {} is not in [0, 2]: a shape has no integral",
                 self.law.order()
             )));
         }
@@ -144,9 +146,10 @@ impl TouchExperiment {
         let t = self.sample_time();
         self.path.check(D)?;
         if let (Grip::Force, HandPath::Circle { .. }) = (self.grip, &self.path) {
-            return Err(Failure::bad_input(
-                "a hand that is a force goes `way_points` in N: a circle is one of places; give those, or `hand` = spring",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "a hand that is a force goes {TOUCH_WAY} in N: a circle is one of places; give those, or {hand_spring}",
+                hand_spring = TOUCH_HAND.set_to("spring")
+            )));
         }
         let (controller, samples) = self.loop_of::<D>()?;
         let shape = self.shape.of::<D>()?;

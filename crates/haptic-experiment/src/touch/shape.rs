@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::modelled::{TissuePiece, operator};
 use crate::named::Named;
+use crate::parameters::{TOUCH_CENTRE, TOUCH_NORMAL, TOUCH_RADIUS, TOUCH_SURFACE};
 use crate::refused::parameter;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_loop::units::Metres;
@@ -67,7 +68,10 @@ impl TouchShape {
             Self::Plane { normal, surface_m } => {
                 let normal = per_axis("normal", normal)?;
                 let plane = Plane::new(normal, Metres(*surface_m)).map_err(|error| {
-                    Failure::input_with_advice(error, "change `normal` or `surface_m`")
+                    Failure::input_with_advice(
+                        error,
+                        format_args!("change {TOUCH_NORMAL} or {TOUCH_SURFACE}"),
+                    )
                 })?;
                 Ok(Shape::Plane(plane))
             }
@@ -82,7 +86,10 @@ impl TouchShape {
                     true => Ball::hollow(centre, Metres(*radius_m)),
                 };
                 let ball = ball.map_err(|error| {
-                    Failure::input_with_advice(error, "change `centre_m` or `radius_m`")
+                    Failure::input_with_advice(
+                        error,
+                        format_args!("change {TOUCH_CENTRE} or {TOUCH_RADIUS}"),
+                    )
                 })?;
                 Ok(Shape::Ball(ball))
             }

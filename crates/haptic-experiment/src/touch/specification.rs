@@ -4,6 +4,7 @@ use super::hand::{Grip, HandPath};
 use super::shape::{TouchLaw, TouchShape, per_axis};
 use crate::failure::Failure;
 use crate::kept::WHOLE_MOST;
+use crate::parameters::{TOUCH_BOX_HIGH, TOUCH_BOX_LOW, WORKSPACE_LOW};
 use crate::preflight::Dynamics;
 use crate::pushed::{delay_ticks, dynamics, force_alone, safe_force_limit};
 use crate::refused::parameter;
@@ -185,15 +186,15 @@ impl TouchExperiment {
         }
         if let Some((low, high)) = low_m.iter().zip(high_m).find(|(low, high)| low >= high) {
             return Err(Failure::bad_input(format_args!(
-                "`box_high_m` has {high}, which is not above {low} of `box_low_m`",
+                "{TOUCH_BOX_HIGH} has {high}, which is not above {low} of {TOUCH_BOX_LOW}",
                 high = Shown(*high),
                 low = Shown(*low)
             )));
         }
         if self.safety.workspace_m.is_some() {
-            return Err(Failure::bad_input(
-                "`workspace_low_m` is of every axis and `box_low_m` of each by itself: leave one of them out",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "{WORKSPACE_LOW} is of every axis and {TOUCH_BOX_LOW} of each by itself: leave one of them out"
+            )));
         }
         let brakes = self.safety.braking_n_s_per_m.is_some();
         // An axis that is not there is not looked at.

@@ -37,11 +37,11 @@ pub(super) fn remedy(fault: Fault, set: &Limits) -> String {
     } = set;
     match fault {
         Fault::Workspace => format!(
-            "set more room than {workspace_low_m} m to {workspace_high_m} m with host-cli device set `workspace_low_m` = LOW:HIGH, hold the \
-             device in the middle of it, or push less"
+            "set more room than {workspace_low_m} m to {workspace_high_m} m on the device (`host-cli device set`), hold it in the \
+             middle, or push less"
         ),
         _ => format!(
-            "set more than {speed_hard_m_per_s} m/s with host-cli device set `speed_limit_m_per_s` = SPEED, or push less"
+            "set more than {speed_hard_m_per_s} m/s on the device (`host-cli device set`), or push less"
         ),
     }
 }

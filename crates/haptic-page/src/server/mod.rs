@@ -13,6 +13,7 @@ mod status;
 mod tables;
 
 use haptic_experiment::Failure;
+use haptic_experiment::parameters::PORT;
 use http::Door;
 use hub::Hub;
 pub use options::ServerOptions;
@@ -154,11 +155,11 @@ fn listener(port: u16) -> Result<TcpListener, Failure> {
     let listener = TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))).map_err(|error| {
         if error.kind() == std::io::ErrorKind::AddrInUse {
             Failure::bad_input(format_args!(
-                "`port` {port} is taken by another program: take another, or 0 for any that is free"
+                "{PORT} {port} is taken by another program: take another, or 0 for any that is free"
             ))
         } else {
             Failure::input_with_advice(
-                format_args!("cannot listen at `port` {port}: {error}"),
+                format_args!("cannot listen at {PORT} {port}: {error}"),
                 "take a port above 1023, or 0 for any that is free",
             )
         }

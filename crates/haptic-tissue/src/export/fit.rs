@@ -3,8 +3,14 @@
 use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
 use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
+use haptic_quantity::Key;
 use std::fmt;
 use std::ops::RangeInclusive;
+
+/// Arguments that sentences name.
+const BRANCHES: Key = Key("branches");
+const HORIZON: Key = Key("horizon_s");
+const SHORTEST: Key = Key("shortest_s");
 
 /// Times of the fit for each decade; the error is looked for at four times as many.
 const TIMES_A_DECADE: f64 = 20.0;
@@ -67,7 +73,7 @@ impl fmt::Display for ExportError {
         match self {
             Self::Branches(given) => write!(
                 f,
-                "`branches` = {given} is not from {} to {}: 2 for each decade give about 1 %",
+                "{BRANCHES} {given} is not from {} to {}: 2 for each decade give about 1 %",
                 PronyFit::BRANCHES.start(),
                 PronyFit::BRANCHES.end()
             ),
@@ -76,7 +82,7 @@ impl fmt::Display for ExportError {
                 horizon_s,
             } => write!(
                 f,
-                "times from `shortest_s` = {shortest_s} s to `horizon_s` = {horizon_s} s are no band: both above 0 s, the \
+                "times from {SHORTEST} {shortest_s} s to {HORIZON} {horizon_s} s are no band: both above 0 s, the \
                  second larger, at most {DECADES_MOST} decades",
                 shortest_s = Shown(*shortest_s),
                 horizon_s = Shown(*horizon_s)
@@ -88,12 +94,13 @@ impl fmt::Display for ExportError {
             ),
             Self::Vanished { time_s } => write!(
                 f,
-                "the modulus has fallen to nothing at {time_s} s: take a `horizon_s` below it",
+                "the modulus has fallen to nothing at {time_s} s: take a {HORIZON} below it",
                 time_s = Shown(*time_s)
             ),
             Self::Terms { given, most } => write!(
                 f,
-                "the format takes {most} branches, the series has {given}: take `branches` = {most}"
+                "the format takes {most} branches, the series has {given}: take {}",
+                BRANCHES.set_to(most)
             ),
             Self::NoLongTermModulus => write!(
                 f,

@@ -3,6 +3,7 @@
 use super::fit::{AS_GOOD, Fit};
 use super::parameter::Estimate;
 use super::record::Record;
+use crate::identify::keys::BOOTSTRAP;
 
 /// Two estimates that hang together so closely are one, if neither is settled.
 const ONE: f64 = 0.99;
@@ -145,8 +146,7 @@ fn alike(fit: &Fit) -> Option<String> {
     (fit.neighbours > ALIKE).then(|| {
         format!(
             "neighbouring residuals are alike (correlation {:.2}): the model leaves something out or the noise is slow, so standard errors are \
-             too small; intervals by `bootstrap` are wider",
-            fit.neighbours
-        )
+             too small; intervals by {BOOTSTRAP} are wider",
+            fit.neighbours)
     })
 }

@@ -33,6 +33,7 @@ mod error;
 mod fit;
 mod history;
 mod identification;
+mod keys;
 mod parameter;
 mod problem;
 mod record;

@@ -1,6 +1,7 @@
 //! Records of a specimen: valid numbers in SI units.
 
 use super::error::IdentifyError;
+use crate::identify::keys::{KIND, STRAIN};
 use fracdiff::parameter::Shown;
 
 /// No record is longer, samples.
@@ -62,11 +63,11 @@ impl Record {
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
-            return Err(IdentifyError::Record(
-                "the modulus grows with time, as a compliance does and no tissue that relaxes: give `kind` = creep, or look whether \
-                 the columns are in the right order"
-                    .to_owned(),
-            ));
+            return Err(IdentifyError::Record(format!(
+                "the modulus grows with time, as a compliance does and no tissue that relaxes: give {kind_creep}, or look whether \
+                 the columns are in the right order",
+                kind_creep = KIND.set_to("creep")
+            )));
         }
         Ok(record)
     }
@@ -78,11 +79,11 @@ impl Record {
     pub fn creep(time_s: Vec<f64>, compliance_per_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let record = Self::of_logarithms(RecordKind::Creep, time_s, compliance_per_pa, Vec::new())?;
         if record.growth() < -GROWTH {
-            return Err(IdentifyError::Record(
-                "the compliance falls with time, as a relaxation modulus does and no tissue that creeps: give `kind` = relaxation, or \
-                 look whether the columns are in the right order"
-                    .to_owned(),
-            ));
+            return Err(IdentifyError::Record(format!(
+                "the compliance falls with time, as a relaxation modulus does and no tissue that creeps: give {kind_relaxation}, or \
+                 look whether the columns are in the right order",
+                kind_relaxation = KIND.set_to("relaxation")
+            )));
         }
         Ok(record)
     }
@@ -124,9 +125,10 @@ impl Record {
             .fold(0.0, f64::max);
         if range == 0.0 {
             return Err(IdentifyError::Record(format!(
-                "the strain stays at {}: a record needs the loading too; give `kind` = relaxation and `strain`, or begin the record \
+                "the strain stays at {}: a record needs the loading too; give {kind_relaxation} and {STRAIN}, or begin the record \
                  before the motion",
-                Shown(strain[0])
+                Shown(strain[0]),
+                kind_relaxation = KIND.set_to("relaxation")
             )));
         }
         if strain[0].abs() > REST * range {

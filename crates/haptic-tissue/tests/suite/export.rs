@@ -213,7 +213,7 @@ fn what_cannot_be_exported_is_refused_with_a_remedy() {
         let error = PronyFit::new(model, branches, shortest_s, horizon_s);
         error.expect_err("refused").to_string()
     };
-    assert!(refused(&muscle(), 0, 1e-3, 1.0).starts_with("`branches` = 0 is not from 1 to 100"));
+    assert!(refused(&muscle(), 0, 1e-3, 1.0).starts_with("`branches` 0 is not from 1 to 100"));
     assert!(refused(&muscle(), 3, 1.0, 1e-3).contains("are no band"));
     assert!(refused(&muscle(), 3, 0.0, 1.0).contains("are no band"));
     assert!(refused(&muscle(), 3, f64::NAN, 1.0).contains("are no band"));

@@ -4,7 +4,6 @@ use super::stop::stop_on_interrupt;
 use super::summary::plain;
 use crate::files::save_picture;
 use crate::output::{Output, note, warn};
-use crate::parameter::with_options;
 use haptic_experiment::curves::Published;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::OutputFolder;
@@ -48,12 +47,8 @@ pub fn conduct<R: Summary, C>(
     } = result?;
     let (picture, unsaved) = drawn(curves, &folder, draw);
     report.run_mut().figure = picture;
-    if let Some(reason) = &mut report.run_mut().ended_early {
-        *reason = with_options(reason);
-    }
-    for warning in &mut report.run_mut().warnings {
-        *warning = with_options(warning);
-        note("warning", &*warning);
+    for warning in &report.run().warnings {
+        note("warning", warning);
     }
     output.summary(&report, |out| print(out, &report))?;
     both_saved(report.run().lost_table(), unsaved)?;

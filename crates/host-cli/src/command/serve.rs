@@ -7,7 +7,6 @@ use super::stop::stop_on_interrupt;
 use crate::choice::choice;
 use crate::files::provenance;
 use crate::output::{Output, note};
-use crate::parameter::with_options;
 use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::Imperfections;
@@ -105,11 +104,11 @@ impl Arguments {
         }
         while !stop.load(Ordering::Relaxed) {
             if let Some(said) = server.notice(LOOK) {
-                note("note", with_options(&said));
+                note("note", said);
             }
         }
         for said in server.stop() {
-            note("note", with_options(&said));
+            note("note", said);
         }
         Ok(())
     }

@@ -13,6 +13,7 @@ use clap::Args;
 use haptic_experiment::curves::Published;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::file::Document;
+use haptic_experiment::parameters::SAMPLE_TIME;
 use haptic_experiment::parameters::range;
 use haptic_experiment::teleoperation::{End, FarEnd, FarReport, SideCurves, Terms};
 use haptic_experiment::{ExperimentFile, Supervisor, TeleoperationExperiment};
@@ -199,7 +200,7 @@ fn ended_well(
             ))),
         },
         FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
-            "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer `sample_time_s`, or \
+            "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or \
              allow it with --skipped-most; the force is zero",
             report.skipped,
             report.ticks,

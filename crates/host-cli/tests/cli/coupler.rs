@@ -173,7 +173,7 @@ fn a_wrong_file_is_refused_in_one_line() {
     place.write("coupler.toml", COUPLER);
     place.refuses(
         "
-        run coupler.toml --device serial:nowhere => a loop on the device cannot carry a coupler | `loop` = host
+        run coupler.toml --device serial:nowhere => a loop on the device cannot carry a coupler | --loop host
         run coupler.toml --force-unstable => --force-unstable | --device
         ",
     );
@@ -270,7 +270,7 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
         "
         --frequency 0Hz => frequency_hz = 0 | --frequency
         --gain-margin 3 => gain_margin belongs to a wall
-        --delay 1ms => ideal device | `delay_s`
+        --delay 1ms => ideal device | --delay
         ",
     ) {
         let line = format!("design --wish coupler {options}");
@@ -284,7 +284,7 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
     );
     place
         .run("design --wish coupler --device-model late.toml")
-        .refused(2, &["ideal device", "`device_model`"]);
+        .refused(2, &["ideal device", "--device-model"]);
     // No delay is none.
     let ended = place.run("design --wish coupler --delay 0ms --out design");
     ended.succeeded();

@@ -127,7 +127,7 @@ fn elements_in_series_meet_the_figures_of_a_spring_pot() {
     }
     for scheme in ["grunwald:1000", "muir:3", "piecewise-linear"] {
         let line = format!("relax --tissue fish-muscle --scheme {scheme}");
-        place.run(&line).refused(2, &[scheme, "`scheme` = full"]);
+        place.run(&line).refused(2, &[scheme, "--scheme full"]);
     }
 }
 

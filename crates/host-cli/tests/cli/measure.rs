@@ -169,7 +169,7 @@ fn what_cannot_be_measured_is_said_in_one_line() {
         "
         device measure --device sim --box 0m => --box 0m: box_m = 0 is not from 0.0001
         device measure --device sim --out device => device file | device.toml
-        device measure --device serial:none --mass 1kg => --mass 1kg: mass_kg has no effect | `device`
+        device measure --device serial:none --mass 1kg => --mass 1kg: mass_kg has no effect | --device sim
         zwidth --device-model bad.toml => bad.toml:2 | mass_kg = -1 | above 0
         design --device-model late.toml => late.toml:4 | delay_s = 1.3 is not from 0 to 1
         analyze stability --order 1 --stiffness 1 --dissipation 1 --sample-time 1ms --device-model none.toml => none.toml

@@ -238,15 +238,24 @@ impl Ended {
         self
     }
 
-    /// The last line of standard error.
+    /// The last line of standard error, but for the line of a file that is shown under it.
     pub(crate) fn error(&self) -> &str {
-        self.stderr.lines().last().unwrap_or("")
+        self.said().last().unwrap_or("")
+    }
+
+    /// Lines of standard error without the lines of a file.
+    fn said(&self) -> impl Iterator<Item = &str> {
+        let shown = |line: &str| {
+            line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit())
+                .starts_with('|')
+        };
+        self.stderr.lines().filter(move |line| !shown(line))
     }
 
     /// A line of standard error that is neither error nor warning.
     fn strange_line(&self) -> Option<&str> {
         let known = |line: &str| line.starts_with("error: ") || line.starts_with("warning: ");
-        self.stderr.lines().find(|line| !known(line))
+        self.said().find(|line| !known(line))
     }
 
     /// The one JSON object on standard output.

@@ -179,7 +179,7 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
             relax device_delay_least=1ms device_delay_most=1ms => {bounding}
             creep device_lag=1ms => {bounding}
             relax device_noise=1um => {bounding}
-            relax --device serial:nowhere precision=f64 => precision=f64: precision has no effect | `loop` = \"host\"
+            relax --device serial:nowhere precision=f64 => precision=f64: precision has no effect | --loop host
             design area=4cm2 => {specimen}
             design thickness=20mm => {specimen}
             design --wish coupler --force-limit 3N => belongs to a wall

@@ -1,6 +1,7 @@
 //! The socket of a side: greetings, datagrams, strangers.
 
 use crate::failure::Failure;
+use crate::parameters::{CONNECT, LISTEN};
 use haptic_link::{FRAME_MAX, HandSide};
 use haptic_teleoperation::{Heard, Introduction, Peer};
 use std::io::ErrorKind;
@@ -49,8 +50,8 @@ pub(super) struct Line {
 /// An address that cannot be used.
 pub(super) fn unusable(end: End, error: &std::io::Error) -> Failure {
     let (address, advice) = match end {
-        End::Listen(address) => (address, "`listen`"),
-        End::Connect(address) => (address, "`connect`"),
+        End::Listen(address) => (address, &format!("{LISTEN}")),
+        End::Connect(address) => (address, &format!("{CONNECT}")),
     };
     Failure::Device(anyhow::anyhow!(
         "cannot use {address}: {error}: give another address with {advice}, as 127.0.0.1:4810"
@@ -124,10 +125,10 @@ impl Line {
         let seconds = patience.as_secs_f64();
         let text = match (end, strange) {
             (End::Listen(address), 0) => format!(
-                "nobody connected to {address} in {seconds} s: start the other side with `connect`"
+                "nobody connected to {address} in {seconds} s: start the other side with {CONNECT}"
             ),
             (End::Connect(address), 0) => format!(
-                "nobody answers at {address} after {seconds} s: start the other side with `listen` there"
+                "nobody answers at {address} after {seconds} s: start the other side with {LISTEN} there"
             ),
             (End::Listen(address) | End::Connect(address), _) => format!(
                 "the wrong peer at {address}: {strange} datagrams in {seconds} s were no message of a teleoperation: give the address of \

@@ -1,6 +1,7 @@
 //! How a side ended, its report, and the terms on which it meets the other.
 
 use crate::failure::Failure;
+use crate::parameters::{PATIENCE, SKIPPED_SHARE};
 use crate::teleoperation::judged::SATURATED_SHARE;
 use crate::teleoperation::report::TeleoperationVerdict;
 use crate::teleoperation::specification::TeleoperationExperiment;
@@ -42,13 +43,13 @@ pub struct Terms {
 impl Terms {
     pub(super) fn checked(self) -> Result<Self, Failure> {
         if self.patience.is_zero() {
-            return Err(Failure::bad_input(
-                "patience 0 s is no time to wait for the other side: give a `patience` above 0, as 60s",
-            ));
+            return Err(Failure::bad_input(format_args!(
+                "patience 0 s is no time to wait for the other side: give a {PATIENCE} above 0, as 60s"
+            )));
         }
         if !(0.0..=1.0).contains(&self.skipped_most) {
             return Err(Failure::bad_input(format_args!(
-                "`skipped_most` {} is not in [0, 1]: give a share of the ticks, as 0.1",
+                "{SKIPPED_SHARE} {} is not in [0, 1]: give a share of the ticks, as 0.1",
                 Shown(self.skipped_most)
             )));
         }

@@ -3,7 +3,9 @@
 use super::super::error::IdentifyError;
 use super::super::record::{Record, RecordKind};
 use super::column::Column;
+use crate::identify::keys::{AREA, COLUMNS, FROM, KIND, STRAIN, STRESS, THICKNESS};
 use fracdiff::parameter::Shown;
+use haptic_quantity::Key;
 
 /// What a table does not say of the experiment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,7 +85,7 @@ impl Columns {
             .find(|value| self.chosen.contains(&value.0));
         if let (Ok(_), Some((column, name, _))) = (&record, unused) {
             return Err(IdentifyError::Record(format!(
-                "the column {name} has no effect on a record of kind {}: leave `columns` {}= out, or give another `kind`",
+                "the column {name} has no effect on a record of kind {}: leave {COLUMNS} {}= out, or give another {KIND}",
                 kind.name(),
                 column.name()
             )));
@@ -133,18 +135,12 @@ impl Columns {
     /// Forces and positions become stresses and strains, if the specimen is known.
     fn divide_by_specimen(&mut self, loading: &Loading) -> Result<(), IdentifyError> {
         let sizes = [
-            (
-                Column::Force,
-                Column::Stress,
-                loading.area_m2,
-                "area_m2",
-                "m²",
-            ),
+            (Column::Force, Column::Stress, loading.area_m2, AREA, "m²"),
             (
                 Column::Position,
                 Column::Strain,
                 loading.thickness_m,
-                "thickness_m",
+                THICKNESS,
                 "m",
             ),
         ];
@@ -152,7 +148,7 @@ impl Columns {
             let Some(size) = size else { continue };
             if !(size > 0.0 && size.is_finite()) {
                 return Err(IdentifyError::Record(format!(
-                    "`{parameter}` = {size} {unit} is not above 0 {unit} and finite: give the size of the specimen",
+                    "{parameter} {size} {unit} is not above 0 {unit} and finite: give the size of the specimen",
                     size = Shown(size)
                 )));
             }
@@ -167,7 +163,7 @@ impl Columns {
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else {
                 return Err(IdentifyError::Record(format!(
-                    "`{parameter}` has no effect without a column {}: leave it out, or name the column by `columns` {}=",
+                    "{parameter} has no effect without a column {}: leave it out, or name the column by {COLUMNS} {}=",
                     from.header(),
                     from.name()
                 )));
@@ -203,7 +199,7 @@ impl Columns {
             [kind] => Ok(kind),
             [] => Err(self.no_record()),
             _ => Err(IdentifyError::Record(format!(
-                "the columns {} make more than one record: give `kind`",
+                "the columns {} make more than one record: give {KIND}",
                 self.names()
             ))),
         }
@@ -221,13 +217,15 @@ impl Columns {
         let missing = if self.has(Column::Time)
             && (self.has(Column::Stress) || self.has(Column::Force))
         {
-            "give `strain`, the held strain of a relaxation, or a column of the strain"
+            &format!("give {STRAIN}, the held strain of a relaxation, or a column of the strain")
         } else if self.has(Column::Time) && (self.has(Column::Strain) || self.has(Column::Position))
         {
-            "give `stress_pa`, the held stress of a creep test, or a column of the stress"
+            &format!("give {STRESS}, the held stress of a creep test, or a column of the stress")
         } else {
-            "a record has time_s and relaxation_modulus_pa, creep_compliance_per_pa, or strain and stress_pa; or omega_rad_s, \
-             storage_modulus_pa and loss_modulus_pa; name other columns by `columns`, as in time=1,modulus=3"
+            &format!(
+                "a record has time_s and relaxation_modulus_pa, creep_compliance_per_pa, or strain and stress_pa; or omega_rad_s, \
+             storage_modulus_pa and loss_modulus_pa; name other columns by {COLUMNS}, as in time=1,modulus=3"
+            )
         };
         let names = self.names();
         let found = if names.is_empty() {
@@ -245,16 +243,15 @@ impl Columns {
         let names = self.names();
         self.take(column).ok_or_else(|| {
             let size = match column {
-                Column::Stress if names.contains("(force)") => ", or `area_m2` to turn the force into one",
-                Column::Strain if names.contains("(position)") => ", or `thickness_m` to turn the position into one",
+                Column::Stress if names.contains("(force)") => &format!(", or {AREA} to turn the force into one"),
+                Column::Strain if names.contains("(position)") => &format!(", or {THICKNESS} to turn the position into one"),
                 _ => "",
             };
             IdentifyError::Record(format!(
-                "kind {} needs a column {}, and there is {names}: give another `kind`, name the column by `columns` {}={size}",
+                "kind {} needs a column {}, and there is {names}: give another {KIND}, name the column by {COLUMNS} {}={size}",
                 kind.name(),
                 column.header(),
-                column.name()
-            ))
+                column.name()))
         })
     }
 
@@ -267,8 +264,8 @@ impl Columns {
         if !self.has(column) {
             return Ok(None);
         }
-        no_effect(loading.strain, "strain", "")?;
-        no_effect(loading.stress_pa, "stress_pa", " Pa")?;
+        no_effect(loading.strain, STRAIN, "")?;
+        no_effect(loading.stress_pa, STRESS, " Pa")?;
         Ok(self.take(column))
     }
 
@@ -287,16 +284,16 @@ impl Columns {
         if !self.has(Column::Stress) {
             return Err(self.neither(Column::Modulus, kind));
         }
-        no_effect(loading.stress_pa, "stress_pa", " Pa")?;
+        no_effect(loading.stress_pa, STRESS, " Pa")?;
         let stress = self.need(Column::Stress, kind)?;
         if let Some(strain) = loading.strain.filter(|strain| strain.abs() > 1.0) {
             return Err(IdentifyError::Record(format!(
-                "`strain` = {strain} is {} %, more than a linear model holds for: give it as a share, as 0.05 or 5%",
+                "{STRAIN} {share} is {} %, more than a linear model holds for: give it as a share, as 0.05 or 5%",
                 Shown(100.0 * strain),
-                strain = Shown(strain)
+                share = Shown(strain)
             )));
         }
-        let strain = held(loading.strain, self.take(Column::Strain), "strain", "")?;
+        let strain = held(loading.strain, self.take(Column::Strain), STRAIN, "")?;
         Record::relaxation(time, stress.iter().map(|stress| stress / strain).collect())
     }
 
@@ -309,14 +306,9 @@ impl Columns {
         if !self.has(Column::Strain) {
             return Err(self.neither(Column::Compliance, kind));
         }
-        no_effect(loading.strain, "strain", "")?;
+        no_effect(loading.strain, STRAIN, "")?;
         let strain = self.need(Column::Strain, kind)?;
-        let stress = held(
-            loading.stress_pa,
-            self.take(Column::Stress),
-            "stress_pa",
-            " Pa",
-        )?;
+        let stress = held(loading.stress_pa, self.take(Column::Stress), STRESS, " Pa")?;
         Record::creep(time, strain.iter().map(|strain| strain / stress).collect())
     }
 
@@ -345,10 +337,10 @@ impl Columns {
 }
 
 /// Refuses a loading that the kind of record does not need.
-fn no_effect(given: Option<f64>, name: &str, unit: &str) -> Result<(), IdentifyError> {
+fn no_effect(given: Option<f64>, name: Key, unit: &str) -> Result<(), IdentifyError> {
     given.map_or(Ok(()), |given| {
         Err(IdentifyError::Record(format!(
-            "`{name}` = {given}{unit} has no effect on this record: leave it out",
+            "{name} {given}{unit} has no effect on this record: leave it out",
             given = Shown(given)
         )))
     })
@@ -358,7 +350,7 @@ fn no_effect(given: Option<f64>, name: &str, unit: &str) -> Result<(), IdentifyE
 fn held(
     given: Option<f64>,
     column: Option<Vec<f64>>,
-    name: &str,
+    name: Key,
     unit: &str,
 ) -> Result<f64, IdentifyError> {
     const STAYS: f64 = 0.01;
@@ -373,7 +365,7 @@ fn held(
         && !(stays && (given - mean).abs() <= STAYS * mean.abs())
     {
         return Err(IdentifyError::Record(format!(
-            "`{name}` = {given}{unit} is not what its column says: leave it out, or begin the record where the column stays, with `from`",
+            "{name} {given}{unit} is not what its column says: leave it out, or begin the record where the column stays, with {FROM}",
             given = Shown(given)
         )));
     }
@@ -381,11 +373,12 @@ fn held(
     match value {
         Some(value) if value.is_finite() && value != 0.0 => Ok(value),
         Some(value) => Err(IdentifyError::Record(format!(
-            "`{name}` = {value}{unit} is not finite and other than 0{unit}: give the value that was held",
+            "{name} {value}{unit} is not finite and other than 0{unit}: give the value that was held",
             value = Shown(value)
         ))),
         None => Err(IdentifyError::Record(format!(
-            "`{name}` is not known, or varies by more than 1 %: give the value that was held, or `kind` = record for any motion"
+            "{name} is not known, or varies by more than 1 %: give the value that was held, or {kind_record} for any motion",
+            kind_record = KIND.set_to("record")
         ))),
     }
 }

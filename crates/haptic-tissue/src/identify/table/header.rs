@@ -2,6 +2,7 @@
 
 use super::column::Column;
 use super::unit::Dimension;
+use crate::identify::keys::UNITS;
 
 /// A header, understood.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,7 +115,7 @@ fn with_suffix(header: &str) -> Option<Heading> {
 /// The remedy for a unit that does not fit.
 pub(super) fn remedy(dimension: Dimension, column: Column) -> String {
     format!(
-        "give one of {} in the header, or `units` {}={}",
+        "give one of {} in the header, or {UNITS} {}={}",
         dimension.names(),
         column.name(),
         dimension.si()

@@ -5,6 +5,7 @@ use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::header::{Heading, remedy, split, understand};
 use super::text::{Passed, TextTable, wrong};
+use crate::identify::keys::{COLUMNS, UNITS};
 
 /// How a user says to read a table.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -89,8 +90,10 @@ impl Reader {
         if !numbered {
             return Err(wrong(
                 table.header_line,
-                "there is no header, only numbers: add one, as time_s,relaxation_modulus_pa, or name the columns by `columns`, as in \
-                 time=1,modulus=2",
+                &format!(
+                    "there is no header, only numbers: add one, as time_s,relaxation_modulus_pa, or name the columns by {COLUMNS}, as in \
+                 time=1,modulus=2"
+                ),
             ));
         }
         let names = (1..=table.header.len())
@@ -137,7 +140,7 @@ impl Reader {
                     return Err(wrong(
                         table.header_line,
                         &format!(
-                            "the columns {} and {name} both look like {}: say which by `columns` {}=NAME",
+                            "the columns {} and {name} both look like {}: say which by {COLUMNS} {}=NAME",
                             found[other].name,
                             column.name(),
                             column.name()
@@ -217,7 +220,7 @@ impl Reader {
                 };
                 if own.is_some_and(|own| (own / given - 1.0).abs() > 1e-9) {
                     return Err(IdentifyError::Record(format!(
-                        "column {} says its unit itself: leave {}={unit} of `units` out, or correct the header",
+                        "column {} says its unit itself: leave {}={unit} of {UNITS} out, or correct the header",
                         f.name,
                         f.column.name()
                     )));
@@ -308,7 +311,7 @@ fn place(table: &TextTable, choice: &Choice) -> Result<usize, IdentifyError> {
         wrong(
             table.header_line,
             &format!(
-                "there is no column {wanted}: give `columns` one of 1 to {} or of {}",
+                "there is no column {wanted}: give {COLUMNS} one of 1 to {} or of {}",
                 table.header.len(),
                 table.header.join(", ")
             ),

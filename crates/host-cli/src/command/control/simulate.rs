@@ -52,7 +52,7 @@ fn baseline(
     let why = match error {
         // Its wishes are those of this loop, not of the user.
         ControlError::Range(range) => range.to_string(),
-        error => in_degrees(&error).replace('`', ""),
+        error => in_degrees(&error),
     };
     note(
         "warning",

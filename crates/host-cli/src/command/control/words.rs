@@ -6,6 +6,12 @@ use fractional_control::{ControlError, Crossing, Margins};
 use haptic_experiment::control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
+use haptic_quantity::Key;
+
+/// What the tuning is asked for.
+const CROSSOVER: Key = Key("crossover_rad_s");
+const PHASE_MARGIN: Key = Key("phase_margin_rad");
 
 /// A refusal of the library: bad input, or a search that ended with nothing.
 pub(super) fn refused(error: ControlError) -> Failure {
@@ -20,7 +26,7 @@ pub(super) fn refused(error: ControlError) -> Failure {
 pub(super) fn in_degrees(error: &ControlError) -> String {
     match *error {
         ControlError::Range(range) if range.unit == "rad" => format!(
-            "{} {}° is not {}: give `phase_margin_rad`, as in 60deg",
+            "{} {}° is not {}: give {PHASE_MARGIN}, as in 60deg",
             range.what,
             digits(range.value.to_degrees()),
             range.allowed.replace('π', "180°")
@@ -28,21 +34,21 @@ pub(super) fn in_degrees(error: &ControlError) -> String {
         ControlError::Range(range)
             if range.what == "crossover" && range.allowed.contains("sample") =>
         {
-            format!("{range}; shorten `sample_time_s`, or lower `crossover_rad_s`")
+            format!("{range}; shorten {SAMPLE_TIME}, or lower {CROSSOVER}")
         }
         ControlError::Range(range) if range.what == "crossover" => {
-            format!("{range}: give `crossover_rad_s`")
+            format!("{range}: give {CROSSOVER}")
         }
         ControlError::Range(range) if range.what == "dead time" && range.unit == "samples" => {
             format!(
-                "dead time of {} samples is not {}: lengthen `sample_time_s`, or shorten the dead time (`delay_s`, or that of the plant)",
+                "dead time of {} samples is not {}: lengthen {SAMPLE_TIME}, or shorten the dead time ({DELAY}, or that of the plant)",
                 range.value, range.allowed
             )
         }
         ControlError::Range(range)
             if range.what == "dead time" && range.allowed.contains("record") =>
         {
-            format!("{range}: give a smaller `delay_s`")
+            format!("{range}: give a smaller {DELAY}")
         }
         ControlError::Range(range) if range.what == "samples of the record" => {
             format!("{range}: record for longer, or give --model with fewer terms")
@@ -54,13 +60,13 @@ pub(super) fn in_degrees(error: &ControlError) -> String {
             second_value,
             remedy,
         } => format!(
-            "`{first}` {} contradicts `{second}` {}: {remedy}",
+            "{} {} contradicts {} {}: {remedy}",
+            Key(first),
             with_unit(first, first_value),
+            Key(second),
             with_unit(second, second_value)
         ),
-        error => error
-            .to_string()
-            .replace("give up `iso_damping`", "give --not-flat"),
+        error => error.to_string(),
     }
 }
 

@@ -9,7 +9,6 @@ use crate::files::PlaceOfFile;
 use crate::keys;
 use crate::options::Options;
 use crate::output::{Output, note, warn};
-use crate::parameter::with_options;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Failure;
@@ -83,10 +82,9 @@ impl Arguments {
         }
         let plan = asked.plan;
         let motion = motion(&asked, output)?;
-        let mut found = estimate(&motion.record, plan.hand).map_err(Failure::input)?;
-        for warning in &mut found.warnings {
-            *warning = with_options(warning);
-            note("warning", &*warning);
+        let found = estimate(&motion.record, plan.hand).map_err(Failure::input)?;
+        for warning in &found.warnings {
+            note("warning", warning);
         }
         let files = write(&motion, &plan, &found, &mut place);
         let names = (motion.device.as_str(), motion.board.as_deref());

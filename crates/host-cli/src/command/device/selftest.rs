@@ -4,7 +4,6 @@ use super::port::PortArguments;
 use crate::choice::choice;
 use crate::command::stop::stop_on_interrupt;
 use crate::output::{Output, note};
-use crate::parameter::with_options;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -122,7 +121,7 @@ fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
             None => "–",
         };
         let name = check.check.to_string();
-        let seen = with_options(&check.seen);
+        let seen = &check.seen;
         if !check.promised.is_empty() {
             writeln!(out, "  {ok:<2}  {name:<15}  promised  {}", check.promised)?;
             writeln!(out, "      {:<15}  seen      {seen}", "")?;

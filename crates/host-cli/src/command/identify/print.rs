@@ -1,7 +1,6 @@
 //! The result for programs and for people.
 
 use crate::output::short;
-use crate::parameter::with_options;
 use haptic_tissue::identify::{Fit, Identification, RecordKind};
 use serde::Serialize;
 use serde::ser::{SerializeMap as _, Serializer};
@@ -114,11 +113,7 @@ impl<'a> Report<'a> {
             correlation: fit.correlation.iter().map(finite).collect(),
             tissue,
             figure,
-            warnings: notes
-                .iter()
-                .chain(&found.warnings)
-                .map(|said| with_options(said))
-                .collect(),
+            warnings: notes.iter().chain(&found.warnings).cloned().collect(),
         }
     }
 }
@@ -131,7 +126,7 @@ pub(super) fn print(
     report: &Report<'_>,
 ) -> io::Result<()> {
     for said in notes {
-        writeln!(out, "{}", with_options(said))?;
+        writeln!(out, "{said}")?;
     }
     let in_stress = found.kind == RecordKind::History;
     writeln!(out, "{}: {} samples", found.kind.name(), found.samples)?;

@@ -2,7 +2,6 @@
 
 use super::folder::Folder;
 use crate::output::Output;
-use crate::parameter::with_options;
 use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
@@ -10,7 +9,7 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
-use haptic_tissue::{ExportError, ExportFormat, MaxwellBranch, PronyFit};
+use haptic_tissue::{ExportFormat, MaxwellBranch, PronyFit};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -73,7 +72,7 @@ impl Arguments {
         let material = material.map_err(Failure::input)?;
         let branches = self.prony.unwrap_or(self.format.branches());
         let fit = PronyFit::new(&material.model, branches, self.shortest.0, self.horizon.0)
-            .map_err(|error| refused(&error))?;
+            .map_err(Failure::bad_input)?;
         let kind = material.model.kind();
         let title = format!(
             "{} ({kind}), {}; host-cli {}",
@@ -81,9 +80,7 @@ impl Arguments {
             material.source.citation,
             env!("CARGO_PKG_VERSION")
         );
-        let text = fit
-            .text(self.format, &title)
-            .map_err(|error| refused(&error))?;
+        let text = fit.text(self.format, &title).map_err(Failure::bad_input)?;
         if let Some(path) = &self.out {
             write_text(path, &text, self.overwrite)?;
         }
@@ -117,11 +114,6 @@ impl Arguments {
             )
         })
     }
-}
-
-/// The library's error with options in place of its parameters.
-fn refused(error: &ExportError) -> Failure {
-    Failure::bad_input(with_options(&error.to_string()))
 }
 
 fn parse_format(name: &str) -> Result<ExportFormat, String> {

@@ -146,7 +146,7 @@ fn a_remedy_of_a_design_is_an_option_that_is_not_given_yet() {
     for line in lines {
         let ended = place.run(line);
         let said = format!("{}{}", ended.stdout, ended.stderr);
-        assert!(said.contains("--crossover"), "{said}");
+        assert!(said.contains("crossover"), "{said}");
         for word in [
             "crossover_rad_s",
             "phase_margin_rad",

@@ -269,7 +269,7 @@ fn a_monitor_goes_on(kind: &str, name: &str) {
     let (_, before) = logs(&device.place);
     device.plug_in(kind);
     logs_become(&device.place, |open, whole| open + whole > before);
-    std::thread::sleep(Duration::from_millis(200));
+    std::thread::sleep(Duration::from_secs(1));
     signal(&monitor, "INT");
     let mut said = String::new();
     let stderr = monitor.stderr.take().expect("piped");

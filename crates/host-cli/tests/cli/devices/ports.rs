@@ -40,7 +40,7 @@ fn ports_that_are_none_are_refused() {
         "
         relax --device haptic => haptic | sim
         relax --device serial:x@fast => fast | baud
-        relax --loop host => --loop host: loop has no effect | `device`
+        relax --loop host => --loop host: loop has no effect | --device
         relax --device serial:x sensor_noise=1um => sensor_noise_m | serial
         relax --device serial:x watchdog=2s => watchdog_s = 2 is not from 0.005 to 1
         device info --device sim => sim | serial:PATH

@@ -5,7 +5,6 @@ mod said;
 use super::super::draw::over_time;
 use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
 use super::super::words::{decibel, digits, in_degrees, percent};
-use crate::parameter::with_options;
 use fractional_control::PidParameters;
 use haptic_experiment::control::design::{
     Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
@@ -211,7 +210,7 @@ impl Report {
                 trial: report(other),
                 stable: stable(other),
             }),
-            integer_reason: (integer.err()).map(|reason| with_options(&in_degrees(reason))),
+            integer_reason: (integer.err()).map(in_degrees),
             step: samples.unwrap_or_default(),
             controller_file: None,
             files: Vec::new(),

@@ -1,0 +1,13 @@
+//! Arguments that sentences name.
+
+use haptic_quantity::Key;
+
+pub(in crate::identify) const AREA: Key = Key("area_m2");
+pub(in crate::identify) const BOOTSTRAP: Key = Key("bootstrap");
+pub(in crate::identify) const COLUMNS: Key = Key("columns");
+pub(in crate::identify) const FROM: Key = Key("from");
+pub(in crate::identify) const KIND: Key = Key("kind");
+pub(in crate::identify) const STRAIN: Key = Key("strain");
+pub(in crate::identify) const STRESS: Key = Key("stress_pa");
+pub(in crate::identify) const THICKNESS: Key = Key("thickness_m");
+pub(in crate::identify) const UNITS: Key = Key("units");
