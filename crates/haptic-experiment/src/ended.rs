@@ -196,6 +196,28 @@ impl Ended {
         )
     }
 
+    /// The fault that ended it, as on the wire.
+    pub(crate) const fn fault_code(self) -> Option<u8> {
+        match self {
+            Self::Fault(fault) => Some(fault.code()),
+            Self::DeviceFault(report) => Some(report.status.fault),
+            // It is a fault of the device, though it says of none.
+            Self::Impossible(_) => Some(Fault::BoardFailed.code()),
+            _ => None,
+        }
+    }
+
+    /// The kind of its event in a log.
+    pub(crate) const fn kind(self) -> &'static str {
+        match self {
+            Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_) => "fault",
+            Self::Interrupted => "interrupted",
+            Self::Silent => "silent",
+            Self::LinkLost(_) => "link",
+            Self::OtherLeft | Self::LogStopped => "ended",
+        }
+    }
+
     /// In words; of a device for which this host was too late, with what it may be allowed.
     #[must_use]
     pub fn reason(self, lateness: Option<Lateness>) -> String {

@@ -1,26 +1,28 @@
-//! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
+//! Conducts a run of any world, in virtual time or by the clock: the order of tick, log, end and stop stands here.
+//!
+//! ```text
+//! tick ─▶ log ─▶ did it end? ─▶ count it, or not ─▶ stop        until the samples are done and the force is zero
+//! ```
+//! A tick in which a fault latched does not count; one in which somebody asked to stop does.
 
 use super::budget::TickParts;
 use super::ended::Ended;
 use super::flight::FaultSeen;
-use super::kept::{KeptSample, Record, TickRecord as _};
+use super::kept::{KeptSample, Record, TickRecord};
+use super::lateness::Lateness;
 use super::preflight::PreflightVerdict;
 use super::realtime::RealtimeSummary;
 use super::recorder::{Recorded, Recorder, Stopped};
 use super::schedule::{Pace, Schedule};
-use super::simulate::Instrumented;
 use crate::device::Warn;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::parameters::{REALTIME, SAMPLE_TIME};
-use fracdiff::Real;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{AnyTick, END, FinishedLog, StartTime};
-use haptic_loop::plant::Sensed;
+use haptic_loop::Fault;
 use haptic_loop::realtime::{Cycle, Periodic};
-use haptic_loop::{Controller, Device, Engaged, Environment, SafetyState};
 use std::collections::BTreeMap;
-use std::convert::Infallible;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
@@ -77,52 +79,86 @@ pub struct Ran {
     pub live_warnings: Vec<String>,
 }
 
-/// Makes the folder and the log in it, runs a controller, and closes the log.
+/// What runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
+pub(crate) trait World<const D: usize = 1> {
+    /// What is told of a tick.
+    type Message: TickRecord<D>;
+
+    /// There is a folder for what the run leaves.
+    fn begins(&mut self, _: &OutputFolder) {}
+
+    /// The next tick.
+    fn tick(&mut self) -> Self::Message;
+
+    /// The last tick counts.
+    fn counted(&mut self) {}
+
+    /// Why the world does not go on by itself.
+    fn ended(&self) -> Option<Ended>;
+
+    /// Lets the force fall to zero.
+    fn stop(&mut self);
+
+    /// True if there is no force any more.
+    fn is_at_rest(&self) -> bool;
+}
+
+/// Makes the folder and the log in it, runs a world, and closes the log.
 ///
 /// # Errors
 /// A folder or log that cannot be written; what [`run`] refuses.
-pub(crate) fn run_logged<F, E, V, const D: usize>(
-    controller: &mut Controller<F, D, E>,
-    device: &mut Sensed<V>,
+pub(crate) fn run_logged<W: World<D>, const D: usize>(
+    world: &mut W,
     schedule: Schedule,
-    (request, mut metadata): (&FolderRequest, BTreeMap<String, String>),
+    (request, metadata): (&FolderRequest, BTreeMap<String, String>),
     supervisor: Supervisor<'_>,
-) -> Result<Ran, Failure>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D, Error = Infallible> + Instrumented<D>,
-{
+) -> Result<Ran, Failure> {
     schedule.clock().map_err(|error| {
         Failure::input_with_advice(
             error,
             format_args!("give a {SAMPLE_TIME} within it, or leave {REALTIME} away"),
         )
     })?;
-    metadata.extend(request.provenance.clone());
     let folder = request.prepare()?;
     let waits = schedule.pace == Pace::Virtual;
-    let log = folder.file("mcap");
-    let live = supervisor.live_streams();
+    let mut recorder = recorder(request, &folder, metadata, waits, supervisor)?;
+    world.begins(&folder);
+    let record = run(world, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
+    let recorded = close(recorder, &record, world.is_at_rest())?;
+    Ok(Ran::of(record, recorded, folder))
+}
+
+/// Starts the log of a run; without one no folder is left. With `waits` a full queue waits.
+///
+/// # Errors
+/// If the file exists or cannot be made.
+pub(crate) fn recorder(
+    request: &FolderRequest,
+    folder: &OutputFolder,
+    mut metadata: BTreeMap<String, String>,
+    waits: bool,
+    supervisor: Supervisor<'_>,
+) -> Result<Recorder, Failure> {
+    metadata.extend(request.provenance.clone());
+    let (log, live) = (folder.file("mcap"), supervisor.live_streams());
     let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
     let mut recorder = started.inspect_err(|_| folder.discard())?;
     recorder.roll_at(folder.roll_bytes());
-    let record =
-        run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
-    let at_rest = controller.safety().is_at_rest();
-    let Recorded {
-        log,
-        fault_log,
-        warnings,
-    } = close(recorder, &record, at_rest)?;
-    Ok(Ran {
-        record,
-        log,
-        folder,
-        fault_log,
-        preflight: None,
-        live_warnings: warnings,
-    })
+    Ok(recorder)
+}
+
+impl Ran {
+    /// Without a pre-flight.
+    pub(crate) fn of(record: Record, recorded: Recorded, folder: OutputFolder) -> Self {
+        Self {
+            record,
+            log: recorded.log,
+            folder,
+            fault_log: recorded.fault_log,
+            preflight: None,
+            live_warnings: recorded.warnings,
+        }
+    }
 }
 
 /// Closes the log of a run. One that could not be written is the first thing to know, and what became of the force.
@@ -151,29 +187,21 @@ pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
 /// Ticks from one report of progress to the next, for the supervisor.
 pub(crate) const REPORT: u64 = 1024;
 
-/// Runs a controller for a number of samples. Ends early, with the force ramped to zero, when
-/// asked, on a fault, or when the recorder has ended.
+/// Runs a world for a number of samples. Ends early, with the force ramped to zero, when asked, when the world
+/// does not go on, or when the recorder has ended.
 ///
 /// # Errors
 /// More samples than the machine can address, a tick of more than 584 years, a sample time that no clock keeps.
-pub(crate) fn run<F, E, V, const D: usize>(
-    controller: &mut Controller<F, D, E>,
-    device: &mut Sensed<V>,
+fn run<W: World<D>, const D: usize>(
+    world: &mut W,
     schedule: Schedule,
     recorder: &mut Recorder,
     supervisor: Supervisor<'_>,
-) -> anyhow::Result<Record>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D, Error = Infallible> + Instrumented<D>,
-{
+) -> anyhow::Result<Record> {
     let mut record = Record::with_room_for(schedule.samples)?;
     // Its thread is raised until the end of this function: what others run has been started.
     let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
     let mut tick = 0;
-    // Whatever ends this function, no force stays.
-    let mut engaged = controller.engage(device);
     // A run that was ended goes on until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
         let cycle = periodic.as_mut().map(Periodic::wait);
@@ -181,25 +209,35 @@ where
             // A recorder that has ended is seen at the tick.
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
-        let (message, compute_ns) = timed_tick(&mut engaged, &mut record)?;
+        let before = Instant::now();
+        let message = world.tick();
+        let compute_ns = u64::try_from(before.elapsed().as_nanos())?;
+        record.tick_ns.saturating_record(compute_ns.max(1));
         let logged = log_tick(recorder, message.logged(), cycle, compute_ns)?;
         tick += 1;
         if record.ended.is_some() {
             record.push_after(&message);
-            if engaged.controller().safety().is_at_rest() && recorder.has_aftermath() {
+            if world.is_at_rest() && recorder.has_aftermath() {
                 break;
             }
             continue;
         }
-        let safety = engaged.controller().safety();
-        record.ended = ended(&message.kept(), logged, safety, recorder, supervisor.stop);
-        if matches!(record.ended, None | Some(Ended::Interrupted)) {
+        let asked = || supervisor.stop.load(Ordering::Relaxed);
+        let ended = match logged {
+            Err(Stopped) => Some(Ended::LogStopped),
+            Ok(()) => (world.ended()).or_else(|| asked().then_some(Ended::Interrupted)),
+        };
+        if matches!(ended, None | Some(Ended::Interrupted)) {
             record.push(&message);
+            world.counted();
         } else {
             record.push_after(&message);
         }
-        if record.ended.is_some() {
-            engaged.controller_mut().stop();
+        if let Some(ended) = ended {
+            let KeptSample { tick, time_s, .. } = message.kept();
+            tell_end(recorder, ended, None, (tick, time_s));
+            record.ended = Some(ended);
+            world.stop();
         }
         if tick % REPORT == 0 {
             (supervisor.progress)(tick);
@@ -214,26 +252,24 @@ where
     Ok(record)
 }
 
-/// Runs a tick, and keeps how long it took, ns.
-fn timed_tick<F, E, V, const D: usize>(
-    engaged: &mut Engaged<F, D, E, &mut Sensed<V>, &mut Controller<F, D, E>>,
-    record: &mut Record,
-) -> anyhow::Result<(V::Message, u64)>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D, Error = Infallible> + Instrumented<D>,
-{
-    let observed = engaged.device().device().observe();
-    let before = Instant::now();
-    let sample = match engaged.tick() {
-        Ok(sample) => sample,
-        Err(never) => match never {},
-    };
-    let took = u64::try_from(before.elapsed().as_nanos())?;
-    record.tick_ns.saturating_record(took.max(1));
-    let energy_j = engaged.controller().guarded_energy_j();
-    Ok((observed.of_loop(&sample, energy_j), took))
+/// Tells log and fault recorder why a run ends with this tick.
+pub(crate) fn tell_end(
+    recorder: &mut Recorder,
+    ended: Ended,
+    lateness: Option<Lateness>,
+    (tick, time_s): (u64, f64),
+) {
+    if let Some(code) = ended.fault_code() {
+        let known = Fault::from_code(code).map(|fault| fault.to_string());
+        recorder.fault(FaultSeen {
+            code,
+            text: known.unwrap_or_else(|| format!("fault {code}")),
+            tick,
+            time_s,
+        });
+    }
+    // A recorder that has ended is seen when it is closed.
+    let _ = recorder.event(time_s, ended.kind(), ended.reason(lateness));
 }
 
 /// Hands a tick to the recorder; with a clock, with where its time went.
@@ -251,35 +287,6 @@ fn log_tick(
         compute_ns,
     };
     Ok(recorder.timed_tick(tick, parts))
-}
-
-/// Why a run is to end with this sample; fault and interruption go into the log.
-fn ended<F: Real, const D: usize>(
-    sample: &KeptSample,
-    logged: Result<(), Stopped>,
-    safety: &SafetyState<F, D>,
-    recorder: &mut Recorder,
-    stop: &AtomicBool,
-) -> Option<Ended> {
-    let time_s = sample.time_s;
-    if let Err(Stopped) = logged {
-        return Some(Ended::LogStopped);
-    }
-    // A recorder that has ended is seen when it is closed.
-    if let Some(fault) = safety.fault() {
-        recorder.fault(FaultSeen {
-            code: fault.code(),
-            text: fault.to_string(),
-            tick: sample.tick,
-            time_s,
-        });
-        let _ = recorder.event(time_s, "fault", fault.to_string());
-        return Some(Ended::Fault(fault));
-    }
-    stop.load(Ordering::Relaxed).then(|| {
-        let _ = recorder.event(time_s, "interrupted", "stop was asked for".to_owned());
-        Ended::Interrupted
-    })
 }
 
 /// Writes what the clock says of the run into record and log.

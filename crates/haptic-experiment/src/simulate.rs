@@ -6,11 +6,13 @@
 //! Everything that simulates goes through here: trials of walls, the search for a Z-width, the reproduced figures. A run
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
 
+use crate::ended::Ended;
 use crate::kept::TickRecord;
+use crate::run::World;
 use fracdiff::Real;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{IndentationRig, MassDamper, Sensed};
-use haptic_loop::{Controller, Device, Environment};
+use haptic_loop::{Controller, Device, Engaged, Environment};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
@@ -39,20 +41,62 @@ where
     E: Environment<F, D>,
     V: Device<F, D, Error = Infallible> + Instrumented<D>,
 {
-    let mut engaged = controller.engage(device);
+    let mut simulated = Simulated::new(controller, device);
     for _ in 0..samples {
-        let observed = engaged.device().device().observe();
-        let sample = match engaged.tick() {
-            Ok(sample) => sample,
-            Err(never) => match never {},
-        };
-        let controller = engaged.controller();
-        let message = observed.of_loop(&sample, controller.guarded_energy_j());
-        if sink(&message).is_break() || controller.safety().fault().is_some() {
+        let message = simulated.tick();
+        if sink(&message).is_break() || simulated.ended().is_some() {
             return false;
         }
     }
     true
+}
+
+/// A loop on a simulated device. Whatever ends it, no force stays.
+pub(crate) struct Simulated<'a, F: Real, E: Environment<F, D>, V, const D: usize>
+where
+    V: Device<F, D, Error = Infallible>,
+{
+    engaged: Engaged<F, D, E, &'a mut Sensed<V>, &'a mut Controller<F, D, E>>,
+}
+
+impl<'a, F: Real, E: Environment<F, D>, V, const D: usize> Simulated<'a, F, E, V, D>
+where
+    V: Device<F, D, Error = Infallible>,
+{
+    /// At its first tick.
+    pub(crate) fn new(controller: &'a mut Controller<F, D, E>, device: &'a mut Sensed<V>) -> Self {
+        let engaged = controller.engage(device);
+        Self { engaged }
+    }
+}
+
+impl<F: Real, E: Environment<F, D>, V, const D: usize> World<D> for Simulated<'_, F, E, V, D>
+where
+    V: Device<F, D, Error = Infallible> + Instrumented<D>,
+{
+    type Message = V::Message;
+
+    fn tick(&mut self) -> V::Message {
+        let observed = self.engaged.device().device().observe();
+        let sample = match self.engaged.tick() {
+            Ok(sample) => sample,
+            Err(never) => match never {},
+        };
+        observed.of_loop(&sample, self.engaged.controller().guarded_energy_j())
+    }
+
+    fn ended(&self) -> Option<Ended> {
+        let fault = self.engaged.controller().safety().fault();
+        fault.map(Ended::Fault)
+    }
+
+    fn stop(&mut self) {
+        self.engaged.controller_mut().stop();
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.engaged.controller().safety().is_at_rest()
+    }
 }
 
 impl Instrumented for IndentationRig {

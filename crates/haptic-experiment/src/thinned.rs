@@ -39,6 +39,11 @@ impl<const M: usize> Thinned<M> {
         Self::new(record.whole.as_ref().map_or(0, |_| WHOLE_MOST))
     }
 
+    /// The same for a run of so many samples that is yet to come.
+    pub(super) fn for_samples(samples: u64) -> Self {
+        Self::new(if samples <= WHOLE_MOST { WHOLE_MOST } else { 0 })
+    }
+
     /// Empty; the first `dense` samples are all kept.
     fn new(dense: u64) -> Self {
         Self {

@@ -14,6 +14,7 @@ use crate::samples::Samples;
 use crate::schedule::{Pace, Schedule};
 use crate::sensed::Sensors;
 use crate::settling::{Criterion, Judge, Settling};
+use crate::simulate::Simulated;
 use fracdiff::parameter::Shown;
 use haptic_link::LoopMode;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
@@ -210,8 +211,8 @@ impl TrialSetup {
             // Nothing can break, so it is only noted.
             let verdict = preflight.verdict(dynamics, 0)?;
             verdict.describe(&mut metadata);
-            let (device, files) = (&mut parts.device, (request, metadata));
-            let ran = run_logged(&mut parts.controller, device, schedule, files, supervisor)?;
+            let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
+            let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
             return Ok(Ran {
                 preflight: Some(verdict),
                 ..ran

@@ -31,7 +31,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         };
         if let LinkError::Impossible(what) = error {
             self.keep_impossible();
-            self.ends(Ended::Impossible(what), "fault");
+            self.ends(Ended::Impossible(what));
             // It was told to let go: how the force falls.
             let _ = self.hear_out();
             return;
@@ -53,8 +53,8 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         };
         match last {
             Last::Over => {}
-            Last::Fault(report) => self.ends_unasked(Ended::DeviceFault(report), "fault"),
-            Last::Nothing => self.ends_unasked(Ended::LinkLost(error), "link"),
+            Last::Fault(report) => self.ends_unasked(Ended::DeviceFault(report)),
+            Last::Nothing => self.ends_unasked(Ended::LinkLost(error)),
         }
     }
 
@@ -78,12 +78,12 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     }
 
     /// The run ended so. One that was to be stopped, and was not known to be over, did not end because somebody asked for it.
-    fn ends_unasked(&mut self, ended: Ended, kind: &str) {
+    fn ends_unasked(&mut self, ended: Ended) {
         if self.record.ended == Some(Ended::Interrupted) && !self.over {
             self.record.stop_unheard = true;
             self.record.ended = None;
         }
-        self.ends(ended, kind);
+        self.ends(ended);
     }
 
     /// Takes what the device says of a run until that is over, or it is silent.

@@ -9,9 +9,8 @@ use crate::parameters::{CONTACT, DEVICE_DAMPING, DEVICE_MASS};
 use crate::preflight::{
     Dynamics, MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
-use crate::recorder::Recorder;
 use crate::remote::{RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
-use crate::run::{Ran, Supervisor};
+use crate::run::{Ran, Supervisor, recorder};
 use crate::safety::GuardChoice;
 use crate::schedule::Schedule;
 use fracdiff::Real;
@@ -131,12 +130,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         let preflight = self.preflight(&link, supervisor.warn)?;
 
         let folder = self.request.prepare()?;
-        let log = folder.file("mcap");
-        let live = supervisor.live_streams();
-        self.metadata.extend(self.request.provenance.clone());
-        let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
-        let mut recorder = started.inspect_err(|_| folder.discard())?;
-        recorder.roll_at(folder.roll_bytes());
+        let recorder = recorder(self.request, &folder, self.metadata, false, supervisor)?;
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
         record.start = Start::at(start_ticks, t);
         record.lateness = Some(device.lateness());

@@ -2,11 +2,11 @@
 
 use super::session::{HostSession, applied_n};
 use crate::ended::Ended;
-use crate::flight::{AFTER, FaultSeen};
+use crate::flight::AFTER;
 use crate::kept::{Made, TickRecord};
+use crate::run::tell_end;
 use haptic_link::VectorSample;
 use haptic_log::record::TickMessage;
-use haptic_loop::Fault;
 use nalgebra::SVector;
 
 /// Sample of what is known without the device: where the indenter is to be, m; the rest is not a number.
@@ -149,35 +149,16 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         }
     }
 
-    pub(super) fn ends(&mut self, ended: Ended, kind: &str) {
+    pub(super) fn ends(&mut self, ended: Ended) {
         if self.record.ended.is_none() {
             self.record.ended = Some(ended);
-            let seen = match ended {
-                Ended::Fault(fault) => Some((fault.code(), self.next_tick.saturating_sub(1))),
-                Ended::DeviceFault(report) => Some((report.status.fault, u64::from(report.tick))),
-                // It is a fault of the device, though it says of none.
-                Ended::Impossible(what) => {
-                    Some((Fault::BoardFailed.code(), u64::from(what.tick())))
-                }
-                Ended::Interrupted
-                | Ended::LinkLost(_)
-                | Ended::Silent
-                | Ended::OtherLeft
-                | Ended::LogStopped => None,
+            let tick = match ended {
+                Ended::DeviceFault(report) => u64::from(report.tick),
+                Ended::Impossible(what) => u64::from(what.tick()),
+                _ => self.next_tick.saturating_sub(1),
             };
-            if let Some((code, tick)) = seen {
-                let known = Fault::from_code(code).map(|fault| fault.to_string());
-                self.recorder.fault(FaultSeen {
-                    code,
-                    text: known.unwrap_or_else(|| format!("fault {code}")),
-                    tick,
-                    time_s: tick as f64 * self.schedule.sample_time_s,
-                });
-            }
-            let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
-            let _ = self
-                .recorder
-                .event(time_s, kind, ended.reason(self.record.lateness));
+            let at = (tick, tick as f64 * self.schedule.sample_time_s);
+            tell_end(&mut self.recorder, ended, self.record.lateness, at);
         }
     }
 }

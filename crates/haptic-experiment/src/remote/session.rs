@@ -6,7 +6,7 @@ use crate::flight::AFTER;
 use crate::folder::OutputFolder;
 use crate::kept::{Made, Record, TickRecord};
 use crate::preflight::PreflightVerdict;
-use crate::recorder::{Recorded, Recorder};
+use crate::recorder::Recorder;
 use crate::remote::summary::{flat, summarise};
 use crate::run::{Ran, Supervisor, close};
 use crate::schedule::Schedule;
@@ -80,18 +80,10 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         recorder.metadata("link", flat(&summary));
         record.link = Some(summary);
         recorder.metadata(END, record.end(schedule.samples, next_tick).metadata());
-        let Recorded {
-            log,
-            fault_log,
-            warnings,
-        } = close(recorder, &record, let_go)?;
+        let recorded = close(recorder, &record, let_go)?;
         Ok(Ran {
-            record,
-            log,
-            fault_log,
             preflight,
-            live_warnings: warnings,
-            folder,
+            ..Ran::of(record, recorded, folder)
         })
     }
 
@@ -140,7 +132,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                     EventKind::Configured | EventKind::Armed | EventKind::Started => {}
                 },
                 Some(Heard::Fault(report)) => {
-                    self.ends(Ended::DeviceFault(report), "fault");
+                    self.ends(Ended::DeviceFault(report));
                     // Until the ramp is over its samples come by themselves; for those behind it, ask.
                     self.stream_after_fault(1);
                     patience = AFTER_FAULT;
@@ -172,7 +164,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         let mut left = patience;
         loop {
             if self.record.ended.is_none() && supervisor.stop.load(Ordering::Relaxed) {
-                self.ends(Ended::Interrupted, "interrupted");
+                self.ends(Ended::Interrupted);
                 self.link.ask(Request::Stop)?;
             }
             let pause = left.min(PAUSE);
@@ -236,9 +228,9 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             (supervisor.progress)(session.counted());
             if session.record.ended.is_none() {
                 if let Some(fault) = done.fault {
-                    session.ends(Ended::Fault(fault), "fault");
+                    session.ends(Ended::Fault(fault));
                 } else if supervisor.stop.load(Ordering::Relaxed) {
-                    session.ends(Ended::Interrupted, "interrupted");
+                    session.ends(Ended::Interrupted);
                 }
             }
             if session.record.ended.is_some() || tick + 1 >= session.schedule.samples {

@@ -13,7 +13,7 @@ use crate::remote::{RemoteRun, blank, host_limits};
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::GuardedDevice;
 use crate::schedule::Schedule;
-use crate::simulate::{Sink, simulate};
+use crate::simulate::{Simulated, Sink, simulate};
 use fracdiff::{Operator, Real, Seconds};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{HeldRig, IndentationRig, RigDrive, Sensed};
@@ -104,8 +104,8 @@ impl Rendering {
             verdict.require_stable(self.preflight.force_unstable)?;
             verdict.describe(&mut metadata);
         }
-        let files = (request, metadata);
-        run_logged(&mut controller, &mut device, schedule, files, supervisor)
+        let mut world = Simulated::new(&mut controller, &mut device);
+        run_logged(&mut world, schedule, (request, metadata), supervisor)
     }
 
     /// The tissue behind the safety chain.

@@ -8,22 +8,15 @@ use super::specification::{HandMotion, TeleoperationExperiment};
 use crate::curves::Published;
 use crate::ended::Ended;
 use crate::failure::Failure;
-use crate::flight::FaultSeen;
 use crate::folder::{FolderRequest, OutputFolder, Table};
-use crate::kept::Record;
-use crate::parameters::{ARCHITECTURE, REALTIME, SAMPLE_TIME};
-use crate::preflight::PreflightVerdict;
-use crate::recorder::{Recorded, Recorder};
+use crate::parameters::{ARCHITECTURE, SAMPLE_TIME};
 use crate::report::{Files, RunReport};
-use crate::run::{REPORT, Ran, Supervisor, close, told};
-use crate::schedule::{Pace, Schedule};
+use crate::run::{Ran, Supervisor, World, run_logged};
+use crate::schedule::Schedule;
 use crate::thinned::Thinned;
 use crate::warnings::Warnings;
-use haptic_log::record::{END, StartTime, TickMessage};
-use haptic_loop::realtime::Periodic;
+use haptic_log::record::TickMessage;
 use serde::Serialize;
-use std::sync::atomic::Ordering;
-use std::time::{Instant, SystemTime};
 
 /// A row of the table.
 #[derive(Serialize)]
@@ -75,13 +68,61 @@ fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
     }
 }
 
-/// Everything that a run collects.
-struct Run {
+/// Both sides, and what is told of each tick beside the log.
+struct Hands {
     pair: Pair,
     motion: HandMotion,
     judged: Judged,
-    record: Record,
     curves: Thinned<6>,
+    table: Option<Table>,
+    newest: Option<(PairTick, f64)>,
+}
+
+impl World for Hands {
+    type Message = TickMessage;
+
+    fn begins(&mut self, folder: &OutputFolder) {
+        self.table = Some(folder.table_beside_log("csv"));
+    }
+
+    fn tick(&mut self) -> TickMessage {
+        let tick = self.pair.tick();
+        let hand_m = self.motion.at(tick.time_s).0;
+        self.newest = Some((tick, hand_m));
+        message(&tick, hand_m)
+    }
+
+    fn counted(&mut self) {
+        let Some((tick, hand_m)) = self.newest else {
+            return;
+        };
+        self.judged.see(&tick);
+        if let Some(table) = &mut self.table {
+            table.row(Row::of(&tick, hand_m));
+        }
+        let [master, slave] = tick.sides;
+        let values = [
+            hand_m,
+            master.position_m,
+            slave.position_m,
+            master.force_n,
+            slave.force_n,
+            0.0 - tick.given_j,
+        ];
+        self.curves.add(tick.time_s, values);
+    }
+
+    fn ended(&self) -> Option<Ended> {
+        self.pair.ended()
+    }
+
+    fn stop(&mut self) {
+        self.pair.stop();
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.pair.is_at_rest()
+    }
 }
 
 impl TeleoperationExperiment {
@@ -102,65 +143,30 @@ impl TeleoperationExperiment {
             sample_time_s: self.sample_time().0,
             pace: self.pace,
         };
-        schedule.clock().map_err(|error| {
-            Failure::input_with_advice(
-                error,
-                format_args!("give a {SAMPLE_TIME} within it, or leave {REALTIME} away"),
-            )
-        })?;
         let preflight = self.require_stable()?;
         let mut metadata = self.metadata();
         if let Some(verdict) = &preflight {
             verdict.describe(&mut metadata);
         }
-        metadata.extend(request.provenance.clone());
-        let folder = request.prepare()?;
-        let waits = schedule.pace == Pace::Virtual;
-        let live = supervisor.live_streams();
-        let log = folder.file("mcap");
-        let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
-        let mut recorder = started.inspect_err(|_| folder.discard())?;
-        recorder.roll_at(folder.roll_bytes());
-        let mut table = folder.table_beside_log("csv");
-        let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
-        let mut run = Run {
+        let mut hands = Hands {
             pair,
             motion: self.motion.clone(),
             judged: Judged::new(self),
-            curves: Thinned::of(&record),
-            record,
+            curves: Thinned::for_samples(schedule.samples),
+            table: None,
+            newest: None,
         };
-        run.all(schedule, &mut recorder, supervisor, &mut table)
-            .map_err(Failure::Run)?;
-        let recorded = close(recorder, &run.record, run.pair.is_at_rest())?;
-        self.publish(run, recorded, (folder, table), preflight)
-    }
-
-    /// Report, table and curves of a run whose log is closed.
-    fn publish(
-        &self,
-        run: Run,
-        recorded: Recorded,
-        (folder, table): (OutputFolder, Table),
-        preflight: Option<PreflightVerdict>,
-    ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure> {
-        let Run {
+        let ran = run_logged(&mut hands, schedule, (request, metadata), supervisor)?;
+        let ran = Ran { preflight, ..ran };
+        let Hands {
             pair,
             judged,
-            record,
             mut curves,
+            table,
             ..
-        } = run;
-        let ran = Ran {
-            record,
-            log: recorded.log,
-            folder,
-            fault_log: recorded.fault_log,
-            preflight,
-            live_warnings: recorded.warnings,
-        };
+        } = hands;
         let whole = ran.record.ended.is_none();
-        let files = Files::of_run(&ran, whole.then_some(table));
+        let files = Files::of_run(&ran, table.filter(|_| whole));
         curves.finish();
         let report = self.report(&ran, (&pair, &judged), files)?;
         let drawn = whole.then(|| self.drawn(&report, curves));
@@ -264,110 +270,5 @@ impl TeleoperationExperiment {
             taken_j,
             felt: report.felt.clone(),
         }
-    }
-}
-
-impl Run {
-    /// All ticks. Ends early, with both forces at zero, when asked, when a side is silent or has a fault, or when the log
-    /// cannot be written.
-    fn all(
-        &mut self,
-        schedule: Schedule,
-        recorder: &mut Recorder,
-        supervisor: Supervisor<'_>,
-        table: &mut Table,
-    ) -> anyhow::Result<()> {
-        let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
-        let mut done = 0;
-        while done < schedule.samples || self.record.ended.is_some() {
-            if let Some(periodic) = &mut periodic {
-                periodic.wait();
-            }
-            if done == 0 {
-                // A recorder that has ended is seen at the tick.
-                let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
-            }
-            let before = Instant::now();
-            let tick = self.pair.tick();
-            let took = u64::try_from(before.elapsed().as_nanos())?;
-            self.record.tick_ns.saturating_record(took.max(1));
-            let hand_m = self.motion.at(tick.time_s).0;
-            let message = message(&tick, hand_m);
-            let logged = recorder.tick(message);
-            done += 1;
-            if self.record.ended.is_some() {
-                self.record.push_after(&message);
-                if self.pair.is_at_rest() && recorder.has_aftermath() {
-                    break;
-                }
-                continue;
-            }
-            self.judged.see(&tick);
-            self.record.push(&message);
-            table.row(Row::of(&tick, hand_m));
-            self.keep(&tick, hand_m);
-            self.record.ended = if logged.is_ok() {
-                self.ended(&tick, recorder, supervisor)
-            } else {
-                Some(Ended::LogStopped)
-            };
-            if self.record.ended.is_some() {
-                self.pair.stop();
-            }
-            if done % REPORT == 0 {
-                (supervisor.progress)(done);
-            }
-        }
-        if let Some(periodic) = periodic {
-            told(periodic, &mut self.record, recorder);
-        }
-        (supervisor.progress)(done);
-        self.record.dropped = recorder.dropped();
-        let end = self.record.end(schedule.samples, done).metadata();
-        recorder.metadata(END, end);
-        Ok(())
-    }
-
-    fn keep(&mut self, tick: &PairTick, hand_m: f64) {
-        let [master, slave] = tick.sides;
-        let values = [
-            hand_m,
-            master.position_m,
-            slave.position_m,
-            master.force_n,
-            slave.force_n,
-            0.0 - tick.given_j,
-        ];
-        self.curves.add(tick.time_s, values);
-    }
-
-    /// Why the run is to end with this tick; it goes into the log.
-    fn ended(
-        &self,
-        tick: &PairTick,
-        recorder: &mut Recorder,
-        supervisor: Supervisor<'_>,
-    ) -> Option<Ended> {
-        for port in self.pair.ports() {
-            if let Some(fault) = port.safety().fault() {
-                recorder.fault(FaultSeen {
-                    code: fault.code(),
-                    text: fault.to_string(),
-                    tick: tick.tick,
-                    time_s: tick.time_s,
-                });
-                let _ = recorder.event(tick.time_s, "fault", fault.to_string());
-                return Some(Ended::Fault(fault));
-            }
-            if port.is_silent() {
-                let ended = Ended::Silent;
-                let _ = recorder.event(tick.time_s, "silent", ended.reason(None));
-                return Some(ended);
-            }
-        }
-        supervisor.stop.load(Ordering::Relaxed).then(|| {
-            let _ = recorder.event(tick.time_s, "interrupted", "stop was asked for".to_owned());
-            Ended::Interrupted
-        })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::body::Body;
 use super::specification::TeleoperationExperiment;
+use crate::ended::Ended;
 use crate::failure::Failure;
 use crate::refused::parameter;
 use fracdiff::Operator;
@@ -111,7 +112,7 @@ impl TeleoperationExperiment {
     pub fn simulate(&self, sink: PairSink<'_>) -> Result<bool, Failure> {
         let mut pair = self.pair()?;
         for _ in 0..self.samples() {
-            if sink(&pair.tick()).is_break() || pair.ended() {
+            if sink(&pair.tick()).is_break() || pair.ended().is_some() {
                 return Ok(false);
             }
         }
@@ -163,10 +164,13 @@ impl Pair {
         }
     }
 
-    /// True if a side heard nothing for too long, or has a fault.
-    pub(super) fn ended(&self) -> bool {
-        let over = |port: &Port<_>| port.is_silent() || port.safety().fault().is_some();
-        self.ports().into_iter().any(over)
+    /// Why it does not go on: a side has a fault, or heard nothing for too long.
+    pub(super) fn ended(&self) -> Option<Ended> {
+        let over = |port: &Port<_>| {
+            let fault = port.safety().fault().map(Ended::Fault);
+            fault.or_else(|| port.is_silent().then_some(Ended::Silent))
+        };
+        self.ports().into_iter().find_map(over)
     }
 
     /// True if both forces are zero.

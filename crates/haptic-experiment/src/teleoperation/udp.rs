@@ -57,7 +57,7 @@ impl TeleoperationExperiment {
         let line = self.met(end, terms, opened, supervisor);
         let line = line.inspect_err(|_| folder.discard())?;
         let peer = line.peer.map_or_else(String::new, |peer| peer.to_string());
-        let kept = (folder, &request.provenance);
+        let kept = (folder, request);
         let mut kept = self.kept(end, &peer, kept, (schedule, supervisor))?;
         let mut side = Side {
             port,

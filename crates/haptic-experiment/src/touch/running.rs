@@ -12,6 +12,7 @@ use crate::parameters::{TOUCH_AXES, TOUCH_CIRCLE_START, TOUCH_HAND, TOUCH_ORDER,
 use crate::refused::parameter;
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::schedule::{Schedule, horizon};
+use crate::simulate::Simulated;
 use haptic_loop::Controller;
 use haptic_loop::plant::{Axes, Sensed};
 
@@ -100,8 +101,9 @@ impl TouchExperiment {
             sample_time_s: self.sample_time().0,
             pace: self.pace,
         };
-        let (device, files) = (&mut parts.device, (request, metadata));
-        let ran = run_logged(&mut parts.controller, device, schedule, files, supervisor)?;
+        let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
+        let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
+        drop(world);
         let ran = Ran {
             // Nothing can break, so it is only noted.
             preflight: Some(verdict),

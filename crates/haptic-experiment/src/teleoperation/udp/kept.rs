@@ -4,12 +4,11 @@ use super::line::End;
 use crate::curves::Published;
 use crate::ended::Ended;
 use crate::failure::Failure;
-use crate::flight::FaultSeen;
-use crate::folder::{OutputFolder, Table};
+use crate::folder::{FolderRequest, OutputFolder, Table};
 use crate::kept::Record;
 use crate::recorder::Recorder;
 use crate::report::Files;
-use crate::run::{Ran, Supervisor, close};
+use crate::run::{Ran, Supervisor, close, recorder, tell_end};
 use crate::schedule::Schedule;
 use crate::teleoperation::curves::SideCurves;
 use crate::teleoperation::specification::{HandMotion, TeleoperationExperiment};
@@ -49,7 +48,7 @@ impl TeleoperationExperiment {
         &self,
         end: End,
         peer: &str,
-        (folder, provenance): (OutputFolder, &std::collections::BTreeMap<String, String>),
+        (folder, request): (OutputFolder, &FolderRequest),
         (schedule, supervisor): (Schedule, Supervisor<'_>),
     ) -> Result<Kept, Failure> {
         let side = end.side();
@@ -57,11 +56,7 @@ impl TeleoperationExperiment {
         metadata.insert("side".to_owned(), side.to_string());
         metadata.insert("peer".to_owned(), peer.to_owned());
         metadata.insert("pace".to_owned(), schedule.pace.to_string());
-        metadata.extend(provenance.clone());
-        let (log, live) = (folder.file("mcap"), supervisor.live_streams());
-        let started = Recorder::start(&log, metadata, false, folder.overwrite(), live);
-        let mut recorder = started.inspect_err(|_| folder.discard())?;
-        recorder.roll_at(folder.roll_bytes());
+        let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
         // A recorder that has ended is seen at the tick.
         let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
@@ -119,17 +114,8 @@ impl Kept {
 
     /// The run ends so; the log says it.
     pub(super) fn ends(&mut self, ended: Ended, tick: u64) {
-        let time_s = self.record.duration_s();
-        if let Ended::Fault(fault) = ended {
-            self.recorder.fault(FaultSeen {
-                code: fault.code(),
-                text: fault.to_string(),
-                tick,
-                time_s,
-            });
-        }
-        let kind = if ended.is_fault() { "fault" } else { "ended" };
-        let _ = self.recorder.event(time_s, kind, ended.reason(None));
+        let at = (tick, self.record.duration_s());
+        tell_end(&mut self.recorder, ended, None, at);
         self.record.ended = Some(ended);
     }
 
@@ -143,14 +129,7 @@ impl Kept {
         let end = self.record.end(self.schedule.samples, report.ticks);
         self.recorder.metadata(END, end.metadata());
         let recorded = close(self.recorder, &self.record, at_rest)?;
-        let ran = Ran {
-            record: self.record,
-            log: recorded.log,
-            folder: self.folder,
-            fault_log: recorded.fault_log,
-            preflight: None,
-            live_warnings: recorded.warnings,
-        };
+        let ran = Ran::of(self.record, recorded, self.folder);
         let files = Files::of_run(&ran, whole.then_some(self.table));
         let shown = |path: &std::path::PathBuf| path.display().to_string();
         report.logs = ran.log.paths.iter().map(shown).collect();
