@@ -6,7 +6,6 @@ mod analysis;
 mod control;
 mod coupler;
 mod data;
-mod delay;
 mod design;
 #[cfg(unix)]
 mod devices;
