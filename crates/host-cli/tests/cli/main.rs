@@ -33,7 +33,6 @@ mod realtime;
 mod refusals;
 mod rehearsal;
 mod reproduce;
-mod safety;
 mod teleoperation;
 mod touch;
 #[cfg(target_os = "linux")]
