@@ -66,15 +66,6 @@ fn units_and_no_units_give_the_same_loop() {
 }
 
 #[test]
-fn a_region_that_is_empty_is_said_to_be_empty() {
-    // Two springs and no damping at all.
-    let place = Place::new();
-    let ended = place.run("analyze stability-region --order 0").succeeded();
-    assert!(ended.stdout.starts_with("empty: no wall"), "{ended}");
-    assert_eq!(analyze("stability-region --order 0")["empty"], true);
-}
-
-#[test]
 fn an_analysis_leaves_a_picture_and_a_table_without_nan() {
     let place = Place::new();
     for (line, stem) in [

@@ -36,32 +36,6 @@ fn info_says_what_is_in_a_log() {
 }
 
 #[test]
-fn a_log_says_when_its_run_began() {
-    /// As a log writes it; the strings are in the order of time.
-    fn now() -> String {
-        let now = std::time::SystemTime::now();
-        haptic_log::record::StartTime::at(now).rfc3339()
-    }
-    let before = now();
-    let place = with_log();
-    let after = now();
-    let info = place.run("log info run/relax.mcap --json").succeeded();
-    let info = info.json();
-    let started = info["started_utc"].as_str().expect("a date");
-    assert!(
-        before.as_str() < started && started < after.as_str(),
-        "{before} {started} {after}"
-    );
-    let clock = info["metadata"].as_array().expect("a list").iter();
-    let clock = clock.filter(|record| record["name"] == "clock");
-    let clock: Vec<_> = clock.map(|record| &record["values"]).collect();
-    assert_eq!(clock.len(), 1, "{info}");
-    assert_eq!(clock[0]["started_utc"], info["started_utc"]);
-    let text = place.run("log info run/relax.mcap").succeeded();
-    assert!(text.stdout.contains(started), "{text}");
-}
-
-#[test]
 fn a_run_rolls_its_log_on_request() {
     let place = Place::new();
     let line = "relax --duration 30s --out run --roll 1MB --json";
