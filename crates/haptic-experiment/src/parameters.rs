@@ -131,6 +131,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn there_is_one_default_sample_time() {
+        let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
+        let all = kinds.flat_map(of_kind).flat_map(|(_, table)| table.iter());
+        let own = all.filter(|parameter| parameter.key == "sample_time_s");
+        let defaults: Vec<f64> = own.map(Parameter::default_number).collect();
+        assert!(
+            defaults.len() > 6 && defaults.iter().all(|&t| t.to_bits() == 1e-3_f64.to_bits()),
+            "{defaults:?}"
+        );
+    }
+
+    #[test]
     fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
         for kind in KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]) {
             let all: Vec<Parameter> = of_kind(kind)

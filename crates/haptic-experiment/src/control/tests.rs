@@ -138,6 +138,54 @@ fn a_slow_loop_of_whole_orders_has_its_delay_margin() {
     assert_eq!(of(0.9).margins.delay_s, None);
 }
 
+/// Half an integrator at T = 1 s is lost at a gain of about 1.1, half the sample rate, which the rule of its samples does not see.
+#[test]
+fn a_fractional_plant_that_is_sampled_too_coarsely_is_not_proved() {
+    let coarse = |gain: f64| {
+        analyse(&p(gain, 1.0), &plant("1/s^0.5"))
+            .expect("a loop")
+            .coarse
+    };
+    assert_eq!(coarse(0.4), None);
+    assert!(coarse(1.3).is_some_and(|times| times >= 2.0));
+}
+
+/// C/(1 + L) of s/(s + 1)² and 1 + 1/s^0.5 is s^−0.5 at rest: the command grows as √t.
+#[test]
+fn an_integral_that_meets_a_factor_s_is_not_proved() {
+    for order in [0.5, 1.0, 1.5] {
+        let gains = PidParameters {
+            proportional: 1.0,
+            integral: 1.0,
+            integral_order: order,
+            ..PidParameters::NONE
+        };
+        let file = ControllerFile::new(gains, Seconds(0.01));
+        let cause = analyse(&file, &plant("s/(s+1)^2")).expect("a loop").cause;
+        assert!(
+            matches!(cause, Cause::Boundary | Cause::Cancelled),
+            "{order}: {cause:?}"
+        );
+    }
+    let design = ControlDesign {
+        plant: plant("s/(s+1)^2"),
+        plant_words: String::new(),
+        wishes: Specification::new(3.0, 60_f64.to_radians()),
+        wishes_words: String::new(),
+        sample_time: Seconds(0.01),
+        scheme: p(1.0, 0.01).scheme,
+        output_low: None,
+        output_high: None,
+        step: 1.0,
+        samples: 400,
+    };
+    let refused = design.answer().expect_err("an integral").to_string();
+    assert!(
+        refused.contains("a controller without an integral was not found"),
+        "{refused}"
+    );
+}
+
 #[test]
 fn the_baseline_has_the_crossover_and_the_margin_of_the_loop() {
     let own = PidParameters {

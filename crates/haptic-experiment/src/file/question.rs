@@ -283,6 +283,22 @@ mod tests {
     }
 
     #[test]
+    fn nobody_can_throw_a_real_device() {
+        let mut document = Document::new("zwidth");
+        for (key, value, words) in [
+            ("device", "serial:x", "--device serial:x"),
+            ("impact_m_per_s", "1", "impact=1"),
+        ] {
+            document.set("zwidth", key, value, words).expect("new");
+        }
+        let error = Question::open(&document)
+            .expect_err("no effect")
+            .to_string();
+        let want = "impact=1: impact_m_per_s has no effect on a real device";
+        assert!(error.starts_with(want), "{error}");
+    }
+
+    #[test]
     fn what_has_no_effect_or_no_meaning_is_refused_in_a_line() {
         for (text, want) in [
             ("", "not one table"),
@@ -293,7 +309,20 @@ mod tests {
             ("[zwidth]\nmass_kg = 0", "is not above 0"),
             ("[zwidth]\nwish = \"coupler\"", "unknown key"),
             ("[zwidth]\npush_n = 200", "no wall could hold it"),
+            (
+                "[zwidth]\nduration_s = 50000",
+                "50000001 samples, which is not in [10, 2e7]",
+            ),
+            ("[zwidth]\nwindow_s = 9", "window 9"),
             ("[design]\nscheme = \"exact\"", "form:2"),
+            (
+                "[design]\nwish = \"most-damping\"\nfrequency_hz = 501",
+                "(0, 500] Hz",
+            ),
+            (
+                "[design]\nwish = \"coupler\"\ngain_margin = 3",
+                "gain_margin belongs to a wall",
+            ),
             ("[design]\nwish = \"tissue\"", "give `tissue`"),
             (
                 "[design]\ntissue = \"fish-muscle\"",

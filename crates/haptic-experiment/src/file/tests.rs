@@ -156,6 +156,106 @@ const WRONG: &[(&str, &str, &str)] = &[
         "lab/wall.toml:2: cannot read the material file `lab/a.toml`",
     ),
     (
+        "order = 0.5\n",
+        "order = 0.5\norder = 0.6\n",
+        "lab/wall.toml:6: duplicate key `order`",
+    ),
+    (
+        WALL,
+        "[relax]\nworkspace_low_m = 0",
+        "lab/wall.toml:2: a workspace has two ends: give workspace_high_m too",
+    ),
+    (
+        WALL,
+        "[relax]\nworkspace_high_m = 0",
+        "lab/wall.toml:2: a workspace has two ends: give workspace_low_m too",
+    ),
+    (
+        WALL,
+        "[relax]\nworkspace_low_m = 0\nworkspace_high_m = -1",
+        "lab/wall.toml:3: workspace_high_m = -1 is not above workspace_low_m = 0",
+    ),
+    (
+        WALL,
+        "[relax]\nspeed_limit_m_per_s = -1",
+        "lab/wall.toml:2: speed_limit_m_per_s = -1 is not above 0",
+    ),
+    (
+        WALL,
+        "[relax]\nrise_time_s = 0",
+        "lab/wall.toml:2: rise_time_s = 0 is not above 0",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\njump_m = 1e-9\n",
+        "lab/wall.toml:1: jump 1e-9 m has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nstuck_time_s = 0.05\n",
+        "lab/wall.toml:1: stuck time 0.05 s has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\ndevice_mass_kg = 0.065\n",
+        "lab/wall.toml:1: device mass 0.065 kg has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nguard = \"observer\"\ndevice_damping_n_s_per_m = 3.5\n",
+        "lab/wall.toml:1: device damping 3.5 N·s/m has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\ndevice_lag_s = 1e-3\n",
+        "lab/wall.toml:1: device lag 0.001 s has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nbraking_n_s_per_m = 1000\n",
+        "lab/wall.toml:1: braking 1000 N·s/m is not at most",
+    ),
+    (
+        WALL,
+        "[relax]\nstop_time_s = 2",
+        "lab/wall.toml:2: stop_time_s = 2 is not from 0.001 to 1",
+    ),
+    (
+        WALL,
+        "[relax]\nbrake_force_n = 20",
+        "lab/wall.toml:2: brake_force_n = 20 is not from 0 to 10",
+    ),
+    (
+        WALL,
+        "[relax]\njump_m = nan",
+        "lab/wall.toml:2: jump_m = NaN is not from 0 to 1",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice_delay_least_s = 2e-3\ndevice_delay_most_s = 1e-3",
+        "lab/wall.toml:3: device_delay_most_s = 0.001 is below device_delay_least_s = 0.002",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice_delay_least_s = 2e-3",
+        "lab/wall.toml:2: a delay has two ends: give device_delay_most_s too",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice = \"serial:x\"\nsensor_noise_m = 1e-6",
+        "lab/wall.toml:1: encoder_resolution_m and sensor_noise_m are of the simulated rig",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice = \"serial:x\"\nwatchdog_s = 0.0054",
+        "lab/wall.toml:3: watchdog_s = 0.0054 is not a whole number of milliseconds",
+    ),
+    (
+        WALL,
+        "[relax]\n[drive]\n",
+        "lab/wall.toml:2: missing key `controller` in [drive]",
+    ),
+    (
         WALL,
         "[relax]\nduration_s = 1e7",
         "lab/wall.toml:2: duration_s = 1e7 with sample_time_s = 0.001 is 10000000001 samples",
@@ -204,6 +304,21 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
             "= 500",
             "= -5",
             "lab/wall.toml:7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not from 0 to 1e8",
+        ),
+        (
+            "= 500",
+            "= 500\none_sided = true",
+            "lab/wall.toml:8: unknown key `one_sided` in [coupler]",
+        ),
+        (
+            "= 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500",
+            "= 0\ncoupler_dissipation_n_s_1_minus_mu_per_m = 0",
+            "lab/wall.toml:1: coupler dissipation of a coupler without stiffness 0",
+        ),
+        (
+            "= 500\n",
+            "= 500\nobject_stiffness_n_per_m = 0\nobject_mass_kg = 0\nobject_damping_n_s_per_m = 0\n",
+            "lab/wall.toml:1: object stiffness of an object without mass and damping 0 N/m is not above 0",
         ),
     ] {
         let error = read(&COUPLER.replace(from, to)).expect_err("wrong");

@@ -1,5 +1,6 @@
 //! Tests of the public face of `haptic-experiment`, in one binary.
 
+mod design;
 mod drive;
 mod identification;
 mod measured_device;

@@ -5,8 +5,8 @@ mod long;
 mod vectors;
 
 use haptic_log::record::{
-    Entry, EventMessage, LogReader, LogWriter, NewFileError, RecordError, StartTime, TickMessage,
-    export_csv, inspect, recover,
+    END, EndKind, Entry, EventMessage, LogReader, LogWriter, NewFileError, RecordError, RunEnd,
+    StartTime, TickMessage, export_csv, inspect, recover,
 };
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -153,6 +153,52 @@ fn missing_ticks_are_found_by_their_numbers() {
     let json = serde_json::to_value(&summary).expect("serialises");
     for key in ["samples", "first_s", "last_s", "gaps", "complete"] {
         assert!(json.get(key).is_some(), "{key}");
+    }
+}
+
+/// Of a run that made 1000 of 2000; what is saved of it lacks the same.
+#[test]
+fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (path, saved) = (
+        folder.path().join("made.mcap"),
+        folder.path().join("saved.mcap"),
+    );
+    for (lost, [start, between, end]) in [
+        (vec![0..100, 100..200], [200, 0, 0]),
+        (vec![900..950, 950..1000], [0, 0, 100]),
+        (vec![0..1, 7..9, 999..1000], [1, 2, 1]),
+        (vec![0..500, 500..1000], [0, 0, 1000]),
+    ] {
+        let _ = fs::remove_file(&path);
+        let missing = start + between + end;
+        let mut writer = LogWriter::create(&path).expect("creates");
+        for number in (0..1000).filter(|tick| !lost.iter().any(|lost| lost.contains(tick))) {
+            writer.tick(&tick(number)).expect("tick");
+        }
+        let run = RunEnd {
+            ended: EndKind::Interrupted,
+            reason: "for a reason".to_owned(),
+            planned_samples: 2000,
+            made_samples: 1000,
+            dropped_samples: missing,
+        };
+        writer.metadata(END, run.metadata()).expect("metadata");
+        writer.finish().expect("finishes");
+        let recovered = recover(&path, &saved, true).expect("recovers");
+        assert_eq!(
+            (recovered.missing_at_start, recovered.missing_at_end),
+            (start, end)
+        );
+        for log in [&path, &saved] {
+            let summary = inspect(log).expect("inspects");
+            let counted = [
+                summary.missing_at_start,
+                summary.missing_at_end,
+                summary.missing_samples,
+            ];
+            assert_eq!(counted, [start, end, missing]);
+        }
     }
 }
 

@@ -2,23 +2,13 @@
 
 mod materials;
 
-use crate::process::{Ended, Place, number, says};
+use crate::process::{Place, cases, number, says};
 use serde_json::Value;
 
 /// A tissue file that is right; its order is in line 7.
 pub(crate) const GEL: &str = "name = \"gel\"\ndescription = \"a gel\"\n\n[parameters]\n\
     elastic_modulus_pa = 100\nviscosity_pa_s_alpha = 5.0\norder = 0.3\n\n[source]\n\
     citation = \"me, 2026\"\nconditions = \"21 °C\"\nchecked = true\n";
-
-/// The weights that `weights OPTIONS` prints, lags checked.
-fn weights(options: &str) -> Vec<f64> {
-    let ended = Place::new().run(&format!("weights {options}")).succeeded();
-    let rows = ended.table("lag,weight");
-    for (lag, row) in rows.iter().enumerate() {
-        assert_eq!(row[0], lag as f64, "lag of {options}");
-    }
-    rows.iter().map(|row| row[1]).collect()
-}
 
 fn near(have: &[f64], want: &[f64], tolerance: f64) {
     assert_eq!(have.len(), want.len(), "{have:?}");
@@ -30,51 +20,6 @@ fn near(have: &[f64], want: &[f64], tolerance: f64) {
 
 /// (1 − w)^(1/2), exact in binary.
 const HALF: [f64; 5] = [1.0, -0.5, -0.125, -0.0625, -0.039_062_5];
-
-#[test]
-fn weights_are_the_binomial_series() {
-    assert_eq!(weights("--order 0.5 --count 5"), HALF);
-    assert_eq!(weights("--order 1 --count 4"), [1.0, -1.0, 0.0, 0.0]);
-    assert_eq!(weights("--order 2 --count 4"), [1.0, -2.0, 1.0, 0.0]);
-    assert_eq!(weights("--order -1 --count 3"), [1.0, 1.0, 1.0]);
-    assert_eq!(weights("--order 0 --count 3"), [1.0, 0.0, 0.0]);
-    assert_eq!(weights("--order 0.5").len(), 10, "the default count");
-}
-
-#[test]
-fn weights_of_each_scheme_are_what_it_is_made_of() {
-    let of = |scheme: &str| weights(&format!("--order 0.5 --count 5 --scheme {scheme}"));
-    near(&of("full"), &HALF, 1e-6);
-    assert_eq!(of("grunwald:5"), HALF);
-    // The ring buffer ends after its taps.
-    assert_eq!(of("grunwald:3"), [1.0, -0.5, -0.125, 0.0, 0.0]);
-    // Caputo L1: b_j = (j+1)^p − j^p, p = 1/2; w_j = (b_j − b_{j−1})/Γ(3/2).
-    let b = |j: i32| f64::from(j + 1).sqrt() - f64::from(j).sqrt();
-    let gamma = 0.5 * std::f64::consts::PI.sqrt();
-    let l1 = [0, 1, 2, 3, 4].map(|j| (b(j) - if j > 0 { b(j - 1) } else { 0.0 }) / gamma);
-    near(&of("piecewise-linear"), &l1, 1e-6);
-    // Muir: A_0 = 1, A_n(w) = A_{n−1}(w) − c_n·w^n·A_{n−1}(1/w), c_n = μ/n for odd n, else 0.
-    // A_1 = 1 − w/2; A_3 = A_1 − w³·A_1(1/w)/6 = 1 − w/2 + w²/12 − w³/6.
-    near(
-        &of("muir:3"),
-        &[1.0, -0.5, 1.0 / 12.0, -1.0 / 6.0, 0.0],
-        1e-15,
-    );
-    // 2^μ·A_1(w)/A_1(−w) = √2·(1 − w/2)/(1 + w/2) = √2·(1 − w + w²/2 − w³/4 + w⁴/8 …).
-    let root = std::f64::consts::SQRT_2;
-    near(
-        &of("tustin-muir:1"),
-        &[1.0, -1.0, 0.5, -0.25, 0.125].map(|w| root * w),
-        1e-15,
-    );
-    // A band-limited filter is no series of closed form; it must begin near the series it imitates.
-    let oustaloup = of("oustaloup:9:0.0001:0.4 --sample-time 1s");
-    assert!((oustaloup[0] - 1.0).abs() < 0.2, "{oustaloup:?}");
-    assert!(
-        oustaloup[1..].iter().all(|w| *w < 0.0),
-        "a memory that fades: {oustaloup:?}"
-    );
-}
 
 #[test]
 fn weights_as_json_have_the_contracts_keys() {
@@ -117,23 +62,6 @@ fn whole_orders_are_identity_differences_and_sums() {
     assert_eq!(of("1"), [4.0, 8.0, -2.0, -26.0]);
     assert_eq!(of("-1"), [0.25, 1.0, 1.625, 0.625]);
     assert_eq!(of("2"), [16.0, 16.0, -40.0, -96.0]);
-}
-
-#[test]
-fn the_half_derivative_of_a_ramp_is_its_closed_form() {
-    // D^(1/2) t = 2·√(t/π): exact for the piecewise-linear kernel, of first order for Grünwald's, where
-    // the error is some T/t.
-    let t: Vec<f64> = (0..2000).map(|n| f64::from(n) * 1e-3).collect();
-    let closed = |t: f64| 2.0 * (t / std::f64::consts::PI).sqrt();
-    for (scheme, steps) in [("piecewise-linear", 0.0), ("full", 1.0)] {
-        let options = format!("--order 0.5 --sample-time 1ms --scheme {scheme}");
-        let y = differintegrate(&options, &t);
-        for (&t, &y) in t.iter().zip(&y).skip(1) {
-            let allowed = 1e-5 + steps * 1e-3 / t;
-            let error = (y / closed(t) - 1.0).abs();
-            assert!(error <= allowed, "{scheme} at {t} s: {error:e} {allowed:e}");
-        }
-    }
 }
 
 #[test]
@@ -196,51 +124,21 @@ fn a_file_standard_input_and_json_give_the_same() {
 
 #[test]
 fn a_csv_that_is_wrong_is_refused_with_its_line() {
-    let mut complaints = Vec::new();
+    let options = "differintegrate --order 0.5 --sample-time 1ms";
+    let place = Place::new();
     for (input, wanted) in [
         ("t,x\n0,1\n1,\n2,3\n", ["line 3", "no value"]),
-        ("t,x\n0,1\n1\n2,3\n", ["line 3", "no value"]),
-        ("t,x\n0,1\n1,   \n2,3\n", ["line 3", "no value"]),
-        ("x\n1\n\n3\n", ["line 3", "no value"]),
-        ("t,x\n0,1\n1,abc\n", ["line 3", "\"abc\""]),
-        ("t,x\n0,1\n\n\n1,2\n", ["line 3", "no value"]),
         ("t,x\n0,1\n1,NaN\n", ["line 3", "NaN"]),
-        ("x\n1\ninf\n", ["line 3", "inf"]),
-        ("x\n1e400\n", ["line 2", "1e400"]),
-        ("x\n1,5\n", ["line 2", "header"]),
-        ("x\n\"1\n2\"\n", ["line 2", "not a finite number"]),
         ("\"a\nb\",x\n1,2\n3,z\n", ["line 4", "\"z\""]),
         ("t,y\n0,1\n", ["no column x", "t,y"]),
-        ("1\n2\n", ["no column x", "\"1\""]),
         ("x\n", ["no rows", "header"]),
-        ("", ["empty", "x"]),
     ] {
-        let place = Place::new();
         place.write("in.csv", input);
-        let options = "differintegrate --order 0.5 --sample-time 1ms";
-        let file = place.run(&format!("{options} in.csv"));
-        let named = |ended: Ended, name: &str| {
-            let words = [wanted[0], wanted[1], name];
-            let complaint = ended.complaint(2, &words);
-            complaint.map(|complaint| format!("{input:?}: {complaint}"))
-        };
-        complaints.extend(named(file, "in.csv"));
-        let piped = place.run_with(options, input.as_bytes());
-        complaints.extend(named(piped, "standard input"));
+        let words = [wanted[0], wanted[1], "in.csv"];
+        place.run(&format!("{options} in.csv")).refused(2, &words);
     }
-    let all = complaints.join("\n");
-    assert!(all.is_empty(), "{} complaints:\n{all}", complaints.len());
-}
-
-#[test]
-fn a_csv_that_is_no_text_or_not_there_is_refused() {
-    let place = Place::new();
-    place.write("in.csv", b"x\n1\n\xff\n");
-    let options = "differintegrate --order 0.5 --sample-time 1ms";
-    let ended = place.run(&format!("{options} in.csv"));
-    ended.refused(2, &["in.csv", "line 3"]);
-    let ended = place.run(&format!("{options} nowhere.csv"));
-    ended.refused(2, &["nowhere.csv"]);
+    let piped = place.run_with(options, b"x\n1\n\xff\n");
+    piped.refused(2, &["line 3", "standard input"]);
 }
 
 #[test]
@@ -325,4 +223,23 @@ fn help_and_version_are_success_on_standard_output() {
         assert!(help.stdout.contains("Example"), "{help}");
     }
     assert!(place.run("--help").stdout.contains("Exit codes"));
+}
+
+#[test]
+fn the_long_help_of_a_command_is_all_of_it() {
+    let place = Place::new();
+    for (line, words) in cases(
+        "
+        run --help => [coupler], to be given: | object_stiffness_n_per_m = 500, from 0 to 1e8
+        device emulate --help => the same state machine as in the firmware | --line-seed
+        identify --help => relaxation | Usage: host-cli identify
+        ",
+    ) {
+        // Lines are broken to fit a terminal.
+        let help = place.run(line).succeeded().stdout;
+        let text: String = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in &words {
+            assert!(text.contains(word), "{line}: no \"{word}\" in {help}");
+        }
+    }
 }

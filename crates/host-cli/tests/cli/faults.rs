@@ -1,7 +1,7 @@
 //! Faults and what is kept of them, and the pre-flight that is to prevent some.
 
 use crate::devices::Emulated;
-use crate::process::{PATIENCE, Place, cases, number, says, signal};
+use crate::process::{PATIENCE, Place, number, says, signal};
 use serde_json::Value;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -245,19 +245,6 @@ fn the_delay_of_a_host_loop_is_measured_and_counts() {
         assert!(preflight[key].is_number(), "{key}: {report}");
     }
     assert!(preflight["passive"].is_boolean(), "{report}");
-}
-
-#[test]
-fn what_is_said_of_the_device_is_checked() {
-    let place = Place::new();
-    for (line, words) in cases(
-        "
-        relax --device serial:x device_mass=0kg device_damping=1 => device_mass_kg = 0 | above 0
-        relax --force-unstable => --force-unstable | --device
-        ",
-    ) {
-        assert_eq!(place.run(line).complaint(2, &words), None);
-    }
 }
 
 #[test]

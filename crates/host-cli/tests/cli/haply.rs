@@ -212,34 +212,6 @@ fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
     );
 }
 
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn what_is_no_2diy_is_said_in_one_line() {
-    let place = Place::new();
-    place
-        .run("device info --device haply:nowhere")
-        .refused(3, &["haply:nowhere", "there is no port"]);
-    place
-        .run("device info --device haply:nowhere,version=4")
-        .refused(2, &["version = \"4\" is not one of 2, 3"]);
-    place
-        .run("device info --device haply:nowhere,colour=red")
-        .refused(2, &["colour=red", "version, axis, zero, home"]);
-    let own = Emulated::new("");
-    own.place()
-        .run("device info --device haply:device")
-        .refused(3, &["haply:device", "no 2DIY answers"]);
-    let emulated = board("");
-    emulated
-        .place
-        .run("device info --device haply:2diy,home=before")
-        .refused(3, &["no home of before", "leave home=before out"]);
-    emulated
-        .place
-        .run("device emulate --hand free")
-        .refused(2, &["--kind haply-2diy"]);
-}
-
 /// An edge across the way of the hand, at the slowest rate.
 const EDGE: &str = "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
                     force_limit_n = 1\nsample_time_s = 0.01\nduration_s = 3\nmass_kg = 0.1\n";
@@ -295,7 +267,7 @@ fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
 }
 
 #[test]
-fn a_box_that_the_arms_do_not_reach_and_a_line_for_both_axes_are_refused() {
+fn a_box_that_the_arms_do_not_reach_and_axes_that_do_not_fit_are_refused() {
     let place = Place::new();
     place.write(
         "far.toml",
@@ -305,16 +277,13 @@ fn a_box_that_the_arms_do_not_reach_and_a_line_for_both_axes_are_refused() {
         2,
         &["not within reach", "mm, from the middle", "box_high_m"],
     );
-    let emulated = board("");
-    emulated.place.write("edge.toml", EDGE);
+    place.write("edge.toml", EDGE);
     let line = BOTH.replace("haply:2diy", "haply:2diy,axis=x");
-    emulated
-        .place
+    place
         .run(&format!("run edge.toml {line}"))
         .refused(2, &["axis and zero choose a line", "leave them away"]);
-    emulated.place.write("space.toml", "[touch]\naxes = 3\n");
-    emulated
-        .place
+    place.write("space.toml", "[touch]\naxes = 3\n");
+    place
         .run(&format!("run space.toml {BOTH}"))
         .refused(2, &["it has 2 axes, and 3 are asked for"]);
 }

@@ -6,7 +6,6 @@ mod analysis;
 mod control;
 mod coupler;
 mod data;
-mod delay;
 mod design;
 #[cfg(unix)]
 mod devices;
@@ -34,7 +33,6 @@ mod realtime;
 mod refusals;
 mod rehearsal;
 mod reproduce;
-mod safety;
 mod teleoperation;
 mod touch;
 #[cfg(target_os = "linux")]

@@ -1,7 +1,7 @@
 //! `device measure`, and the commands that take its file.
 
 use super::devices::Emulated;
-use crate::process::{Place, cases, number};
+use crate::process::{Place, number};
 use serde_json::Value;
 
 /// Mass, damping, friction, delay and lag of the device that is measured here.
@@ -105,84 +105,6 @@ fn a_wider_box_asks_for_no_more_motion() {
 }
 
 #[test]
-fn a_wall_in_a_file_takes_its_device_from_a_device_file() {
-    let place = Place::new();
-    place.write(
-        "device.toml",
-        "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.06\ndelay_s = 0.0013\ncurrent_lag_s = 0.0005\n",
-    );
-    let wall = "sample_time_s = 0.001\norder = 1\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\nduration_s = 1\n";
-    place.write(
-        "with.toml",
-        format!("[wall]\ndevice_model = \"device.toml\"\n{wall}"),
-    );
-    place.write(
-        "without.toml",
-        format!("[wall]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.06\ndelay_s = 0.0013\ncurrent_lag_s = 0.0005\n{wall}"),
-    );
-    place.write(
-        "other.toml",
-        format!("[wall]\nmass_kg = 0.2\ndamping_n_s_per_m = 1\n{wall}"),
-    );
-    let settled = |line: &str| {
-        let ended = place.run(&format!("run {line} --overwrite --out out --json"));
-        let report = ended.succeeded_with_warnings().json();
-        number(&report, "deflection_m")
-    };
-    let with = settled("with.toml");
-    assert!((with - settled("without.toml")).abs() < 1e-12);
-    assert!((with - settled("other.toml --device-model device.toml")).abs() < 1e-12);
-    place.write(
-        "bad.toml",
-        format!("[wall]\ndevice_model = \"none.toml\"\n{wall}"),
-    );
-    place
-        .run("run bad.toml")
-        .refused(2, &["bad.toml:2", "none.toml"]);
-}
-
-#[test]
-fn what_cannot_be_measured_is_said_in_one_line() {
-    let place = Place::new();
-    place.write(
-        "bad.toml",
-        "[device]\nmass_kg = -1\ndamping_n_s_per_m = 3\n",
-    );
-    place.write(
-        "late.toml",
-        "[device]\nmass_kg = 1\ndamping_n_s_per_m = 3\ndelay_s = 1.3\n",
-    );
-    let still = cases(
-        "
-        device measure --device sim friction=3N => does not move under 2 N | the force is zero | --force-limit
-        device measure --device sim --mass 1g --damping 0 => the force is zero | --force-limit
-        ",
-    );
-    for (line, words) in still {
-        place.run(line).refused(1, &words);
-    }
-    place.write(
-        "good.toml",
-        "[device]\nmass_kg = 1\ndamping_n_s_per_m = 3\n",
-    );
-    place.refuses(
-        "
-        device measure --device sim --box 0m => --box 0m: box_m = 0 is not from 0.0001
-        device measure --device sim --out device => device file | device.toml
-        device measure --device serial:none --mass 1kg => --mass 1kg: mass_kg has no effect | --device sim
-        zwidth --device-model bad.toml => bad.toml:2 | mass_kg = -1 | above 0
-        design --device-model late.toml => late.toml:4 | delay_s = 1.3 is not from 0 to 1
-        analyze stability --order 1 --stiffness 1 --dissipation 1 --sample-time 1ms --device-model none.toml => none.toml
-        relax --device-model good.toml => --device-model | guard
-        ",
-    );
-    place.write("taken.toml", "");
-    place
-        .run("device measure --device sim --out taken.toml")
-        .refused(2, &["taken.toml"]);
-}
-
-#[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_serial_device_is_measured_without_its_line() {
     let device = Emulated::new("");
@@ -204,8 +126,34 @@ fn a_serial_device_is_measured_without_its_line() {
     let ended = device.place().run(line).succeeded_with_warnings();
     let tighter = "set on the device hold where they are tighter: rising in 0.5 s; a run";
     assert!(ended.stderr.contains(tighter), "{ended}");
-    let said = device
-        .place()
-        .run("device measure --device serial:device --mass 1kg");
-    said.refused(2, &["--mass 1kg: mass_kg has no effect"]);
+}
+
+#[test]
+fn what_cannot_be_measured_is_said_in_one_line() {
+    let place = Place::new();
+    place
+        .run("device measure --device sim friction=3N")
+        .refused(
+            1,
+            &[
+                "does not move under 2 N",
+                "the force is zero",
+                "--force-limit",
+            ],
+        );
+    place.write(
+        "bad.toml",
+        "[device]\nmass_kg = -1\ndamping_n_s_per_m = 3\n",
+    );
+    place.write(
+        "good.toml",
+        "[device]\nmass_kg = 1\ndamping_n_s_per_m = 3\n",
+    );
+    place.refuses(
+        "
+        device measure --device serial:none --mass 1kg => --mass 1kg: mass_kg has no effect | --device sim
+        zwidth --device-model bad.toml => bad.toml:2 | mass_kg = -1 | above 0
+        relax --device-model good.toml => --device-model | guard
+        ",
+    );
 }

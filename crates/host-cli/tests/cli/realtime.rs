@@ -1,6 +1,6 @@
 //! Runs by the clock, and `rt-check`. Nothing here depends on how fast or busy the machine is.
 
-use crate::process::{Place, number, says};
+use crate::process::{Place, number};
 use serde_json::Value;
 
 /// A run of 301 ticks by the clock.
@@ -48,18 +48,6 @@ fn rt_check_compares_with_a_plain_loop_beside_busy_threads() {
     assert_eq!(report["priority"], Value::Null);
     assert_eq!(report["memory_locked"], false);
     assert_eq!(report["busy"], 1);
-}
-
-#[test]
-fn rt_check_says_for_a_person_whether_each_rate_is_safe() {
-    let ended = Place::new().run("rt-check --duration 20ms").succeeded();
-    for part in [
-        "1000 Hz", "4000 Hz", "10000 Hz", "safe", "µs late", "overruns",
-    ] {
-        let known = ended.stdout.contains(part)
-            || part == "safe" && ended.stdout.contains("good, but for the overruns");
-        assert!(known, "\"{part}\" in {ended}");
-    }
 }
 
 /// The times of a run are complete, and their parts agree.
@@ -140,16 +128,6 @@ fn in_virtual_time_there_is_no_clock_to_report() {
     let records = info["metadata"].as_array().expect("records");
     let names: Vec<&Value> = records.iter().map(|record| &record["name"]).collect();
     assert_eq!(names, ["experiment", "clock", "end"]);
-}
-
-#[test]
-fn a_person_reads_which_part_took_the_time() {
-    let line = "relax --realtime --duration 0.2s --ramp-time 0.1s --out run";
-    let ended = Place::new().run(line).succeeded_with_warnings();
-    says(
-        &ended.stdout,
-        &["clock ", "periods skipped", "late ", "compute ", "worst "],
-    );
 }
 
 /// Without the privileges of a superuser, whoever runs this.

@@ -57,6 +57,7 @@ fn a_device_file_is_the_same_device_in_sim_and_on_a_board() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn without_steps_and_friction_a_board_moves_as_sim_does_to_single_precision() {
     let smooth = DEVICE
         .replace("friction_n = 0.05\n", "")
@@ -84,6 +85,7 @@ fn without_steps_and_friction_a_board_moves_as_sim_does_to_single_precision() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_design_writes_runs_in_sim_and_on_a_board() {
     let board = board(DEVICE);
     let place = board.place();
@@ -98,28 +100,7 @@ fn what_design_writes_runs_in_sim_and_on_a_board() {
 }
 
 #[test]
-fn a_body_is_refused_where_it_cannot_be() {
-    let board = board(&DEVICE.replace("delay_s = 0.0013", "delay_s = 0.1"));
-    let place = board.place();
-    place.write(
-        "wall.toml",
-        WALL.replace(
-            "device_model = \"device.toml\"",
-            "mass_kg = 0.08\ndamping_n_s_per_m = 3",
-        ),
-    );
-    place
-        .run("run wall.toml --device serial:device --out run")
-        .refused(2, &["sample time (ms) 1", "1.563"]);
-    place
-        .run("device emulate --kind moteus --device-model device.toml")
-        .refused(2, &["--device-model", "servo"]);
-    place
-        .run("device emulate --device-model none.toml")
-        .refused(2, &["none.toml"]);
-}
-
-#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_simulated_plant_moves_once_the_force_has_risen() {
     let board = Emulated::new("");
     let report = |kind, device| {

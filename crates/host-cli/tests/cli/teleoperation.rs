@@ -1,10 +1,10 @@
 //! Two hands over a line: analysis, simulated runs, and two processes with real datagrams between them.
 
-use crate::process::{Ended, PATIENCE, Place, number, signal};
+use crate::process::{Ended, Place, number, signal};
 use std::io::{BufRead as _, BufReader};
 use std::net::UdpSocket;
 use std::process::Child;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A side in a process of its own, and the address it listens at.
 struct Side {
@@ -225,102 +225,18 @@ fn the_wrong_peer_is_refused_in_one_line() {
 }
 
 #[test]
-fn sides_that_do_not_share_a_coupler_or_come_third_are_told() {
-    let place = Place::new();
-    place.write("far.toml", PATIENT);
-    place.write(
-        "other.toml",
-        format!("{PATIENT}coupler_stiffness_n_per_m = 250\n"),
-    );
-    let slave = Side::start(&place, "teleoperate far.toml --listen 127.0.0.1:0");
-    let line = format!("teleoperate other.toml --connect {}", slave.address);
-    let master = Side::start(&place, &line);
-    for ended in [slave.end(), master.end()] {
-        let words = ["has another coupler", "the same file", "no force was made"];
-        says(&ended.failed(3), &words);
-    }
-    let (slave, master) = both(&place, "far.toml", "duration=600s");
-    // As long as the master has not met, the third could be the second.
-    std::thread::sleep(Duration::from_millis(500));
-    let line = format!("teleoperate far.toml --connect {} --quiet", slave.address);
-    let third = place.run(&line).failed(3);
-    says(&third, &["the other side is busy", "take another port"]);
-    master.signal("INT");
-    assert_eq!(master.end().failed(1).json()["ended"], "interrupted");
-    slave.signal("INT");
-    let _ = slave.end();
-}
-
-#[test]
-fn something_else_at_the_port_is_the_wrong_peer_and_another_version_is_named() {
-    let place = Place::new();
-    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    socket
-        .set_read_timeout(Some(PATIENCE))
-        .expect("a time is taken");
-    let address = socket.local_addr().expect("bound");
-    let answer = |bytes: &[u8], patience: &str| {
-        let line = format!("teleoperate --connect {address} --patience {patience}");
-        let side = Side::start(&place, &line);
-        let mut greeting = [0; 512];
-        let (_, from) = socket.recv_from(&mut greeting).expect("a greeting");
-        socket.send_to(bytes, from).expect("sent");
-        let ended = side.end().failed(3);
-        // Greetings that nobody read.
-        socket.set_nonblocking(true).expect("taken");
-        while socket.recv_from(&mut greeting).is_ok() {}
-        socket.set_nonblocking(false).expect("taken");
-        ended
-    };
-    let ended = answer(b"HTTP/1.1 400 Bad Request\r\n\r\n\0", "1s");
-    says(
-        &ended,
-        &["the wrong peer at", "were no message of a teleoperation"],
-    );
-    // A frame of version 5.
-    let content = [5, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3];
-    let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&content);
-    let bytes: Vec<u8> = content.into_iter().chain(sum.to_le_bytes()).collect();
-    let mut frame = [0; 32];
-    let length = cobs::encode(&bytes, &mut frame);
-    let began = Instant::now();
-    let ended = answer(&frame[..=length], "600s");
-    says(
-        &ended,
-        &["speaks version 5 of the protocol", "run the same version"],
-    );
-    assert!(began.elapsed() < PATIENCE);
-}
-
-#[test]
 fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
     let place = Place::new();
+    place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 6\n");
     place.refuses(
         "
         analyze teleoperation --line-delay -1ms => line delay -0.001 s | change --line-delay
-        analyze teleoperation --order 1.5 => order 1.5 is not from 0 to 1 | change --order
-        analyze teleoperation --low 9Hz --high 2Hz => lowest first | change --low
-        analyze teleoperation --mass 0 => mass | change --mass
-        analyze teleoperation --architecture wave --wave-impedance 0 => wave impedance | change --wave-impedance
-        analyze teleoperation --line-delay 11s => line delay 11 s is not from 0 to 10 s | change --line-delay
-        analyze teleoperation --architecture wave --order 0.3 => --order has no effect | leave it out
         analyze teleoperation --playout 3 => --playout has no effect | --architecture wave
-        analyze teleoperation --best --coupler-stiffness 3 => --coupler-stiffness has no effect | --best
         teleoperate => --listen ADDRESS:PORT | --connect ADDRESS:PORT
-        teleoperate --listen 127.0.0.1:0 --patience 0s => patience 0 s | give a --patience above 0
-        analyze teleoperation --architecture time-domain => no linear law | --architecture position-position
         teleoperate --listen nowhere => no address with a port | give --listen
+        teleoperate wall.toml --listen 127.0.0.1:0 => of another experiment | [teleoperation]
         ",
     );
-    place.write("late.toml", "[teleoperation]\nline_delay_s = -0.1\n");
-    place.run("run late.toml").refused(
-        2,
-        &["late.toml:2", "line_delay_s = -0.1 is not from 0 to 10"],
-    );
-    place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 6\n");
-    place
-        .run("teleoperate wall.toml --listen 127.0.0.1:0")
-        .refused(2, &["of another experiment", "[teleoperation]"]);
 }
 
 #[test]
@@ -372,40 +288,4 @@ fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
         .run("run passive.toml --json --out passive")
         .succeeded();
     assert_eq!(ended.json()["verdict"], "passive");
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_side_that_must_be_passive_fails_at_its_limit_and_where_the_other_left_early() {
-    let place = Place::new();
-    // A limit that a coupler of 300 N/m reaches at once.
-    let text = "[teleoperation]\nsilence_s = 60\nforce_limit_n = 0.01\n";
-    place.write("free.toml", text);
-    place.write("must.toml", format!("{text}must_be_passive = true\n"));
-    let (slave, master) = both(&place, "free.toml", "duration=2s window=1s");
-    for ended in [master.end(), slave.end()] {
-        let ended = ended.succeeded_with_warnings();
-        assert!(ended.stderr.contains("a force was at its limit"), "{ended}");
-    }
-    let (slave, master) = both(&place, "must.toml", "duration=2s window=1s");
-    for ended in [master.end(), slave.end()] {
-        says(&ended.failed(1), &["must_be_passive: saturated"]);
-    }
-    let text = "[teleoperation]\nsilence_s = 0.5\nmust_be_passive = true\n";
-    place.write("left.toml", text);
-    let (slave, master) = both(&place, "left.toml", "duration=600s");
-    std::thread::sleep(Duration::from_millis(500));
-    master.signal("INT");
-    master.end().failed(1);
-    let ended = slave.end().failed(1);
-    // A busy machine may hear nothing of it, nor of anything else.
-    let known = [
-        "must_be_passive: unfinished",
-        "fell silent",
-        "interrupted before",
-    ];
-    assert!(
-        known.iter().any(|words| ended.error().contains(words)),
-        "{ended}"
-    );
 }

@@ -83,6 +83,11 @@ fn a_bad_history_is_refused_with_what_is_wrong() {
         history(&[0.0, 0.5, f64::INFINITY], &[1.0, 1.0, 1.0]),
         "sample 3",
     );
+    // A compression of which strain is told as negative and stress as positive.
+    refused(
+        history(&[0.0, -0.5, -1.0], &[0.0, 1.0, 2.0]),
+        "strain and stress have opposite signs",
+    );
 }
 
 #[test]

@@ -354,6 +354,17 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
         message.contains("unit \"kPa\" is none of time"),
         "{message}"
     );
+    let twice = Reader {
+        units: vec![(Column::Modulus, "kPa".to_owned())],
+        ..Reader::default()
+    };
+    let message = understand(
+        "time_s,relaxation_modulus_pa\n1,5\n2,4\n",
+        &twice,
+        &Reading::default(),
+    )
+    .expect_err("two units");
+    assert!(message.contains("says its unit itself"), "{message}");
 }
 
 const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";

@@ -119,50 +119,6 @@ fn a_measurement_of_a_device_that_goes_away_tells_no_numbers() {
 }
 
 #[test]
-fn a_search_on_a_device_that_goes_away_finds_nothing() {
-    // No wall can be tried on a free hand.
-    for (kind, name) in &KINDS[..2] {
-        let mut device = Emulated::at_terminal("device", kind);
-        let line = format!(
-            "zwidth --orders 1 --points 2 --device {name} watchdog=1s late_ticks=0 --json --quiet"
-        );
-        let run = device.place.start(&line);
-        let ended = unplugged_after(run, &mut device, "the limits set on the device").failed(3);
-        says_that_it_is_gone(&ended);
-        assert_eq!(ended.stdout, "", "{ended}");
-    }
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_self_test_of_a_device_that_goes_away_sees_no_promise_kept_from_then_on() {
-    at_the_same_time(&KINDS[1..], a_self_test_sees_no_promise_kept);
-}
-
-fn a_self_test_sees_no_promise_kept(kind: &str, name: &str) {
-    let mut device = Emulated::at_terminal("device", kind);
-    let line = format!("device selftest --device {name} --emergency-stop none --json");
-    let run = device.place.start(&line);
-    let ended = unplugged_after(run, &mut device, "the device moves by itself").failed(3);
-    if ended.error().contains("no whole answer for 4 ticks") {
-        testkit::skip_for_load(&format!("{name}, before it was unplugged"));
-        return;
-    }
-    says_that_it_is_gone(&ended);
-    if ended.stdout.is_empty() {
-        testkit::skip_for_load(&format!("{name}: {}", ended.error()));
-        return;
-    }
-    let report = ended.json();
-    assert_eq!(report["holds"], false, "{ended}");
-    let checks = report["checks"].as_array().expect("rows");
-    let reached = checks
-        .iter()
-        .position(|check| check["seen"] == "not reached");
-    assert!(reached.is_some_and(|at| at < checks.len()), "{ended}");
-}
-
-#[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_touch_on_a_device_that_goes_away_keeps_its_log() {
     let kinds = [("--axes 2", "serial:device"), KINDS[2]];
@@ -301,26 +257,4 @@ fn a_monitor_goes_on(kind: &str, name: &str) {
     }
     assert_eq!(samples, number(&watched, "samples"), "{kind}: {watched}");
     assert!(samples > 0.0, "{kind}: {watched}");
-}
-
-#[test]
-fn a_wrong_number_of_axes_is_bad_input_whatever_the_device() {
-    let place = Place::new();
-    place.write("three.toml", "[touch]\naxes = 3\n");
-    let one = "run three.toml --loop host --device";
-    place
-        .run(&format!("{one} moteus:nowhere"))
-        .refused(2, &["it has 1 axis", "3 are asked for"]);
-    place
-        .run(&format!("{one} haply:nowhere"))
-        .refused(2, &["it has 2 axes", "3 are asked for"]);
-    place.write("line.toml", "[touch]\n");
-    place
-        .run("run line.toml --loop host --device haply:nowhere,axis=x")
-        .refused(2, &["axis and zero choose a line"]);
-    let emulated = Emulated::new("--axes 2");
-    emulated
-        .place
-        .run("relax --device serial:device")
-        .refused(2, &["has 2 axes"]);
 }

@@ -1,10 +1,7 @@
 //! Bad lines, plugs that are pulled, and hosts that are killed.
 
 use super::{Emulated, RELAX, number};
-use crate::process::PATIENCE;
-use haptic_link::{FRAME_MAX, Header, Request, encode};
 use serde_json::Value;
-use std::io::Write as _;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
@@ -126,51 +123,6 @@ fn a_host_that_is_killed_leaves_a_device_without_force() {
         .place
         .run("log recover run/relax.mcap.part saved.mcap --json");
     assert!(matches!(saved.code, Some(0 | 4)), "{saved}");
-}
-
-#[test]
-fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
-    let device = Emulated::at_terminal("device", "");
-    let path = device.place.path("device");
-    {
-        let port = serialport::new(path.to_string_lossy(), 460_800);
-        let mut port = port.timeout(PATIENCE).open_native().expect("opens");
-        // No zero for 20 kB, then noise with zeros, then a good frame cut in two.
-        port.write_all(&[7; 20_000]).expect("writes");
-        let noise: Vec<u8> = (0..100_000_u32)
-            .map(|n| (n.wrapping_mul(n) >> 7) as u8)
-            .collect();
-        port.write_all(&noise).expect("writes");
-        let mut line = [0; FRAME_MAX];
-        let header = Header::from_host(0, 0);
-        let length = encode(&Request::Stop, header, &mut line).expect("fits");
-        port.write_all(&line[..length / 2]).expect("writes");
-    }
-    let info = device.json("device info --device serial:device");
-    assert_eq!(info["state"], "idle");
-    assert!(
-        number(&info, "/statistics/frames_oversize") >= 1.0,
-        "{info}"
-    );
-    assert!(number(&info, "/statistics/frames_corrupt") > 10.0, "{info}");
-}
-
-/// A line that loses the frame that tells the end: what the device answers to keep-alives tells it too.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
-    let learned = |seed, workspace, code| {
-        let device = Emulated::new(&format!("--drop 8% --line-seed {seed}"));
-        let line = "relax --device serial:device --contact rigid --duration 2s --ramp-time 0.5s watchdog=1s --out \
-                    run --quiet";
-        let ended = device.place.run(&format!("{line} {workspace}"));
-        assert_eq!(ended.code, Some(code), "{ended}");
-        assert!(!ended.stderr.contains("is stuck"), "{ended}");
-    };
-    std::thread::scope(|scope| {
-        scope.spawn(|| learned(201, "workspace_low=-10mm workspace_high=0.5mm", 1));
-        scope.spawn(|| learned(4, "", 4));
-    });
 }
 
 /// A trial without some of its samples says nothing about the wall: it is no wall that buzzes.

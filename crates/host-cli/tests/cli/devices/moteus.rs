@@ -1,7 +1,6 @@
 //! A moteus servo: the emulated one held to the maker's own client, and experiments on it.
 
 use super::{Emulated, number};
-use crate::process::Place;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command};
@@ -161,18 +160,6 @@ fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn an_emulated_servo_that_dies_ends_the_run() {
-    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
-    let run = under_way(&device, &relax("device", "300s"));
-    device.kill();
-    let output = run.wait_with_output().expect("ends");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{errors}");
-    assert!(errors.contains("the adapter is gone"), "{errors}");
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
     let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
     let mut run = under_way(&device, &relax("device", "300s"));
@@ -197,19 +184,13 @@ fn under_way(device: &Emulated, line: &str) -> Child {
 
 #[test]
 fn a_name_or_servo_that_cannot_be_is_said_in_one_line() {
-    let place = Place::new();
-    for (device, code, words) in [
-        ("moteus:x,servo=1", 2, "servo=1"),
-        ("moteus:x,radius=3m", 2, "radius"),
-        ("moteus:x,id=127", 2, "id"),
-        ("moteus:x", 3, "x"),
-    ] {
-        let ended = place.run(&format!("device info --device {device}"));
-        ended.refused(code, &[words]);
-    }
     let device = Emulated::new("--kind moteus");
-    let ended = device.place.run("device info --device moteus:device,id=2");
-    ended.refused(3, &["servo 2 did not answer", "its number (`id`)"]);
+    let info = |name: &str| {
+        let line = format!("device info --device {name}");
+        device.place.run(&line)
+    };
+    info("moteus:device,servo=1").refused(2, &["servo=1"]);
+    info("moteus:device,id=2").refused(3, &["servo 2 did not answer", "its number (`id`)"]);
 }
 
 #[test]
