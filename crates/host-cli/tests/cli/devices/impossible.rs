@@ -12,12 +12,18 @@ type Lie = fn(&mut Sample);
 type Spoil = fn(&mut Capabilities);
 
 const LIES: [(&str, Lie); 5] = [
-    ("a position of NaN m", |sample| sample.position_m = f32::NAN),
-    ("a position of inf m", |sample| {
-        sample.position_m = f32::INFINITY;
+    ("a position of NaN m", |sample| {
+        sample.axes[0].position_m = f32::NAN;
     }),
-    ("a force of NaN N", |sample| sample.force_n = f32::NAN),
-    ("a force of -1000000 N", |sample| sample.force_n = -1e6),
+    ("a position of inf m", |sample| {
+        sample.axes[0].position_m = f32::INFINITY;
+    }),
+    ("a force of NaN N", |sample| {
+        sample.axes[0].force_n = f32::NAN;
+    }),
+    ("a force of -1000000 N", |sample| {
+        sample.axes[0].force_n = -1e6;
+    }),
     ("20000 µs before", |sample| {
         sample.time_us = sample.time_us.wrapping_sub(21_000);
     }),
