@@ -2,9 +2,7 @@
 //! messages or of the log: `cargo run --example seeds`.
 #![forbid(unsafe_code)]
 
-use haptic_link::{
-    BatchItem, FRAME_MAX, Forces, Header, Report, Request, Sample, VectorBatch, encode,
-};
+use haptic_link::{Batch, BatchItem, FRAME_MAX, Header, Report, Request, Sample, encode};
 use haptic_log::record::{EventMessage, LogWriter, TickMessage};
 use std::error::Error;
 use std::fs;
@@ -53,18 +51,21 @@ fn frames() -> Done {
     let hello = Request::Hello { nonce: 1 };
     let length = encode(&hello, Header::from_host(0, 0), &mut line).map_err(|e| e.to_string())?;
     write("frame", "request", &line[..length])?;
-    let sample = Report::Sample(Sample::default());
+    let item = BatchItem::default();
+    let sample = Report::Sample(Sample {
+        axes: [item].into_iter().collect(),
+        ..Sample::default()
+    });
     let length = encode(&sample, Header::from_device(1), &mut line).map_err(|e| e.to_string())?;
     let twice = [&line[..length], &line[..length / 2], &[0], &line[..length]].concat();
     write("frame", "reports", &twice)?;
-    let forces = Request::Forces(Forces {
+    let force = Request::Force {
         tick: 1,
         force_n: [0.5, -0.5].into_iter().collect(),
-    });
-    let length = encode(&forces, Header::from_host(1, 1), &mut line).map_err(|e| e.to_string())?;
-    write("frame", "forces", &line[..length])?;
-    let item = BatchItem::from(Sample::default());
-    let batch = Report::VectorBatch(VectorBatch {
+    };
+    let length = encode(&force, Header::from_host(1, 1), &mut line).map_err(|e| e.to_string())?;
+    write("frame", "force", &line[..length])?;
+    let batch = Report::Batch(Batch {
         tick: 1,
         time_us: 1000,
         every: 1,

@@ -100,7 +100,7 @@ impl Bench {
             })),
             Step::Force(eighths) => {
                 let tick = self.device.borrow().newest().tick;
-                let force_n = f32::from(eighths) / 8.0;
+                let force_n = [f32::from(eighths) / 8.0].into_iter().collect();
                 self.frame(&Request::Force { tick, force_n });
             }
             Step::KeepAlive => self.frame(&Request::KeepAlive { token: 1 }),

@@ -225,9 +225,9 @@ fn introduces_itself(board: &mut Board) {
     let Report::Keys(keys) = board.ask(Request::GetKeys) else {
         panic!("keys");
     };
-    // Those of one axis, and no others: there is no room for messages that nobody sends.
+    // Those of one axis, and no others: there is no room for a message that nobody sends.
     assert_eq!(keys.first_unlike(1), None);
-    assert_eq!(keys.first_unlike(2), Some("forces"));
+    assert_eq!(keys.first_unlike(2), Some("workspace"));
     assert_eq!((hello.status.state, hello.status.fault), (State::Idle, 0));
     let Report::Capabilities(capabilities) = board.ask(Request::GetCapabilities) else {
         panic!("capabilities");

@@ -170,10 +170,12 @@ fn device_loop(
     if counted == 0 {
         assert!(last.tick + 1 >= ticks, "{}", last.tick);
         // It ends by itself with zero force.
-        assert_eq!(last.force_n.to_bits() << 1, 0, "{}", last.force_n);
+        assert_eq!(last.axes[0].force_n.to_bits() << 1, 0, "{last:?}");
     }
     let run = samples.iter().take_while(|sample| sample.tick < ticks);
-    let forces: Vec<(u32, f64)> = run.map(|s| (s.tick, f64::from(s.force_n))).collect();
+    let forces: Vec<(u32, f64)> = run
+        .map(|s| (s.tick, f64::from(s.axes[0].force_n)))
+        .collect();
     assert!(!forces.is_empty());
     Some(forces)
 }

@@ -30,8 +30,8 @@ FROM_HOST, FROM_DEVICE = 0x02, 0x82
 REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0x429E3795, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
                 0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
                 0xB7C92CEF}
-REPORT_KEYS = {0: 0xB6E04C30, 1: 0x11947DEB, 2: 0x4FA80F4B, 3: 0x531F80F8, 4: 0x21201806, 5: 0x116290DF, 6:
-               0x8C9B249B, 8: 0x2C73B464, 9: 0x46E189BD, 10: 0x41617E27, 12: 0x65196196}
+REPORT_KEYS = {0: 0xB6E04C30, 1: 0x11947DEB, 2: 0x4FA80F4B, 3: 0x531F80F8, 4: 0x21201806, 5: 0x9B76B7E6, 6:
+               0x3F59AB0B, 8: 0x2C73B464, 9: 0x46E189BD, 10: 0x41617E27, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 10
 HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
 FRAME_MAX = 256
@@ -44,7 +44,7 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE, KEYS = 2, 5, 6, 7, 8, 10, 12
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11, GET_KEYS: KEYS}
-LENGTHS = {0: 20, 1: 47, 3: 164, 4: 67, 5: 23, 7: 14, 8: 17, 9: 73, 10: 21, 11: 27}
+LENGTHS = {0: 20, 1: 47, 3: 164, 4: 67, 5: 24, 7: 14, 8: 17, 9: 73, 10: 21, 11: 28}  # with one axis
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"),
             ("Connection", "<"), ("Looser", "<B"))
@@ -94,7 +94,7 @@ def well_formed(message):
     """Whether the message is known and as long as it should be."""
     number, length = message[0], len(message)
     if number == BATCH:
-        return length >= 12 and length == 12 + 14 * message[11]
+        return length >= 13 and length == 13 + 14 * message[12]
     if number == KEYS:
         requests = message[1] if length > 1 else 255
         at = 2 + 4 * requests
@@ -204,10 +204,11 @@ class Device:
         if self.awaited and self.answers(message):
             self.answer, self.awaited = message, None
         elif report == SAMPLE:
-            self.samples.append(Sample._make(struct.unpack_from("<IIfffBB", message, 1)))
+            tick, time_us, _, *item = struct.unpack_from("<IIBfffBB", message, 1)
+            self.samples.append(Sample(tick, time_us, *item))
         elif report == BATCH:
-            tick, time_us, every, _ = struct.unpack_from("<IIHB", message, 1)
-            for n, item in enumerate(struct.iter_unpack("<fffBB", message[12:])):
+            tick, time_us, every = struct.unpack_from("<IIH", message, 1)
+            for n, item in enumerate(struct.iter_unpack("<fffBB", message[13:])):
                 # Times of a batch follow from its first; here only the ticks are used.
                 self.samples.append(Sample(tick + n * every, time_us, *item))
         elif report == FAULT:

@@ -264,8 +264,11 @@ impl<'a> Trials<'a> {
             match link.hear(patience) {
                 Some(Heard::Sample(sample)) => {
                     let next = motion.len() as u64;
-                    if u64::from(sample.tick) == next && next < samples {
-                        motion.push((f64::from(sample.position_m), f64::from(sample.force_n)));
+                    if let Some(axis) = sample.axes.first()
+                        && u64::from(sample.tick) == next
+                        && next < samples
+                    {
+                        motion.push((f64::from(axis.position_m), f64::from(axis.force_n)));
                     }
                 }
                 Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
@@ -274,7 +277,7 @@ impl<'a> Trials<'a> {
                         false => Trial::Unjudged(lost(path, motion.len(), samples)),
                     });
                 }
-                Some(Heard::Vector(_) | Heard::Event(_)) => {}
+                Some(Heard::Event(_)) => {}
                 Some(Heard::Fault(report)) => {
                     return faulted(link, report);
                 }

@@ -1,8 +1,6 @@
 //! The keys of the messages in this version of the crate.
 
-use crate::keys::{
-    KEYS_MAX, Keys, MessageKey, ONE_AXIS_REPORTS, ONE_AXIS_REQUESTS, REPORTS, REQUESTS,
-};
+use crate::keys::{KEYS_MAX, Keys, MessageKey, ONE_AXIS_REQUESTS, REPORTS, REQUESTS};
 use crate::report::Report;
 use crate::request::Request;
 use postcard_schema::Schema;
@@ -13,18 +11,12 @@ use postcard_schema::schema::{DataModelType, NamedType, NamedVariant};
 #[cfg(not(feature = "several-axes"))]
 pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
     keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
-/// Keys of the reports.
-#[cfg(not(feature = "several-axes"))]
-pub const REPORT_KEYS: [MessageKey; REPORTS] = keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12);
-
 /// Keys of the requests in this version of the crate.
 #[cfg(feature = "several-axes")]
 pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
-    keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18);
+    keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17);
 /// Keys of the reports.
-#[cfg(feature = "several-axes")]
-pub const REPORT_KEYS: [MessageKey; REPORTS] =
-    keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+pub const REPORT_KEYS: [MessageKey; REPORTS] = keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12);
 
 impl Keys {
     /// Of the messages in this version of the crate.
@@ -41,15 +33,15 @@ impl Keys {
     /// messages than these do no harm.
     #[must_use]
     pub fn first_unlike(&self, axes: u8) -> Option<&'static str> {
-        let (requests, reports) = match axes {
-            0 | 1 => (ONE_AXIS_REQUESTS, ONE_AXIS_REPORTS),
-            _ => (REQUESTS, REPORTS),
+        let requests = match axes {
+            0 | 1 => ONE_AXIS_REQUESTS,
+            _ => REQUESTS,
         };
         let unlike = |have: &[MessageKey], want: &[MessageKey]| {
             (0..want.len()).find(|&n| have.get(n) != want.get(n))
         };
         let request = unlike(&self.requests, &REQUEST_KEYS[..requests]).map(|n| Request::NAMES[n]);
-        request.or_else(|| unlike(&self.reports, &REPORT_KEYS[..reports]).map(|n| Report::NAMES[n]))
+        request.or_else(|| unlike(&self.reports, &REPORT_KEYS).map(|n| Report::NAMES[n]))
     }
 }
 

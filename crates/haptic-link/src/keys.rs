@@ -12,14 +12,11 @@ pub const KEYS_MAX: usize = 24;
 
 /// So many requests, the first ones, are those of a device of one axis.
 pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
-/// So many reports likewise.
-pub(crate) const ONE_AXIS_REPORTS: usize = 13;
 /// Requests in all.
 pub(crate) const REQUESTS: usize =
-    ONE_AXIS_REQUESTS + if cfg!(feature = "several-axes") { 2 } else { 0 };
-/// Reports in all.
-pub(crate) const REPORTS: usize =
-    ONE_AXIS_REPORTS + if cfg!(feature = "several-axes") { 3 } else { 0 };
+    ONE_AXIS_REQUESTS + if cfg!(feature = "several-axes") { 1 } else { 0 };
+/// Reports of any device.
+pub(crate) const REPORTS: usize = 13;
 
 /// Hash of a message definition: FNV-1a of 64 bits over its name and the names and types of its fields, as
 /// `postcard-schema` defines it; both halves xored.

@@ -21,12 +21,12 @@ mod report;
 mod request;
 mod sample;
 mod sequence;
-#[cfg(feature = "several-axes")]
-mod several;
 mod simulation;
 mod statistics;
 mod status;
 mod tightened;
+#[cfg(feature = "several-axes")]
+mod workspace;
 
 pub use answer::{Ack, Outcome, Refusal};
 pub use coefficients::{
@@ -47,12 +47,12 @@ pub use limits::{Guard, GuardKind, Limits};
 pub use loop_mode::LoopMode;
 pub use report::Report;
 pub use request::{Request, Scope, Start};
-pub use sample::{BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, Sample, UNANSWERED};
-pub use sequence::{Arrival, OutOfOrder, RequestTracker, SequenceTracker};
-#[cfg(feature = "several-axes")]
-pub use several::{
-    AXES_MAX, AxisWorkspace, Forces, VectorBatch, VectorFlight, VectorSample, WorkspaceBox,
+pub use sample::{
+    AXES_MAX, BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, Sample, UNANSWERED,
 };
+pub use sequence::{Arrival, OutOfOrder, RequestTracker, SequenceTracker};
 pub use simulation::{Simulation, SimulationKind};
 pub use statistics::Statistics;
 pub use status::{Alive, Event, EventKind, FaultReport, State, Status};
+#[cfg(feature = "several-axes")]
+pub use workspace::{AxisWorkspace, WorkspaceBox};

@@ -6,8 +6,6 @@ use crate::configuration::Configuration;
 use crate::identity::{Capabilities, Hello};
 use crate::keys::{Keys, REPORTS};
 use crate::sample::{Batch, Flight, Sample};
-#[cfg(feature = "several-axes")]
-use crate::several::{VectorBatch, VectorFlight, VectorSample};
 use crate::statistics::Statistics;
 use crate::status::{Alive, Event, FaultReport};
 use postcard_schema::Schema;
@@ -48,15 +46,6 @@ pub enum Report {
     Flight(Flight),
     /// The keys of all messages that the device knows.
     Keys(Keys),
-    /// One tick of a device of several axes.
-    #[cfg(feature = "several-axes")]
-    VectorSample(VectorSample),
-    /// Several ticks of it.
-    #[cfg(feature = "several-axes")]
-    VectorBatch(VectorBatch),
-    /// A sample of its flight recorder.
-    #[cfg(feature = "several-axes")]
-    VectorFlight(VectorFlight),
 }
 
 impl Report {
@@ -75,11 +64,5 @@ impl Report {
         "alive",
         "flight",
         "keys",
-        #[cfg(feature = "several-axes")]
-        "vector-sample",
-        #[cfg(feature = "several-axes")]
-        "vector-batch",
-        #[cfg(feature = "several-axes")]
-        "vector-flight",
     ];
 }

@@ -3,15 +3,17 @@
 use crate::coefficients::CoefficientBlock;
 use crate::configuration::Configuration;
 use crate::keys::REQUESTS;
+use crate::sample::AXES_MAX;
 #[cfg(feature = "several-axes")]
-use crate::several::{Forces, WorkspaceBox};
+use crate::workspace::WorkspaceBox;
+use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// From host to device. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
 ///
-/// Every request but [`Force`](Self::Force) and `Forces` is answered: with a report of its own where one is named,
-/// with a [`Report::Ack`](crate::Report::Ack) otherwise. All but those two may be sent again when the answer does not come.
+/// Every request but [`Force`](Self::Force) is answered: with a report of its own where one is named, with a
+/// [`Report::Ack`](crate::Report::Ack) otherwise. All but that one may be sent again when the answer does not come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request {
     /// Asks for a connection. Changes nothing: the connection begins with the first frame that carries its number.
@@ -63,8 +65,8 @@ pub enum Request {
         /// The tick whose sample it answers.
         #[serde(with = "postcard::fixint::le")]
         tick: u32,
-        /// N; not finite latches a fault.
-        force_n: f32,
+        /// N, an element an axis; one that is not finite latches a fault, another number of them is no force.
+        force_n: Vec<f32, AXES_MAX>,
     },
     /// The host is there. Any other frame says so too. Answer: [`Report::Alive`](crate::Report::Alive).
     KeepAlive {
@@ -91,10 +93,7 @@ pub enum Request {
     },
     /// Answer: [`Report::Keys`](crate::Report::Keys).
     GetKeys,
-    /// [`Force`](Self::Force) of a device of several axes. Not answered.
-    #[cfg(feature = "several-axes")]
-    Forces(Forces),
-    /// Stages a workspace of its own for each axis, for a run.
+    /// Stages a workspace of its own for each of several axes, for a run.
     #[cfg(feature = "several-axes")]
     Workspace(WorkspaceBox),
 }
@@ -131,8 +130,6 @@ impl Request {
         "stream",
         "get-keys",
         #[cfg(feature = "several-axes")]
-        "forces",
-        #[cfg(feature = "several-axes")]
         "workspace",
     ];
 
@@ -158,9 +155,7 @@ impl Request {
             Self::Stream { .. } => 15,
             Self::GetKeys => 16,
             #[cfg(feature = "several-axes")]
-            Self::Forces(_) => 17,
-            #[cfg(feature = "several-axes")]
-            Self::Workspace(_) => 18,
+            Self::Workspace(_) => 17,
         }
     }
 

@@ -1,7 +1,7 @@
 //! The device's flight recorder: the samples around a fault.
 
 use crate::tick::Tick;
-use haptic_link::{Field, Refusal, Report};
+use haptic_link::{Field, Flight, Refusal, Report};
 use heapless::HistoryBuf;
 
 /// Samples that the flight recorder keeps.
@@ -68,6 +68,10 @@ impl<const D: usize> FlightRecorder<D> {
                 });
             }
         };
-        Ok(sample.flight(index, count))
+        Ok(Report::Flight(Flight {
+            index,
+            count,
+            sample: sample.sample(),
+        }))
     }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 #[cfg(feature = "std")]
-use haptic_link::VectorSample;
+use haptic_link::Sample;
 
 /// A sample that cannot be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,10 +109,10 @@ impl Plausible {
     ///
     /// # Errors
     /// The first thing in it that cannot be.
-    pub(crate) fn look(&mut self, sample: &VectorSample) -> Result<(), Impossible> {
+    pub(crate) fn look(&mut self, sample: &Sample) -> Result<(), Impossible> {
         /// A norm in single precision is rounded.
         const ROUNDED: f64 = 1.0 + 1e-5;
-        let &VectorSample { tick, time_us, .. } = sample;
+        let &Sample { tick, time_us, .. } = sample;
         let before = self.before.replace((tick, time_us));
         if let Some(axis) = (sample.axes.iter()).find(|axis| !axis.position_m.is_finite()) {
             let position_m = axis.position_m;
@@ -151,17 +151,28 @@ impl Plausible {
 #[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
-    use haptic_link::Sample;
+    use haptic_link::BatchItem;
     use std::string::ToString as _;
 
-    fn sample(tick: u32, time_us: u32) -> Sample {
+    /// What can be.
+    const ITEM: BatchItem = BatchItem {
+        position_m: 1e-3,
+        environment_force_n: 0.0,
+        force_n: -5.0,
+        limiters: 0,
+        flaws: 0,
+    };
+
+    fn of(tick: u32, time_us: u32, item: BatchItem) -> Sample {
         Sample {
             tick,
             time_us,
-            position_m: 1e-3,
-            force_n: -5.0,
-            ..Sample::default()
+            axes: [item].into_iter().collect(),
         }
+    }
+
+    fn sample(tick: u32, time_us: u32) -> Sample {
+        of(tick, time_us, ITEM)
     }
 
     #[test]
@@ -170,16 +181,16 @@ mod tests {
         let near_the_end = u32::MAX - 1500;
         for n in 0..5 {
             let time_us = near_the_end.wrapping_add(1000 * n);
-            assert_eq!(plausible.look(&sample(3 * n, time_us).into()), Ok(()));
+            assert_eq!(plausible.look(&sample(3 * n, time_us)), Ok(()));
         }
         // The same once more is a sample that is looked at again.
         assert_eq!(
-            plausible.look(&sample(12, near_the_end.wrapping_add(4000)).into()),
+            plausible.look(&sample(12, near_the_end.wrapping_add(4000))),
             Ok(())
         );
         plausible.begin(1000);
-        assert_eq!(plausible.look(&sample(0, 7).into()), Ok(()));
-        let mut both: VectorSample = sample(1, 1007).into();
+        assert_eq!(plausible.look(&sample(0, 7)), Ok(()));
+        let mut both = sample(1, 1007);
         both.axes[0].force_n = 3.000_001;
         both.axes.push(both.axes[0]).expect("room");
         both.axes[1].force_n = 4.0;
@@ -191,23 +202,17 @@ mod tests {
         let look = |bad: Sample| {
             let mut plausible = Plausible::of(5.0);
             plausible.begin(1000);
-            plausible.look(&sample(9, 9000).into()).expect("can be");
-            plausible.look(&bad.into()).expect_err("cannot be")
+            plausible.look(&sample(9, 9000)).expect("can be");
+            plausible.look(&bad).expect_err("cannot be")
         };
         for position_m in [f32::NAN, f32::INFINITY] {
-            let bad = Sample {
-                position_m,
-                ..sample(10, 10_000)
-            };
-            let said = look(bad).to_string();
+            let bad = BatchItem { position_m, ..ITEM };
+            let said = look(of(10, 10_000, bad)).to_string();
             assert!(said.contains(&position_m.to_string()), "{said}");
         }
         for force_n in [f32::NAN, f32::NEG_INFINITY, 5.001, -1e30] {
-            let bad = Sample {
-                force_n,
-                ..sample(10, 10_000)
-            };
-            let found = look(bad);
+            let bad = BatchItem { force_n, ..ITEM };
+            let found = look(of(10, 10_000, bad));
             assert!(
                 matches!(found, Impossible::Force { tick: 10, .. }),
                 "{found}"

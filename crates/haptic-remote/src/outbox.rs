@@ -1,7 +1,7 @@
 //! Messages that a device sends unasked: samples, events and faults, in the order in which they leave.
 
-use crate::tick::{Tick, Ticks};
-use haptic_link::{BATCH_MAX, Event, EventKind, FaultReport, Field, Refusal, Report};
+use crate::tick::Tick;
+use haptic_link::{BATCH_MAX, Batch, Event, EventKind, FaultReport, Field, Refusal, Report};
 use heapless::Deque;
 
 /// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
@@ -101,31 +101,38 @@ impl<const D: usize> Outbox<D> {
         }
     }
 
+    #[inline(never)]
     fn next_samples(&mut self, stream: Stream, more: bool) -> Option<Report> {
         let every = stream.every.max(1);
-        let batch = usize::from(stream.batch).min(Ticks::<D>::MOST);
-        if batch <= 1 {
-            return self.samples.pop_front().map(Tick::report);
+        let most = usize::from(stream.batch).min(Batch::ticks_most(D));
+        if most <= 1 {
+            return (self.samples.pop_front()).map(|tick| Report::Sample(tick.sample()));
         }
-        if self.samples.len() < batch && more {
+        if self.samples.len() < most && more {
             return None;
         }
         let first = self.samples.pop_front()?;
+        let mut batch = Batch {
+            tick: first.tick,
+            time_us: first.time_us,
+            every,
+            axes: D as u8,
+            items: heapless::Vec::new(),
+        };
         let mut next = Some(first);
         let mut tick = first.tick;
-        let mut ticks = Ticks::from(first, every);
         while let Some(sample) = next {
-            ticks.take(sample);
+            sample.add_to(&mut batch.items);
             tick = tick.wrapping_add(u32::from(every));
             next = match self.samples.front() {
                 // A gap, where samples were dropped, ends a batch.
-                Some(sample) if ticks.count() < batch && sample.tick == tick => {
+                Some(sample) if batch.items.len() < most * D && sample.tick == tick => {
                     self.samples.pop_front()
                 }
                 _ => None,
             };
         }
-        Some(ticks.report())
+        Some(Report::Batch(batch))
     }
 }
 

@@ -1,8 +1,7 @@
-//! A tick as the device's loop keeps it, and the messages that tell of it: those of one axis, or vectors.
+//! A tick as the device's loop keeps it, and the messages that tell of it.
 
-use haptic_link::{BATCH_MAX, Batch, BatchItem, Flight, Report, Sample};
-#[cfg(feature = "several-axes")]
-use haptic_link::{VectorBatch, VectorFlight, VectorSample};
+use haptic_link::{BatchItem, Sample};
+use heapless::Vec;
 
 /// A tick of a device of D axes: see [`Sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,15 +16,15 @@ pub struct Tick<const D: usize = 1> {
     pub environment_force_n: [f32; D],
     /// The force that was applied, N.
     pub force_n: [f32; D],
-    /// Limiters that acted, bits as in [`Sample`].
+    /// Limiters that acted, bits as in a [`BatchItem`].
     pub limiters: u8,
-    /// Flaws of the exchange with a board, bits as in [`Sample`].
+    /// Flaws of the exchange with a board, bits as in a [`BatchItem`].
     pub flaws: u8,
 }
 
 impl<const D: usize> Tick<D> {
     /// All zero.
-    pub(crate) const NONE: Self = Self {
+    pub const NONE: Self = Self {
         tick: 0,
         time_us: 0,
         position_m: [0.0; D],
@@ -35,123 +34,43 @@ impl<const D: usize> Tick<D> {
         flaws: 0,
     };
 
-    /// What an axis did in it.
-    fn item(&self, axis: usize) -> BatchItem {
-        BatchItem {
-            position_m: self.position_m[axis],
-            environment_force_n: self.environment_force_n[axis],
-            force_n: self.force_n[axis],
-            limiters: self.limiters,
-            flaws: self.flaws,
-        }
-    }
-
-    /// As a device of one axis tells it.
-    fn sample(&self) -> Sample {
-        Sample {
-            tick: self.tick,
-            time_us: self.time_us,
-            position_m: self.position_m[0],
-            environment_force_n: self.environment_force_n[0],
-            force_n: self.force_n[0],
-            limiters: self.limiters,
-            flaws: self.flaws,
-        }
-    }
-
-    /// As a device of several tells it.
-    #[cfg(feature = "several-axes")]
-    fn vectors(&self) -> VectorSample {
-        VectorSample {
-            tick: self.tick,
-            time_us: self.time_us,
-            axes: (0..D).map(|axis| self.item(axis)).collect(),
-        }
-    }
-
-    /// One tick in a frame.
-    pub(crate) fn report(self) -> Report {
-        #[cfg(feature = "several-axes")]
-        if D > 1 {
-            return Report::VectorSample(self.vectors());
-        }
-        Report::Sample(self.sample())
-    }
-
-    /// As a sample of the flight recorder.
-    pub(crate) fn flight(&self, index: u16, count: u16) -> Report {
-        #[cfg(feature = "several-axes")]
-        if D > 1 {
-            return Report::VectorFlight(VectorFlight {
-                index,
-                count,
-                sample: self.vectors(),
-            });
-        }
-        Report::Flight(Flight {
-            index,
-            count,
-            sample: self.sample(),
-        })
-    }
-}
-
-/// Ticks that go into one frame.
-pub(crate) struct Ticks<const D: usize> {
-    tick: u32,
-    time_us: u32,
-    every: u16,
-    items: heapless::Vec<BatchItem, BATCH_MAX>,
-}
-
-impl<const D: usize> Ticks<D> {
-    /// Most of them.
-    pub(crate) const MOST: usize = BATCH_MAX / D;
-
-    /// None yet; this one comes first.
-    pub(crate) const fn from(first: Tick<D>, every: u16) -> Self {
-        Self {
-            tick: first.tick,
-            time_us: first.time_us,
-            every,
-            items: heapless::Vec::new(),
-        }
-    }
-
-    /// Takes the next. There is room: at most [`MOST`](Self::MOST) are taken.
-    pub(crate) fn take(&mut self, tick: Tick<D>) {
+    /// Adds what each axis did in it, as far as there is room.
+    pub(crate) fn add_to<const N: usize>(&self, items: &mut Vec<BatchItem, N>) {
         for axis in 0..D {
-            let _ = self.items.push(tick.item(axis));
-        }
-    }
-
-    pub(crate) fn count(&self) -> usize {
-        self.items.len() / D
-    }
-
-    /// The frame.
-    pub(crate) fn report(self) -> Report {
-        let Self {
-            tick,
-            time_us,
-            every,
-            items,
-        } = self;
-        #[cfg(feature = "several-axes")]
-        if D > 1 {
-            return Report::VectorBatch(VectorBatch {
-                tick,
-                time_us,
-                every,
-                axes: D as u8,
-                items,
+            let _ = items.push(BatchItem {
+                position_m: self.position_m[axis],
+                environment_force_n: self.environment_force_n[axis],
+                force_n: self.force_n[axis],
+                limiters: self.limiters,
+                flaws: self.flaws,
             });
         }
-        Report::Batch(Batch {
-            tick,
-            time_us,
-            every,
-            items,
+    }
+
+    /// As the device tells it.
+    pub(crate) fn sample(&self) -> Sample {
+        let mut sample = Sample {
+            tick: self.tick,
+            time_us: self.time_us,
+            axes: Vec::new(),
+        };
+        self.add_to(&mut sample.axes);
+        sample
+    }
+
+    /// As a device has told it; `None` for another number of axes.
+    #[must_use]
+    pub fn told(sample: &Sample) -> Option<Self> {
+        let axes: &[BatchItem; D] = sample.axes[..].try_into().ok()?;
+        let first = axes.first()?;
+        Some(Self {
+            tick: sample.tick,
+            time_us: sample.time_us,
+            position_m: axes.map(|axis| axis.position_m),
+            environment_force_n: axes.map(|axis| axis.environment_force_n),
+            force_n: axes.map(|axis| axis.force_n),
+            limiters: first.limiters,
+            flaws: first.flaws,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The way of a force to zero, as its samples show it.
 
 use super::bounds::Bounds;
-use haptic_link::Sample;
+use haptic_remote::Tick;
 
 /// Rounding of a force, relative.
 const ROUNDING: f32 = 1e-6;
@@ -22,9 +22,9 @@ impl Fall {
     ///
     /// Up to that tick the force may have grown where the line has lost samples, as fast as these bounds let it; from then on
     /// it may not, whatever was lost.
-    pub(super) fn of(samples: &[Sample], first: u32, bounds: &Bounds) -> Self {
+    pub(super) fn of(samples: &[Tick], first: u32, bounds: &Bounds) -> Self {
         let before = samples.iter().rfind(|sample| sample.tick < first);
-        let from_n = before.map_or(0.0, |sample| sample.force_n.abs());
+        let from_n = before.map_or(0.0, |sample| sample.force_n[0].abs());
         let mut fall = Self {
             from_n,
             never_grew: true,
@@ -37,7 +37,7 @@ impl Fall {
         most *= 1.0 + ROUNDING;
         let begun_n = most;
         for sample in samples.iter().filter(|sample| sample.tick >= first) {
-            let force = sample.force_n.abs();
+            let force = sample.force_n[0].abs();
             // Written so that what is no number has grown.
             let braked = bounds.braked(begun_n, sample.tick - first);
             fall.never_grew &= force <= most.max(braked);
@@ -77,13 +77,13 @@ mod tests {
     use super::*;
     use haptic_link::Limits;
 
-    fn samples(forces: &[f32]) -> Vec<Sample> {
+    fn samples(forces: &[f32]) -> Vec<Tick> {
         let numbered = forces.iter().zip(0..);
         numbered
-            .map(|(&force_n, tick)| Sample {
+            .map(|(&force_n, tick)| Tick {
                 tick,
-                force_n,
-                ..Sample::default()
+                force_n: [force_n],
+                ..Tick::NONE
             })
             .collect()
     }
@@ -163,13 +163,13 @@ mod tests {
     }
 
     /// A force that rises by 10 mN a tick up to tick 5 and falls by 10 mN a tick from tick 6 on, without these ticks.
-    fn risen_and_fallen(lost: &[u32], spoil: impl Fn(u32, f32) -> f32) -> Vec<Sample> {
+    fn risen_and_fallen(lost: &[u32], spoil: impl Fn(u32, f32) -> f32) -> Vec<Tick> {
         let forces = [
             0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.05, 0.04, 0.03, 0.02, 0.01, 0.0,
         ];
         let mut samples = samples(&forces);
         for sample in &mut samples {
-            sample.force_n = spoil(sample.tick, sample.force_n);
+            sample.force_n = [spoil(sample.tick, sample.force_n[0])];
         }
         samples.retain(|sample| !lost.contains(&sample.tick));
         samples

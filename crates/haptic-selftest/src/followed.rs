@@ -1,13 +1,14 @@
 //! A run of the self-test as its samples show it.
 
-use haptic_link::{FaultReport, Sample};
+use haptic_link::FaultReport;
 use haptic_loop::{Fault, Limiters};
+use haptic_remote::Tick;
 
 /// Samples of a run, forces that were sent, and the fault that ended it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Followed {
     /// In the order of their ticks.
-    pub(super) samples: Vec<Sample>,
+    pub(super) samples: Vec<Tick>,
     /// Tick that a force answered, and the force, N.
     pub(super) sent: Vec<(u32, f32)>,
     /// The fault.
@@ -40,15 +41,16 @@ impl Followed {
 
     /// The last force that the device took over before the fault: the tick that it answered, and the first sample that
     /// shows it.
-    pub(super) fn last_taken(&self, fault_tick: u32) -> Option<(u32, Sample)> {
+    pub(super) fn last_taken(&self, fault_tick: u32) -> Option<(u32, Tick)> {
         let same = |a: f32, b: f32| a.to_bits() == b.to_bits();
         let before = self.samples.iter().rev();
         let wanted = (before.clone())
             .find(|sample| sample.tick <= fault_tick)?
-            .environment_force_n;
+            .environment_force_n[0];
         let (answered, _) = (self.sent.iter()).rfind(|(_, force)| same(*force, wanted))?;
-        let shown = (self.samples.iter())
-            .find(|sample| sample.tick > *answered && same(sample.environment_force_n, wanted))?;
+        let shown = (self.samples.iter()).find(|sample| {
+            sample.tick > *answered && same(sample.environment_force_n[0], wanted)
+        })?;
         Some((*answered, *shown))
     }
 
@@ -63,7 +65,7 @@ impl Followed {
 
     /// The largest force, N.
     pub(super) fn largest_n(&self) -> f32 {
-        let forces = self.samples.iter().map(|sample| sample.force_n.abs());
+        let forces = self.samples.iter().map(|sample| sample.force_n[0].abs());
         // A force that is no number is the largest of all.
         forces.fold(0.0, |most, force| {
             if force.is_nan() || force > most {

@@ -6,8 +6,8 @@ use super::fall::Fall;
 use super::followed::Followed;
 use super::promise::{Check, Promise};
 use super::trial::{ASKED, HALF_PERIOD_TICKS, Trial, alternating};
-use haptic_link::Sample;
 use haptic_loop::Limiters;
+use haptic_remote::Tick;
 
 /// Limiter of a stop.
 const STOPPING: u8 = Limiters::STOPPING.bits();
@@ -25,7 +25,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
     let ticks = (f64::from(limits.rise_time_s) / period_s + TICKS) as u32;
     let trial = Trial {
         watchdog_ms: LONG_WATCHDOG_MS,
-        say: |sample: &Sample, sent| Some(alternating(&limits, sample.tick, sent, ASKED)),
+        say: |sample: &Tick, sent| Some(alternating(&limits, sample.tick, sent, ASKED)),
         // In the middle of a half period, so that a force acts when it is stopped.
         until: |followed: &Followed| {
             let newest = followed.samples.last();
@@ -95,16 +95,16 @@ fn limit(
 }
 
 /// Largest change of the force from a tick to the next, N/s; infinite for a force that is no number.
-fn largest_rate(samples: &[Sample], period_s: f64) -> f64 {
+fn largest_rate(samples: &[Tick], period_s: f64) -> f64 {
     let running = samples
         .iter()
         .take_while(|sample| sample.limiters & STOPPING == 0);
-    let running: Vec<&Sample> = running.collect();
+    let running: Vec<&Tick> = running.collect();
     let steps = running
         .windows(2)
         .filter(|pair| pair[1].tick == pair[0].tick + 1);
     steps.fold(0.0, |most, pair| {
-        let step = f64::from(pair[1].force_n - pair[0].force_n).abs() / period_s;
+        let step = f64::from(pair[1].force_n[0] - pair[0].force_n[0]).abs() / period_s;
         if step.is_nan() {
             f64::INFINITY
         } else {
@@ -137,10 +137,10 @@ mod tests {
 
     fn run(forces: &[f32]) -> Followed {
         let numbered = forces.iter().zip(0..);
-        let samples = numbered.map(|(&force_n, tick)| Sample {
+        let samples = numbered.map(|(&force_n, tick)| Tick {
             tick,
-            force_n,
-            ..Sample::default()
+            force_n: [force_n],
+            ..Tick::NONE
         });
         Followed {
             samples: samples.collect(),

@@ -3,7 +3,8 @@
 use super::bench::{Bench, Broken};
 use super::followed::Followed;
 use super::promise::{Check, Promise};
-use haptic_link::{Report, Request, Sample};
+use haptic_link::{Report, Request};
+use haptic_remote::Tick;
 use std::collections::BTreeMap;
 
 /// The row; `followed` is the run that ended in the fault.
@@ -33,7 +34,7 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
 }
 
 /// All samples that the device has kept.
-fn read(bench: &Bench<'_>) -> Result<Vec<Sample>, Broken> {
+fn read(bench: &Bench<'_>) -> Result<Vec<Tick>, Broken> {
     let mut kept = Vec::new();
     let mut count = 1;
     while kept.len() < usize::from(count) {
@@ -43,17 +44,17 @@ fn read(bench: &Bench<'_>) -> Result<Vec<Sample>, Broken> {
         };
         count = flight.count;
         if count > 0 {
-            kept.push(flight.sample);
+            kept.extend(Tick::told(&flight.sample));
         }
     }
     Ok(kept)
 }
 
 /// In words, and whether all of it is there: full, without gap, with the fault in it, and as it was sent.
-fn judge(kept: &[Sample], followed: &Followed, fault: u32, room: usize) -> (String, bool) {
+fn judge(kept: &[Tick], followed: &Followed, fault: u32, room: usize) -> (String, bool) {
     let after = kept.iter().filter(|sample| sample.tick > fault).count();
     let has_fault = kept.iter().any(|sample| sample.tick == fault);
-    let sent: BTreeMap<u32, &Sample> = (followed.samples.iter())
+    let sent: BTreeMap<u32, &Tick> = (followed.samples.iter())
         .map(|sample| (sample.tick, sample))
         .collect();
     // A period that the device has skipped has no sample anywhere.
@@ -64,7 +65,7 @@ fn judge(kept: &[Sample], followed: &Followed, fault: u32, room: usize) -> (Stri
             before >= tick || sent.range(before + 1..tick).next().is_some()
         })
         .count();
-    let beside: Vec<(&Sample, &Sample)> = kept
+    let beside: Vec<(&Tick, &Tick)> = kept
         .iter()
         .filter_map(|sample| Some((sample, *sent.get(&sample.tick)?)))
         .collect();
@@ -83,15 +84,15 @@ fn judge(kept: &[Sample], followed: &Followed, fault: u32, room: usize) -> (Stri
 }
 
 /// To the last bit, but for the time, which a batch of samples does not carry.
-fn is_same(a: &Sample, b: &Sample) -> bool {
-    let bits = |sample: &Sample| {
-        let Sample {
+fn is_same(a: &Tick, b: &Tick) -> bool {
+    let bits = |sample: &Tick| {
+        let Tick {
             position_m,
             environment_force_n,
             force_n,
             ..
         } = *sample;
-        [position_m, environment_force_n, force_n].map(f32::to_bits)
+        [position_m, environment_force_n, force_n].map(|[axis]| axis.to_bits())
     };
     bits(a) == bits(b) && a.limiters == b.limiters
 }
@@ -100,11 +101,11 @@ fn is_same(a: &Sample, b: &Sample) -> bool {
 mod tests {
     use super::*;
 
-    fn samples(ticks: std::ops::Range<u32>) -> Vec<Sample> {
-        let sample = |tick| Sample {
+    fn samples(ticks: std::ops::Range<u32>) -> Vec<Tick> {
+        let sample = |tick| Tick {
             tick,
-            force_n: tick as f32,
-            ..Sample::default()
+            force_n: [tick as f32],
+            ..Tick::NONE
         };
         ticks.map(sample).collect()
     }
@@ -115,7 +116,7 @@ mod tests {
             samples: samples(0..300),
             ..Followed::default()
         };
-        let ok = |kept: &[Sample]| judge(kept, &followed, 200, 96).1;
+        let ok = |kept: &[Tick]| judge(kept, &followed, 200, 96).1;
         assert!(ok(&samples(129..225)));
         assert!(!ok(&[]));
         assert!(!ok(&samples(129..224)), "one is missing");
@@ -127,7 +128,7 @@ mod tests {
         twice[50] = twice[49];
         assert!(!ok(&twice), "one is there twice");
         let mut other = samples(129..225);
-        other[40].force_n = 0.0;
+        other[40].force_n = [0.0];
         assert!(!ok(&other), "another force");
     }
 
@@ -139,7 +140,7 @@ mod tests {
             samples: skipped.clone(),
             ..Followed::default()
         };
-        let kept: Vec<Sample> = (skipped.into_iter())
+        let kept: Vec<Tick> = (skipped.into_iter())
             .filter(|sample| (89..225).contains(&sample.tick))
             .collect();
         assert_eq!(kept.len(), 96);

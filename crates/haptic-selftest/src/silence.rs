@@ -6,9 +6,8 @@ use super::fall::Fall;
 use super::followed::Followed;
 use super::promise::{Check, Promise};
 use super::trial::{HALF_PERIOD_TICKS, Trial, alternating};
-use haptic_link::Sample;
 use haptic_loop::Fault;
-use haptic_remote::LinkError;
+use haptic_remote::{LinkError, Tick};
 
 /// Share of the limit that acts when the fault comes.
 const SHARE: f32 = 0.9;
@@ -37,7 +36,7 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     let (limits, made_at) = (bounds.limits, made_at(&bounds));
     let trial = Trial {
         watchdog_ms: LONG_WATCHDOG_MS,
-        say: |sample: &Sample, sent| {
+        say: |sample: &Tick, sent| {
             let good = alternating(&limits, sample.tick, sent, SHARE);
             Some(if sample.tick < made_at {
                 good
@@ -71,7 +70,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
     let silent_ticks = (1e-3 * f64::from(watchdog_ms) / period_s) as u32;
     let trial = Trial {
         watchdog_ms,
-        say: |sample: &Sample, sent| {
+        say: |sample: &Tick, sent| {
             (sample.tick < made_at).then(|| alternating(&limits, sample.tick, sent, SHARE))
         },
         until: |followed: &Followed| is_behind(followed, made_at, silent_ticks + MORE_TICKS),
@@ -156,7 +155,7 @@ fn silence(followed: &Followed, watchdog_ms: u16, period_s: f64) -> (String, boo
         return unknown();
     };
     // The clock goes round at 2³² µs.
-    let passed_s = |from: &Sample, to: &Sample| {
+    let passed_s = |from: &Tick, to: &Tick| {
         1e-6 * f64::from(to.time_us.wrapping_sub(from.time_us).cast_signed())
     };
     let set_s = 1e-3 * f64::from(watchdog_ms);
@@ -177,12 +176,12 @@ mod tests {
     /// Forces 1, 2, 3, … N answer the ticks up to `sent`, arrive a tick later, and a fault latches at a tick.
     fn followed(sent: u32, fault: u32) -> Followed {
         let force = |tick: u32| tick.min(sent) as f32;
-        let samples = (0..fault + 20).map(|tick| Sample {
+        let samples = (0..fault + 20).map(|tick| Tick {
             tick,
             // Round the end of the clock.
             time_us: (u32::MAX - 99_500).wrapping_add(1000 * tick),
-            environment_force_n: force(tick.saturating_sub(1)),
-            ..Sample::default()
+            environment_force_n: [force(tick.saturating_sub(1))],
+            ..Tick::NONE
         });
         Followed {
             samples: samples.collect(),

@@ -2,10 +2,10 @@
 
 use super::bench::{Bench, Broken, refusal};
 use super::followed::Followed;
-use haptic_link::{EventKind, Limits, Request, Sample};
+use haptic_link::{EventKind, Limits, Request};
 use haptic_loop::Fault;
-use haptic_remote::LinkError;
 use haptic_remote::serial::Heard;
+use haptic_remote::{LinkError, Tick};
 use std::time::{Duration, Instant};
 
 /// Largest force that is asked for, in limits.
@@ -71,7 +71,7 @@ impl Bench<'_> {
         spoiled: impl Fn(&Followed) -> bool,
     ) -> Result<Result<Followed, LinkError>, Broken>
     where
-        S: Fn(&Sample, usize) -> Option<f32>,
+        S: Fn(&Tick, usize) -> Option<f32>,
         U: Fn(&Followed) -> bool,
     {
         self.limit(trial.watchdog_ms)?;
@@ -104,7 +104,7 @@ impl Bench<'_> {
     /// Answers samples, until told otherwise or a fault or end has come with all that follows it.
     fn follow(
         &mut self,
-        say: impl Fn(&Sample, usize) -> Option<f32>,
+        say: impl Fn(&Tick, usize) -> Option<f32>,
         until: impl Fn(&Followed) -> bool,
     ) -> Result<Followed, Broken> {
         self.go_on(Followed::default(), say, until)
@@ -114,7 +114,7 @@ impl Bench<'_> {
     fn go_on(
         &mut self,
         mut followed: Followed,
-        say: impl Fn(&Sample, usize) -> Option<f32>,
+        say: impl Fn(&Tick, usize) -> Option<f32>,
         until: impl Fn(&Followed) -> bool,
     ) -> Result<Followed, Broken> {
         let mut last = Instant::now();
@@ -202,12 +202,13 @@ impl Bench<'_> {
 
 impl Followed {
     /// Takes a message in; the sample, if it is one.
-    fn take(&mut self, heard: Heard) -> Result<Option<Sample>, Broken> {
+    fn take(&mut self, heard: Heard) -> Result<Option<Tick>, Broken> {
         match heard {
             Heard::Sample(sample) => {
-                self.begun = true;
-                self.samples.push(sample);
-                return Ok(Some(sample));
+                let tick = Tick::told(&sample);
+                self.begun |= tick.is_some();
+                self.samples.extend(tick);
+                return Ok(tick);
             }
             Heard::Event(event) => {
                 self.begun |= event.kind == EventKind::Started;
@@ -218,7 +219,6 @@ impl Followed {
                         EventKind::Finished | EventKind::Stopped | EventKind::Disarmed
                     );
             }
-            Heard::Vector(_) => {}
             Heard::Fault(report) => self.fault = Some(report),
             Heard::Over(error) => return Err(Broken::Link(error.into())),
         }

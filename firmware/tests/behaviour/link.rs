@@ -48,7 +48,7 @@ impl World {
             match self.host.receive(byte, self.now_us) {
                 Some(Incoming::Told(Report::Sample(sample))) => {
                     self.samples += 1;
-                    self.largest_force = self.largest_force.max(sample.force_n.abs());
+                    self.largest_force = self.largest_force.max(sample.axes[0].force_n.abs());
                 }
                 Some(Incoming::Told(Report::Event(event))) => self.ended = Some(event.kind),
                 Some(Incoming::Told(Report::Fault(fault))) => self.fault = Some(fault.status.fault),

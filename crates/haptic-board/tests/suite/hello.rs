@@ -135,7 +135,7 @@ impl World {
         for byte in bytes {
             match self.host.receive(byte, self.now_us) {
                 Some(Incoming::Told(Report::Sample(sample))) => {
-                    self.samples.push((sample.tick, sample.force_n));
+                    self.samples.push((sample.tick, sample.axes[0].force_n));
                 }
                 Some(Incoming::Told(_)) | None => {}
                 Some(other) => answer = Some(other),

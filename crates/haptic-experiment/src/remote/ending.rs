@@ -92,9 +92,6 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         while Instant::now() < until {
             match self.link.hear(AFTER_FAULT) {
                 Some(Heard::Sample(sample)) => {
-                    self.take_sample(&sample.into());
-                }
-                Some(Heard::Vector(sample)) => {
                     self.take_sample(&sample);
                 }
                 Some(Heard::Event(event)) => match event.kind {

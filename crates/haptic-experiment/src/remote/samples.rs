@@ -5,7 +5,7 @@ use crate::ended::Ended;
 use crate::flight::AFTER;
 use crate::kept::{Made, TickRecord};
 use crate::run::tell_end;
-use haptic_link::VectorSample;
+use haptic_link::Sample;
 use haptic_log::record::TickMessage;
 use nalgebra::SVector;
 
@@ -24,7 +24,7 @@ pub fn blank(reference_m: f64) -> TickMessage {
 impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
     /// device tells of a run that its fault has ended: it came because it was asked for.
-    pub(super) fn take_sample(&mut self, sample: &VectorSample) -> bool {
+    pub(super) fn take_sample(&mut self, sample: &Sample) -> bool {
         let Some(message) = self.message(sample) else {
             return true;
         };
@@ -67,7 +67,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     }
 
     /// A sample of the device as the log has it.
-    pub(super) fn message(&self, sample: &VectorSample) -> Option<M> {
+    pub(super) fn message(&self, sample: &Sample) -> Option<M> {
         if sample.axes.len() != D {
             return None;
         }

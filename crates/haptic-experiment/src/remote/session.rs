@@ -12,7 +12,7 @@ use crate::run::{Ran, Supervisor, close};
 use crate::schedule::Schedule;
 use fracdiff::Real;
 use haptic_link::{
-    EventKind, LoopMode, Refusal, Report, Request, Start, State, Statistics, VectorSample,
+    EventKind, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime};
@@ -113,12 +113,6 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         loop {
             match self.hear_or_stop(patience, supervisor)? {
                 Some(Heard::Sample(sample)) => {
-                    if !self.take_sample(&sample.into()) {
-                        break;
-                    }
-                    (supervisor.progress)(self.counted());
-                }
-                Some(Heard::Vector(sample)) => {
                     if !self.take_sample(&sample) {
                         break;
                     }
@@ -271,8 +265,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             self.stream_after_fault(1);
             while let (false, Some(heard)) = (self.is_all_told(), self.link.hear(AFTER_FAULT)) {
                 let goes_on = match heard {
-                    Heard::Sample(sample) => self.take_sample(&sample.into()),
-                    Heard::Vector(sample) => self.take_sample(&sample),
+                    Heard::Sample(sample) => self.take_sample(&sample),
                     Heard::Over(_) => return,
                     Heard::Event(_) | Heard::Fault(_) => true,
                 };
@@ -290,8 +283,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         while kept.len() < usize::from(count) {
             let index = kept.len() as u16;
             let (many, sample) = match self.link.ask(Request::ReadFlight { index }) {
-                Ok(Report::Flight(flight)) => (flight.count, flight.sample.into()),
-                Ok(Report::VectorFlight(flight)) => (flight.count, flight.sample),
+                Ok(Report::Flight(flight)) => (flight.count, flight.sample),
                 _ => break,
             };
             count = many;
@@ -348,7 +340,7 @@ fn waits_for_rest(link: &SerialLink) -> bool {
 }
 
 /// Force that the device made in a sample, N.
-pub(super) fn applied_n<const D: usize>(sample: &VectorSample) -> SVector<f64, D> {
+pub(super) fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
     let force_n = |axis: usize| sample.axes.get(axis).map_or(0.0, |axis| axis.force_n);
     SVector::from_fn(|axis, _| f64::from(force_n(axis)))
 }

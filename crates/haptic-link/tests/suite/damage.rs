@@ -73,7 +73,7 @@ fn request(random: &mut Random) -> Request {
         },
         _ => Request::Force {
             tick: random.next() as u32,
-            force_n: random.force(),
+            force_n: [random.force()].into_iter().collect(),
         },
     }
 }
@@ -111,29 +111,30 @@ fn report(random: &mut Random) -> Report {
         }),
         4 => {
             let items = 0..=random.below(BATCH_MAX);
-            let items = items.map(|_| BatchItem {
-                position_m: random.force(),
-                environment_force_n: random.force(),
-                force_n: random.force(),
-                limiters: 0,
-                flaws: 0,
-            });
+            let items = items.map(|_| item(random));
             Report::Batch(Batch {
                 tick,
                 time_us: time_us as u32,
                 every: 1,
+                axes: 1,
                 items: items.collect(),
             })
         }
         _ => Report::Sample(Sample {
             tick,
             time_us: time_us as u32,
-            position_m: random.force(),
-            environment_force_n: random.force(),
-            force_n: random.force(),
-            limiters: 1,
-            flaws: 1,
+            axes: [item(random)].into_iter().collect(),
         }),
+    }
+}
+
+fn item(random: &mut Random) -> BatchItem {
+    BatchItem {
+        position_m: random.force(),
+        environment_force_n: random.force(),
+        force_n: random.force(),
+        limiters: 1,
+        flaws: 1,
     }
 }
 

@@ -55,12 +55,11 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
         }
         let length = document.compare(&heading, bytes, &found);
         let want = match name {
-            "Batch" => "12 + 14·n bytes".to_owned(),
-            "Forces" => "6 + 4·n bytes".to_owned(),
+            "Force" => "6 + 4·n bytes".to_owned(),
             "Workspace" => "2 + 12·n bytes".to_owned(),
-            "VectorSample" => "10 + 14·n bytes".to_owned(),
-            "VectorBatch" => "13 + 14·n bytes".to_owned(),
-            "VectorFlight" => "14 + 14·n bytes".to_owned(),
+            "Sample" => "10 + 14·n bytes".to_owned(),
+            "Batch" => "13 + 14·n bytes".to_owned(),
+            "Flight" => "14 + 14·n bytes".to_owned(),
             _ => format!("{} bytes", bytes.len()),
         };
         assert_eq!(length, want, "{heading}");
@@ -95,8 +94,8 @@ fn every_request_is_as_its_table_says() {
 fn every_report_is_as_its_table_says() {
     check_messages("Report", with_bytes(reports(), Direction::FromDevice));
     for count in 1..=BATCH_MAX {
-        let bytes = message(&Report::Batch(batch(count)), Direction::FromDevice);
-        assert_eq!(bytes.len(), 12 + 14 * count);
+        let bytes = message(&Report::Batch(batch(1, count)), Direction::FromDevice);
+        assert_eq!(bytes.len(), 13 + 14 * count);
     }
 }
 

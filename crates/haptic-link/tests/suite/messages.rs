@@ -2,10 +2,9 @@
 
 use haptic_link::{
     Ack, Alive, AxisWorkspace, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock,
-    Configuration, Event, EventKind, FaultReport, Field, Flight, Forces, Guard, GuardKind, Hello,
-    Keys, Limits, LoopMode, OperatorForm, OperatorShape, Outcome, Refusal, Report, Request, Sample,
-    Scope, Simulation, SimulationKind, Start, State, Statistics, Status, VectorBatch, VectorFlight,
-    VectorSample, WorkspaceBox,
+    Configuration, Event, EventKind, FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys,
+    Limits, LoopMode, OperatorForm, OperatorShape, Outcome, Refusal, Report, Request, Sample,
+    Scope, Simulation, SimulationKind, Start, State, Statistics, Status, WorkspaceBox,
 };
 
 pub(crate) fn status() -> Status {
@@ -13,18 +12,6 @@ pub(crate) fn status() -> Status {
         state: State::Stopping,
         fault: 2,
         faults: 0x0403,
-    }
-}
-
-pub(crate) fn sample() -> Sample {
-    Sample {
-        tick: 0x0403_0201,
-        time_us: 0x0807_0605,
-        position_m: 1.5,
-        environment_force_n: -2.5,
-        force_n: 3.5,
-        limiters: 9,
-        flaws: 3,
     }
 }
 
@@ -107,11 +94,11 @@ fn range(axis: u8) -> AxisWorkspace {
 }
 
 /// A sample of so many axes.
-pub(crate) fn vectors(axes: usize) -> VectorSample {
-    VectorSample {
+pub(crate) fn sample(axes: usize) -> Sample {
+    Sample {
         tick: 0x0403_0201,
         time_us: 0x0807_0605,
-        axes: batch(axes).items.into_iter().collect(),
+        axes: batch(1, axes).items.into_iter().collect(),
     }
 }
 
@@ -138,7 +125,7 @@ pub(crate) fn requests() -> Vec<Request> {
         Request::Stop,
         Request::Force {
             tick: 0x0403_0201,
-            force_n: -0.5,
+            force_n: [-0.5, 1.5, 2.5].into_iter().collect(),
         },
         Request::KeepAlive { token: 0x0403_0201 },
         Request::GetStatistics,
@@ -148,10 +135,6 @@ pub(crate) fn requests() -> Vec<Request> {
             batch: 3,
         },
         Request::GetKeys,
-        Request::Forces(Forces {
-            tick: 0x0403_0201,
-            force_n: [-0.5, 1.5, 2.5].into_iter().collect(),
-        }),
         Request::Workspace(WorkspaceBox {
             axes: (0..3).map(range).collect(),
         }),
@@ -171,11 +154,13 @@ pub(crate) fn extreme_batch() -> Batch {
         tick: u32::MAX,
         time_us: u32::MAX,
         every: u16::MAX,
+        axes: 1,
         items: [item; BATCH_MAX].into_iter().collect(),
     }
 }
 
-pub(crate) fn batch(count: usize) -> Batch {
+/// A batch of so many items.
+pub(crate) fn batch(axes: u8, count: usize) -> Batch {
     let item = |n: usize| BatchItem {
         position_m: n as f32 + 0.5,
         environment_force_n: n as f32 + 100.5,
@@ -187,6 +172,7 @@ pub(crate) fn batch(count: usize) -> Batch {
         tick: 0x0403_0201,
         time_us: 0x0807_0605,
         every: 0x0a09,
+        axes,
         items: (0..count).map(item).collect(),
     }
 }
@@ -223,30 +209,6 @@ pub(crate) fn ack(outcome: Outcome) -> Report {
 }
 
 pub(crate) fn reports() -> Vec<Report> {
-    let mut reports = reports_of_one_axis();
-    reports.extend(reports_of_several_axes());
-    reports
-}
-
-fn reports_of_several_axes() -> [Report; 3] {
-    [
-        Report::VectorSample(vectors(3)),
-        Report::VectorBatch(VectorBatch {
-            tick: 0x0403_0201,
-            time_us: 0x0807_0605,
-            every: 0x0a09,
-            axes: 3,
-            items: batch(15).items,
-        }),
-        Report::VectorFlight(VectorFlight {
-            index: 0x0201,
-            count: 0x0403,
-            sample: vectors(2),
-        }),
-    ]
-}
-
-fn reports_of_one_axis() -> Vec<Report> {
     let time_us = 0x0807_0605_0403_0201;
     vec![
         Report::Hello(Hello {
@@ -276,8 +238,8 @@ fn reports_of_one_axis() -> Vec<Report> {
             digest: 0x0403_0201,
         },
         Report::Coefficients(block()),
-        Report::Sample(sample()),
-        Report::Batch(batch(BATCH_MAX)),
+        Report::Sample(sample(3)),
+        Report::Batch(batch(2, BATCH_MAX)),
         Report::Event(Event {
             kind: EventKind::Stopped,
             tick: 0x0403_0201,
@@ -298,7 +260,7 @@ fn reports_of_one_axis() -> Vec<Report> {
         Report::Flight(Flight {
             index: 0x0201,
             count: 0x0403,
-            sample: sample(),
+            sample: sample(2),
         }),
         Report::Keys(Keys::current()),
     ]

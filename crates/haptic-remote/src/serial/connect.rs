@@ -12,7 +12,7 @@ use super::threads::{Reader, Writer};
 use crate::impossible::Plausible;
 use crate::{Conversation, LinkError, check_keys};
 use core::fmt::Display;
-use haptic_link::{Capabilities, Keys, Report, Request, State, Status, VectorSample};
+use haptic_link::{Capabilities, Keys, Report, Request, Sample, State, Status};
 use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
@@ -62,8 +62,8 @@ impl SerialLink {
     /// growing pauses, 50 ms to 1 s, until the patience is over or `stop` is set.
     ///
     /// # Errors
-    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another
-    /// protocol version.
+    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another form of a
+    /// message.
     pub fn connect(path: &str, options: ConnectOptions<'_>) -> Result<Self, SerialError> {
         let began = Instant::now();
         let mut pause = Duration::from_millis(50);
@@ -149,7 +149,7 @@ impl SerialLink {
             baud,
             ahead: None,
             running: None,
-            newest: VectorSample::default(),
+            newest: Sample::default(),
             plausible: Plausible::of(f32::MAX),
             impossible: None,
             newest_answers: VecDeque::with_capacity(IN_TIME),

@@ -5,7 +5,7 @@ use super::shared::{Command, Heard, Shared, lock};
 use super::trouble::{BoardTrouble, TroubleCause};
 use crate::impossible::Plausible;
 use crate::{HostCounters, LinkError};
-use haptic_link::{AXES_MAX, Capabilities, Hello, Report, Status, VectorSample};
+use haptic_link::{AXES_MAX, Capabilities, Hello, Report, Sample, Status};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{self, raise_thread};
 use hdrhistogram::Histogram;
@@ -45,10 +45,10 @@ pub struct LinkReport {
 /// link.start(Start { ticks: 1000, ..Start::ENDLESS })?;
 /// while let Some(heard) = link.hear(Duration::from_secs(1)) {
 ///     match heard {
-///         Heard::Sample(sample) => println!("{} m, {} N", sample.position_m, sample.force_n),
+///         Heard::Sample(sample) => println!("{:?}", sample.axes),
 ///         Heard::Event(event) if event.kind == EventKind::Finished => break,
 ///         Heard::Fault(_) | Heard::Over(_) => break,
-///         Heard::Vector(_) | Heard::Event(_) => {}
+///         Heard::Event(_) => {}
 ///     }
 /// }
 /// link.disarm()?;
@@ -71,11 +71,11 @@ pub struct SerialLink {
     /// A run that was started and whose end was not heard yet, as of the alive of this number.
     pub(super) running: Option<u64>,
     /// The sample that a host loop read last.
-    pub(super) newest: VectorSample,
+    pub(super) newest: Sample,
     /// Looks at each sample of a run.
     pub(super) plausible: Plausible,
     /// The one that cannot be, which ended the run.
-    pub(super) impossible: Option<VectorSample>,
+    pub(super) impossible: Option<Sample>,
     /// The bits of the last forces of a host loop, as many as a device lets pass for one in time.
     pub(super) newest_answers: VecDeque<[u32; AXES_MAX]>,
     /// The device had one of them when it made the newest sample.
@@ -164,13 +164,13 @@ impl SerialLink {
 
     /// The sample that a host loop read last; one without axes before the first.
     #[must_use]
-    pub const fn newest(&self) -> &VectorSample {
+    pub const fn newest(&self) -> &Sample {
         &self.newest
     }
 
     /// The sample that cannot be, with its flaw, if there was one.
     #[must_use]
-    pub const fn impossible(&self) -> Option<&VectorSample> {
+    pub const fn impossible(&self) -> Option<&Sample> {
         self.impossible.as_ref()
     }
 

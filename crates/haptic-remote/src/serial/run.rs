@@ -6,8 +6,8 @@ use super::shared::{Command, Heard};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{
-    AXES_MAX, BatchItem, Event, EventKind, FaultReport, Forces, IMPOSSIBLE, Limits, Refusal,
-    Request, Sample, State, VectorSample,
+    AXES_MAX, BatchItem, Event, EventKind, FaultReport, IMPOSSIBLE, Limits, Refusal, Request,
+    Sample, State,
 };
 use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
@@ -115,11 +115,7 @@ impl SerialLink {
             return over;
         }
         let over = match &heard {
-            Heard::Sample(Sample { tick, limiters, .. }) => {
-                self.sampled(*tick, *limiters);
-                false
-            }
-            Heard::Vector(VectorSample { tick, axes, .. }) => {
+            Heard::Sample(Sample { tick, axes, .. }) => {
                 self.sampled(*tick, axes.first().map_or(0, |axis| axis.limiters));
                 false
             }
@@ -139,9 +135,8 @@ impl SerialLink {
     /// The end of a run whose sample cannot be. The device is told to let go before anything else is done.
     fn judged(&mut self, heard: &Heard) -> Option<Heard> {
         self.running?;
-        let sample: VectorSample = match heard {
-            Heard::Sample(sample) => (*sample).into(),
-            Heard::Vector(sample) => sample.clone(),
+        let sample = match heard {
+            Heard::Sample(sample) => sample,
             Heard::Event(Event {
                 kind: EventKind::Started,
                 ..
@@ -157,7 +152,7 @@ impl SerialLink {
         if sample.axes.iter().any(in_fault) {
             return None;
         }
-        let impossible = self.plausible.look(&sample).err()?;
+        let impossible = self.plausible.look(sample).err()?;
         if let Some(queue) = &self.commands {
             // Without room the one of the link's end must do.
             let _ = queue.try_send(Command::Tell(Request::Disarm));
@@ -167,9 +162,9 @@ impl SerialLink {
             flaws: axis.flaws | IMPOSSIBLE,
             ..*axis
         };
-        self.impossible = Some(VectorSample {
+        self.impossible = Some(Sample {
             axes: sample.axes.iter().map(flawed).collect(),
-            ..sample
+            ..*sample
         });
         Some(Heard::Over(LinkError::Impossible(impossible)))
     }
@@ -228,8 +223,8 @@ impl SerialLink {
         loop {
             let began = Instant::now();
             match self.hear(left.min(PAUSE)) {
-                Some(heard @ (Heard::Sample(_) | Heard::Vector(_))) => {
-                    if let Some((tick, position_m)) = self.noted_sample::<D>(heard) {
+                Some(Heard::Sample(sample)) => {
+                    if let Some((tick, position_m)) = self.noted_sample::<D>(sample) {
                         return Ok(Reading {
                             tick: u64::from(tick),
                             time_s: f64::from(tick) * self.period_s(),
@@ -252,16 +247,10 @@ impl SerialLink {
 
     /// Sends a force of a host loop, N, an element an axis. Never waits; without room it is dropped and counted.
     pub fn send_force(&self, tick: u32, force_n: &[f32]) {
-        let request = match force_n {
-            [force_n] => Request::Force {
-                tick,
-                force_n: *force_n,
-            },
+        let request = Request::Force {
+            tick,
             // More than a device has axes are no force.
-            axes => Request::Forces(Forces {
-                tick,
-                force_n: heapless::Vec::from_slice(axes).unwrap_or_default(),
-            }),
+            force_n: heapless::Vec::from_slice(force_n).unwrap_or_default(),
         };
         if let Some(queue) = &self.commands
             && let Err(TrySendError::Full(_)) = queue.try_send(Command::Tell(request))
@@ -279,17 +268,12 @@ impl SerialLink {
     }
 
     /// Notes what the device did in a sample, and gives its tick and position; `None` for a sample of another number of axes.
-    fn noted_sample<const D: usize>(&mut self, heard: Heard) -> Option<(u32, SVector<f32, D>)> {
-        let sample: VectorSample = match heard {
-            Heard::Sample(sample) => sample.into(),
-            Heard::Vector(sample) => sample,
-            _ => return None,
-        };
+    fn noted_sample<const D: usize>(&mut self, sample: Sample) -> Option<(u32, SVector<f32, D>)> {
         if sample.axes.len() != D {
             return None;
         }
         self.newest = sample;
-        let VectorSample { tick, axes, .. } = &self.newest;
+        let Sample { tick, axes, .. } = &self.newest;
         let held_n = of_axes(axes.iter().map(|axis| axis.environment_force_n));
         self.follows = self.newest_answers.contains(&held_n.map(f32::to_bits));
         Some((*tick, SVector::from_fn(|axis, _| axes[axis].position_m)))
@@ -320,7 +304,7 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
         if self.ahead.is_none() {
             self.ahead = self.try_hear();
         }
-        if matches!(self.ahead, Some(Heard::Sample(_) | Heard::Vector(_))) {
+        if matches!(self.ahead, Some(Heard::Sample(_))) {
             self.forces_skipped += 1;
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! State that the threads of a link share with the thread that ticks.
 
 use crate::{Conversation, LinkError};
-use haptic_link::{Event, FaultReport, Request, Sample, Status, VectorSample};
+use haptic_link::{Event, FaultReport, Request, Sample, Status};
 use hdrhistogram::Histogram;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,8 +12,6 @@ use std::time::Instant;
 pub enum Heard {
     /// A tick.
     Sample(Sample),
-    /// A tick of a device of several axes.
-    Vector(VectorSample),
     /// Something happened.
     Event(Event),
     /// A fault latched.

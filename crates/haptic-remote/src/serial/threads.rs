@@ -78,12 +78,6 @@ impl Reader {
                     self.hear(Heard::Sample(sample));
                 }
             }
-            Incoming::Told(Report::VectorSample(sample)) => self.hear(Heard::Vector(sample)),
-            Incoming::Told(Report::VectorBatch(batch)) => {
-                for sample in batch.samples(self.shared.period_us.load(Ordering::Relaxed)) {
-                    self.hear(Heard::Vector(sample));
-                }
-            }
             Incoming::Told(Report::Event(event)) => self.hear(Heard::Event(event)),
             Incoming::Told(Report::Fault(report)) => {
                 *lock(&self.shared.status) = report.status;

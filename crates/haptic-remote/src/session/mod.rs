@@ -13,7 +13,7 @@ use core::borrow::BorrowMut;
 use haptic_link::WorkspaceBox;
 use haptic_link::{
     Ack, COEFFICIENTS_PER_BLOCK, Configuration, Direction, Header, Hello, Outcome, Receiver,
-    Refusal, Report, Request, State, Status, encode,
+    Refusal, Report, Request, State, encode,
 };
 
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
@@ -48,8 +48,6 @@ pub struct DeviceSession {
     /// Number of the next frame.
     sequence: u16,
     sent: u32,
-    /// Frames of other versions that were answered.
-    foreign: u32,
     /// Frames of the host that armed.
     fed: u32,
     firmware: [u8; 3],
@@ -80,7 +78,6 @@ impl DeviceSession {
             connections: Connections::new(boot),
             sequence: 0,
             sent: 0,
-            foreign: 0,
             fed: 0,
             firmware,
             boot,
@@ -115,59 +112,43 @@ impl DeviceSession {
         line: &mut [u8],
     ) -> usize {
         let Some((header, request)) = self.take(byte) else {
-            // A host of another version hears which one this is.
-            if byte == 0 && self.is_foreign() {
-                return self.hello(0, 0, device.with(|device| device.status()), line);
-            }
             return 0;
         };
-        if let Request::Hello { nonce } = request {
-            let connection = self.connections.offer(nonce, now_us);
-            let status = device.with(|device| device.status());
-            return self.hello(nonce, connection, status, line);
-        }
-        let report = match self.connections.arrive(header) {
-            Arrived::Old => None,
-            Arrived::Stranger if is_force(&request) => None,
-            Arrived::Stranger => Some(ack(header, request.number(), Err(Refusal::Connection))),
-            Arrived::New { first } => {
-                if first {
-                    self.begin(device);
+        let report = if let Request::Hello { nonce } = request {
+            Some(Report::Hello(Hello {
+                nonce,
+                connection: self.connections.offer(nonce, now_us),
+                firmware: self.firmware,
+                boot: self.boot,
+                status: device.with(|device| device.status()),
+            }))
+        } else {
+            match self.connections.arrive(header) {
+                Arrived::Old => None,
+                Arrived::Stranger if is_force(&request) => None,
+                Arrived::Stranger => Some(ack(header, request.number(), Err(Refusal::Connection))),
+                Arrived::New { first } => {
+                    if first {
+                        self.begin(device);
+                    }
+                    if self.run_of != 0 && self.run_of != header.connection {
+                        // If it cannot be done yet, the next frame tries again.
+                        let _ = self.put_back(device);
+                    }
+                    self.act(header, request, now_us, device)
                 }
-                if self.run_of != 0 && self.run_of != header.connection {
-                    // If it cannot be done yet, the next frame tries again.
-                    let _ = self.put_back(device);
-                }
-                self.act(header, request, now_us, device)
             }
         };
-        report.map_or(0, |report| self.send(&report, line))
+        match report {
+            Some(report) => self.send(&report, line),
+            None => 0,
+        }
     }
 
     /// Not generic, and so small in a firmware that is fast elsewhere, as is everything that needs no device.
     #[inline(never)]
     fn take(&mut self, byte: u8) -> Option<(Header, Request)> {
         self.receiver.push(byte)
-    }
-
-    /// True if the frame that has just ended came from a host of another version.
-    fn is_foreign(&mut self) -> bool {
-        let counters = self.receiver.counters();
-        let another = counters.foreign != self.foreign;
-        self.foreign = counters.foreign;
-        // A message of a device is an echo.
-        another && counters.foreign_version & 0x80 == 0
-    }
-
-    fn hello(&mut self, nonce: u32, connection: u32, status: Status, line: &mut [u8]) -> usize {
-        let hello = Hello {
-            nonce,
-            connection,
-            firmware: self.firmware,
-            boot: self.boot,
-            status,
-        };
-        self.send(&Report::Hello(hello), line)
     }
 
     /// A new connection has staged nothing and asked for no samples.
@@ -215,27 +196,15 @@ impl DeviceSession {
         if owns && !is_force(&request) {
             self.feed(now_us, false, device);
         }
-        match &request {
+        if let Request::Force { tick, force_n } = &request {
             // A force for another number of axes is none.
-            Request::Force { tick, force_n } => {
-                if D == 1 && owns && device.with(|device| device.command(*tick, [*force_n; D])) {
-                    self.feed(now_us, true, device);
-                }
-                return None;
+            if owns
+                && let Ok(force_n) = force_n[..].try_into()
+                && device.with(|device| device.command(*tick, force_n))
+            {
+                self.feed(now_us, true, device);
             }
-            #[cfg(feature = "several-axes")]
-            Request::Forces(forces) => {
-                if D > 1
-                    && owns
-                    && let Ok(force_n) = forces.force_n[..].try_into()
-                    && device.with(|device| device.command(forces.tick, force_n))
-                {
-                    self.feed(now_us, true, device);
-                }
-                return None;
-            }
-            Request::Hello { .. } => return None,
-            _ => {}
+            return None;
         }
         if let Some(report) = self.answer(header, &request, now_us, device) {
             return Some(report);
@@ -341,12 +310,7 @@ fn tell(digest: u32, done: &Result<(), Refusal>) {
 
 /// True of what is applied or not, and never answered.
 const fn is_force(request: &Request) -> bool {
-    match request {
-        Request::Force { .. } => true,
-        #[cfg(feature = "several-axes")]
-        Request::Forces(_) => true,
-        _ => false,
-    }
+    matches!(request, Request::Force { .. })
 }
 
 /// The answer to a request of this number.

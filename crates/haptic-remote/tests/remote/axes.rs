@@ -2,30 +2,30 @@
 
 use crate::plane::{FORCE_N, Plane, configuration};
 use haptic_link::{
-    AxisWorkspace, Configuration, DigestBuilder, Field, Forces, Outcome, Refusal, Report, Request,
-    Scope, State, VectorBatch, VectorSample, WorkspaceBox,
+    AxisWorkspace, Batch, Configuration, DigestBuilder, Field, Outcome, Refusal, Report, Request,
+    Sample, Scope, State, WorkspaceBox,
 };
 use haptic_loop::Fault;
 use haptic_remote::LineFaults;
 
 fn forces(tick: u32, force_n: &[f32]) -> Request {
-    Request::Forces(Forces {
+    Request::Force {
         tick,
         force_n: force_n.iter().copied().collect(),
-    })
+    }
 }
 
 /// A spring to 0 of 200 N/m, the same on each axis, and a push along y.
-fn spring(sample: &VectorSample) -> Request {
+fn spring(sample: &Sample) -> Request {
     let force: Vec<f32> = (sample.axes.iter().zip([0.0, 0.5]))
         .map(|(axis, push)| push - 200.0 * axis.position_m)
         .collect();
     forces(sample.tick, &force)
 }
 
-fn samples(bench: &Plane) -> Vec<VectorSample> {
+fn samples(bench: &Plane) -> Vec<Sample> {
     let samples = bench.told.iter().filter_map(|report| match report {
-        Report::VectorSample(sample) => Some(sample.clone()),
+        Report::Sample(sample) => Some(sample.clone()),
         _ => None,
     });
     samples.collect()
@@ -54,7 +54,7 @@ fn a_spring_of_the_host_holds_both_axes_where_it_should() {
 
 #[test]
 fn the_norm_is_limited_and_the_direction_kept() {
-    let law = |sample: &VectorSample| forces(sample.tick, &[1.5, -2.0]);
+    let law = |sample: &Sample| forces(sample.tick, &[1.5, -2.0]);
     let mut bench = Plane::running(LineFaults::default(), Box::new(law));
     bench.run_ms(20);
     let newest = bench.device.borrow().newest().force_n;
@@ -86,7 +86,7 @@ fn falls_to_zero(bench: &mut Plane, fault: Fault) {
 #[test]
 fn what_is_not_finite_on_one_axis_is_a_fault_of_both() {
     for bad in [f32::NAN, f32::INFINITY] {
-        let law = move |sample: &VectorSample| match sample.tick {
+        let law = move |sample: &Sample| match sample.tick {
             0..100 => forces(sample.tick, &[1.0, -1.0]),
             _ => forces(sample.tick, &[1.0, bad]),
         };
@@ -97,17 +97,13 @@ fn what_is_not_finite_on_one_axis_is_a_fault_of_both() {
 
 #[test]
 fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
-    let wrong: [fn(u32) -> Request; 4] = [
+    let wrong: [fn(u32) -> Request; 3] = [
         |tick| forces(tick, &[1.0]),
         |tick| forces(tick, &[1.0, -1.0, 1.0]),
         |tick| forces(tick, &[]),
-        |tick| Request::Force {
-            tick,
-            force_n: -1.0,
-        },
     ];
     for wrong in wrong {
-        let law = move |sample: &VectorSample| match sample.tick {
+        let law = move |sample: &Sample| match sample.tick {
             0..100 => forces(sample.tick, &[1.0, -1.0]),
             tick => wrong(tick),
         };
@@ -124,13 +120,13 @@ fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
 
 #[test]
 fn a_host_that_falls_silent_leaves_no_force() {
-    let law = |sample: &VectorSample| forces(sample.tick.min(100), &[1.0, -1.0]);
+    let law = |sample: &Sample| forces(sample.tick.min(100), &[1.0, -1.0]);
     let mut bench = Plane::running(LineFaults::default(), Box::new(law));
     bench.run_ms(50);
     bench.vector_law = None;
     falls_to_zero(&mut bench, Fault::HostSilent);
     // A force that is too old is a fault of its own.
-    let law = |sample: &VectorSample| forces(sample.tick.min(100), &[1.0, -1.0]);
+    let law = |sample: &Sample| forces(sample.tick.min(100), &[1.0, -1.0]);
     let mut bench = Plane::running(LineFaults::default(), Box::new(law));
     falls_to_zero(&mut bench, Fault::StaleForce);
 }
@@ -145,7 +141,7 @@ fn on_a_bad_line_no_force_is_beyond_its_limit() {
         ..LineFaults::default()
     };
     let mut n = 0_u32;
-    let law = move |sample: &VectorSample| {
+    let law = move |sample: &Sample| {
         // Forces that change wildly, and are no limit's friends.
         n = n.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let part = |shift: u32| f32::from((n >> shift) as u8) - 128.0;
@@ -165,13 +161,13 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
     bench.vector_law = None;
     bench.run_ms(300);
     assert_eq!(bench.fault(), Some(Fault::HostSilent));
-    let Ok(Report::VectorFlight(first)) = bench.answered(Request::ReadFlight { index: 0 }) else {
+    let Ok(Report::Flight(first)) = bench.answered(Request::ReadFlight { index: 0 }) else {
         panic!("no vector");
     };
     assert_eq!((first.index, first.count), (0, 96));
     let told = samples(&bench);
     for index in 0..first.count {
-        let Ok(Report::VectorFlight(flight)) = bench.answered(Request::ReadFlight { index }) else {
+        let Ok(Report::Flight(flight)) = bench.answered(Request::ReadFlight { index }) else {
             panic!("no vector");
         };
         assert_eq!(flight.sample.tick, first.sample.tick + u32::from(index));
@@ -185,9 +181,9 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
         })
         .expect("streams");
     bench.run_ms(100);
-    let batches: Vec<&VectorBatch> = (bench.told.iter())
+    let batches: Vec<&Batch> = (bench.told.iter())
         .filter_map(|report| match report {
-            Report::VectorBatch(batch) => Some(batch),
+            Report::Batch(batch) => Some(batch),
             _ => None,
         })
         .collect();
@@ -195,7 +191,7 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
     for batch in batches {
         assert!(batch.items.len() <= 16 && batch.axes == 2);
         let ticks: Vec<u32> = batch.samples(1000).map(|sample| sample.tick).collect();
-        assert!(ticks.len() <= VectorBatch::ticks_most(2));
+        assert!(ticks.len() <= Batch::ticks_most(2));
         assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1));
     }
 }

@@ -6,9 +6,7 @@ mod forger;
 
 use self::forger::{Random, forged, header_of};
 use crate::line::{Bench, START, spring};
-use haptic_link::{
-    Configuration, FRAME_MAX, LoopMode, PROTOCOL_VERSION, Refusal, Report, Request, Start, State,
-};
+use haptic_link::{Configuration, FRAME_MAX, LoopMode, Refusal, Request, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, Incoming};
 use rand_pcg::Pcg32;
@@ -247,28 +245,4 @@ fn a_second_host_can_bring_to_rest_and_cannot_keep_going() {
     bench.run_ms(100);
     let armed = second.say(&mut bench, Request::Arm { faults: 1 });
     assert!(matches!(armed, Some(Incoming::Answer(_))), "{armed:?}");
-}
-
-#[test]
-fn a_host_of_another_version_hears_which_one_this_is() {
-    let mut bench = Bench::ideal();
-    let mut line = [0; FRAME_MAX];
-    // A whole frame of version 1: twenty bytes and their CRC.
-    let mut hello = [1; 26];
-    hello[0] = 2;
-    hello[20..].copy_from_slice(&[5, 0xcb, 0xa0, 0xb2, 0x6a, 0]);
-    let mut answer = Vec::new();
-    for byte in hello {
-        let length = bench.tell_device(byte, &mut line);
-        answer.extend_from_slice(&line[..length]);
-    }
-    // Whole and of another version is all that a host of version 1 looks at.
-    assert_eq!(answer[1], 0x80 | PROTOCOL_VERSION);
-    assert_eq!(answer.iter().filter(|&&byte| byte == 0).count(), 1);
-    let mut receiver = haptic_link::Receiver::<Report>::new(haptic_link::Direction::FromDevice);
-    let report = answer.iter().find_map(|&byte| receiver.push(byte));
-    let Some((_, Report::Hello(hello))) = report else {
-        panic!("{report:?}");
-    };
-    assert_eq!((hello.nonce, hello.connection), (0, 0), "no connection");
 }

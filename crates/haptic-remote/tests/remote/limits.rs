@@ -53,7 +53,7 @@ const GUARD: Guard = Guard {
 /// Standard deviation of the last 400 positions, m.
 fn restlessness(bench: &Bench) -> f64 {
     let samples = bench.told.iter().filter_map(|report| match report {
-        Report::Sample(sample) => Some(f64::from(sample.position_m)),
+        Report::Sample(sample) => Some(f64::from(sample.axes[0].position_m)),
         _ => None,
     });
     let positions: Vec<f64> = samples.collect();
@@ -86,7 +86,7 @@ fn a_guard_on_the_device_keeps_an_unstable_wall_calm() {
         assert!(left < 1e-6, "{:?}: {left}", guard.kind);
         // The guard acted, and what it observed is told.
         let acted = calm.told.iter().any(|report| match report {
-            Report::Sample(sample) => sample.limiters & 128 != 0,
+            Report::Sample(sample) => sample.axes[0].limiters & 128 != 0,
             _ => false,
         });
         assert!(acted, "{:?}", guard.kind);
@@ -205,7 +205,7 @@ fn the_force_rises_after_the_start() {
         let Report::Sample(sample) = report else {
             continue;
         };
-        let rising = sample.limiters & 16 != 0;
+        let rising = sample.axes[0].limiters & 16 != 0;
         // 500 shares of 1/500 are not quite 1 in single precision.
         assert!(
             rising == (sample.tick < 500) || sample.tick == 500,
@@ -213,9 +213,9 @@ fn the_force_rises_after_the_start() {
         );
         if rising {
             let share = f64::from(sample.tick) * 2e-3;
-            let want = share * f64::from(sample.environment_force_n);
+            let want = share * f64::from(sample.axes[0].environment_force_n);
             assert!(
-                (f64::from(sample.force_n) - want).abs() < 1e-4,
+                (f64::from(sample.axes[0].force_n) - want).abs() < 1e-4,
                 "{sample:?}"
             );
             seen += 1;

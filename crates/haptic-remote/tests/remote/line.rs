@@ -3,8 +3,8 @@
 use crate::mirror::Mirror;
 use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Forces, LoopMode, OperatorForm,
-    OperatorShape, Refusal, Report, Request, Scope, Start, State, VectorSample,
+    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, LoopMode, OperatorForm,
+    OperatorShape, Refusal, Report, Request, Sample, Scope, Start, State,
 };
 use haptic_loop::Fault;
 use haptic_remote::{
@@ -16,7 +16,7 @@ use std::cell::RefCell;
 pub(crate) const STEP_US: u64 = 100;
 
 /// What the host answers to a position, an element an axis.
-pub(crate) type VectorLaw = Box<dyn FnMut(&VectorSample) -> Request>;
+pub(crate) type VectorLaw = Box<dyn FnMut(&Sample) -> Request>;
 
 /// Both ends, both directions, one clock.
 pub(crate) struct Bench<H: Hardware<D> = Witness, const D: usize = 1> {
@@ -197,7 +197,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         let configuration = device.configuration().0;
         let host_loop = configuration.loop_mode == LoopMode::Host;
         match request {
-            Request::Force { tick, .. } | Request::Forces(Forces { tick, .. }) => {
+            Request::Force { tick, .. } => {
                 let age = device.newest().tick.wrapping_add(1).wrapping_sub(*tick);
                 age <= u32::from(configuration.limits.max_age_ticks)
             }
@@ -209,9 +209,9 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         let answer = match (&report, self.law, &mut self.vector_law) {
             (Report::Sample(sample), Some(law), _) => Some(Request::Force {
                 tick: sample.tick,
-                force_n: law(sample.position_m),
+                force_n: [law(sample.axes[0].position_m)].into_iter().collect(),
             }),
-            (Report::VectorSample(sample), _, Some(law)) => Some(law(sample)),
+            (Report::Sample(sample), _, Some(law)) => Some(law(sample)),
             _ => None,
         };
         if let Some(force) = answer.filter(|_| !self.host_dead) {

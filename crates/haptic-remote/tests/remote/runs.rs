@@ -183,7 +183,7 @@ fn a_force_that_is_one_tick_too_old_is_a_fault_and_one_that_answers_no_tick_is_n
         let mut say = |bench: &mut Bench, tick: u32| {
             let force = Request::Force {
                 tick,
-                force_n: -1.0,
+                force_n: [-1.0].into_iter().collect(),
             };
             let length = bench.host.tell(&force, &mut line);
             bench.to_device.send(&line[..length], bench.now_us);

@@ -139,7 +139,7 @@ fn fault(link: &mut SerialLink) -> (Fault, FaultReport) {
                 return (fault, report);
             }
             Heard::Over(error) => panic!("{error}"),
-            Heard::Sample(_) | Heard::Vector(_) | Heard::Event(_) => {}
+            Heard::Sample(_) | Heard::Event(_) => {}
         }
     }
 }
@@ -214,7 +214,7 @@ fn a_board_that_fails_is_let_go_at_once_and_says_why() {
     // The tick of the fault is told too: no force, and the place of before.
     let rest = samples(&mut link, 50);
     let failed = rest.iter().find(|sample| sample.tick == report.tick);
-    let failed = failed.expect("it is among them");
+    let failed = failed.expect("it is among them").axes[0];
     assert_eq!((failed.force_n, failed.position_m), (0.0, 0.01));
     assert_eq!(failed.limiters, Limiters::FAULT.bits());
 }
@@ -249,7 +249,7 @@ fn the_number_of_a_tick_is_its_time_however_late_it_is() {
     // Three periods a tick, and no limit on that.
     let (mut link, _) = running(Duration::from_millis(3), 0);
     let samples = samples(&mut link, 20);
-    let (first, last) = (samples[0], samples[19]);
+    let (first, last) = (&samples[0], &samples[19]);
     for sample in &samples {
         let passed_us = sample.time_us.wrapping_sub(first.time_us);
         let numbers = f64::from(sample.tick - first.tick);

@@ -106,7 +106,7 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
     assert!(ticks.len() >= 200, "{}", ticks.len());
     assert!(ticks.iter().enumerate().all(|(n, &tick)| tick == n as u32));
     let last = bench.told.iter().rev().find_map(|report| match report {
-        Report::Sample(sample) => Some(sample.force_n),
+        Report::Sample(sample) => Some(sample.axes[0].force_n),
         _ => None,
     });
     assert_eq!(last, Some(0.0));
@@ -188,11 +188,16 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
         }
         let here = engaged.tick().expect("infallible");
         assert_eq!(
-            here.reading.position_m[0], sample.position_m,
+            here.reading.position_m[0], sample.axes[0].position_m,
             "{}",
             sample.tick
         );
-        assert_eq!(here.force.newtons()[0], sample.force_n, "{}", sample.tick);
+        assert_eq!(
+            here.force.newtons()[0],
+            sample.axes[0].force_n,
+            "{}",
+            sample.tick
+        );
         compared += 1;
     }
     assert_eq!(compared, 500);
@@ -216,10 +221,10 @@ fn a_host_loop_applies_the_force_it_is_sent() {
     assert_eq!(bench.state(), State::Running);
     // 1 N against 500 N/m at rest.
     let last = bench.told.iter().rev().find_map(|report| match report {
-        Report::Sample(sample) => Some(*sample),
+        Report::Sample(sample) => Some(sample.clone()),
         _ => None,
     });
-    let last = last.expect("samples came");
+    let last = last.expect("samples came").axes[0];
     assert!((last.position_m - 2e-3).abs() < 1e-5, "{last:?}");
     assert!((last.force_n + 1.0).abs() < 1e-2, "{last:?}");
     // A host that stops computing trips the watchdog, though its keep-alives go on.
@@ -305,7 +310,7 @@ fn an_indentation_is_imposed_by_the_device_itself() {
             continue;
         };
         let want = 1e-3 * (f64::from(sample.tick) / 100.0).min(1.0);
-        assert!((f64::from(sample.position_m) - want).abs() < 1e-9);
+        assert!((f64::from(sample.axes[0].position_m) - want).abs() < 1e-9);
     }
 }
 

@@ -5,7 +5,7 @@
 use haptic_experiment::Failure;
 use haptic_link::{
     Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Refusal, Report,
-    Sample, Scope, Simulation, State, encode,
+    Scope, Simulation, State, encode,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{Line as _, Pipe, SerialLink};
@@ -264,24 +264,24 @@ impl Running {
 
     fn spoil(&mut self, report: Report) -> Report {
         match (self.flaw, report) {
-            (Flaw::StrongForce, Report::Sample(sample)) => Report::Sample(Sample {
-                force_n: 2.0 * sample.force_n,
-                ..sample
-            }),
-            (Flaw::ForceAtRest, Report::Sample(sample)) => {
-                let idle = self.device.borrow().status().state != State::Running;
-                let force_n = if idle { 0.05 } else { sample.force_n };
-                Report::Sample(Sample { force_n, ..sample })
+            (Flaw::StrongForce, Report::Sample(mut sample)) => {
+                sample.axes[0].force_n *= 2.0;
+                Report::Sample(sample)
             }
-            (Flaw::ForceStays, Report::Sample(sample)) => {
+            (Flaw::ForceAtRest, Report::Sample(mut sample)) => {
+                let idle = self.device.borrow().status().state != State::Running;
+                if idle {
+                    sample.axes[0].force_n = 0.05;
+                }
+                Report::Sample(sample)
+            }
+            (Flaw::ForceStays, Report::Sample(mut sample)) => {
                 // What falls in a fault or after a stop.
                 if self.device.borrow().status().state == State::Running {
-                    self.held_n = sample.force_n;
+                    self.held_n = sample.axes[0].force_n;
                 }
-                Report::Sample(Sample {
-                    force_n: self.held_n,
-                    ..sample
-                })
+                sample.axes[0].force_n = self.held_n;
+                Report::Sample(sample)
             }
             (Flaw::NoRecorder, Report::Flight(flight)) => {
                 Report::Flight(Flight { count: 0, ..flight })

@@ -145,7 +145,7 @@ fn configuring() -> Vec<String> {
     ]
 }
 
-/// A tick of the spring in a batch.
+/// A tick of the spring.
 const fn item(position_m: f32) -> BatchItem {
     BatchItem {
         position_m,
@@ -182,11 +182,7 @@ fn running() -> Vec<String> {
             &Report::Sample(Sample {
                 tick: 256,
                 time_us: 1_000_000,
-                position_m: 1e-3,
-                environment_force_n: -0.5,
-                force_n: -0.5,
-                limiters: 0,
-                flaws: 0,
+                axes: [item(1e-3)].into_iter().collect(),
             }),
             300,
             device,
@@ -197,6 +193,7 @@ fn running() -> Vec<String> {
                 tick: 257,
                 time_us: 1_001_000,
                 every: 1,
+                axes: 1,
                 items: [1e-3, 2e-3].map(item).into_iter().collect(),
             }),
             301,

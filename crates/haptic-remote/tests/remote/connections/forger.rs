@@ -69,7 +69,7 @@ fn any_request(random: &mut Random, faults: u16, tick: u32) -> Request {
         }),
         3 => Request::Force {
             tick,
-            force_n: -100.0,
+            force_n: [-100.0].into_iter().collect(),
         },
         4 => Request::KeepAlive { token: 1 },
         5 => Request::Configure(configuration),

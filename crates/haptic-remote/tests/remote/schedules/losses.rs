@@ -57,7 +57,7 @@ fn losses(seed: u64, faults: LineFaults) {
     assert_eq!(samples_dropped, 0);
     let samples: Vec<Sample> = (bench.told.iter())
         .filter_map(|report| match report {
-            Report::Sample(sample) => Some(*sample),
+            Report::Sample(sample) => Some(sample.clone()),
             _ => None,
         })
         .collect();

@@ -2,7 +2,7 @@
 
 use super::{armed, fault, host_loop, started};
 use crate::line::{Bench, START};
-use haptic_link::{Field, Refusal, Report, Request, Sample, Start, State};
+use haptic_link::{BatchItem, Field, Refusal, Report, Request, Start, State};
 use haptic_loop::Fault;
 
 #[test]
@@ -89,7 +89,9 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     let mut bench = started(START);
     bench.run_ms(200);
     let nothing = |bench: &mut Bench| match bench.done(Request::ReadFlight { index: 0 }) {
-        Report::Flight(flight) => flight.count == 0 && flight.sample == Sample::default(),
+        Report::Flight(flight) => {
+            flight.count == 0 && flight.sample.axes[..] == [BatchItem::default()]
+        }
         other => panic!("{other:?}"),
     };
     assert!(nothing(&mut bench), "no fault has latched");
@@ -114,7 +116,7 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     );
     let faulty = ticks
         .iter()
-        .filter(|sample| sample.limiters & 4 != 0)
+        .filter(|sample| sample.axes[0].limiters & 4 != 0)
         .count();
     assert!(
         faulty >= 1 && ticks.len() > 24 + faulty,
@@ -124,8 +126,8 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     // It stands still until the fault is cleared.
     bench.run_ms(200);
     let again = bench.done(Request::ReadFlight { index: 0 });
-    assert_eq!(again, Report::Flight(first));
     let index = first.count;
+    assert_eq!(again, Report::Flight(first));
     let refusal = bench.refused(Request::ReadFlight { index });
     assert!(matches!(
         refusal,

@@ -99,7 +99,7 @@ fn only_what_is_heard_of_the_new_run_answers_its_start() {
     let samples = bench.told.iter().rev();
     let mut sample = samples
         .filter_map(|report| match report {
-            Report::Sample(sample) => Some(*sample),
+            Report::Sample(sample) => Some(sample.clone()),
             _ => None,
         })
         .next()
@@ -120,7 +120,7 @@ fn only_what_is_heard_of_the_new_run_answers_its_start() {
     // The last of the run before, late.
     sample.tick += 1;
     for (ahead, old) in [
-        (10, Report::Sample(sample)),
+        (10, Report::Sample(sample.clone())),
         (20, event(EventKind::Stopped)),
     ] {
         let old = heard(&mut bench, &old, ahead);

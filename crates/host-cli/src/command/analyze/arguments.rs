@@ -40,16 +40,16 @@ pub struct LoopArguments {
     sample_time: Option<Time>,
 
     /// Stiffness K T^2/m
-    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units", hide_short_help = true)]
     alpha: Option<f64>,
     /// Dissipation B T^(2-mu)/m
-    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units", hide_short_help = true)]
     beta: Option<f64>,
     /// Damping of the device b T/m [default: 0]
-    #[arg(long, value_parser = number_within(range::DELTAS), allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::DELTAS), allow_hyphen_values = true, help_heading = "Loop without units", hide_short_help = true)]
     delta: Option<f64>,
     /// Stiffness of the hand k T^2/m [default: 0]
-    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units", hide_short_help = true)]
     gamma: Option<f64>,
 
     /// Mass m of the device (and the hand)

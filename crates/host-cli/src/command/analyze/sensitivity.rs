@@ -12,7 +12,8 @@ use serde::Serialize;
 /// Arguments of `analyze sensitivity`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli analyze sensitivity --order 0.5 --alpha 0.1 --beta 0.3 --delta 0.1 --out sensitivity"
+    after_help = "Example: host-cli analyze sensitivity --order 0.5 --mass 65g --damping 3.5 --sample-time 1ms \
+                  --stiffness 3N/mm --dissipation 100 --out sensitivity"
 )]
 pub struct SensitivityArguments {
     #[command(flatten)]

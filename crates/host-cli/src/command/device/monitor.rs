@@ -15,9 +15,10 @@ use haptic_experiment::device::trouble;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_experiment::recorder::Recorder;
-use haptic_link::{BATCH_MAX, FaultReport, Sample};
+use haptic_link::{BATCH_MAX, FaultReport};
 use haptic_log::record::{StartTime, TickMessage};
 use haptic_quantity::Time;
+use haptic_remote::Tick;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
@@ -295,8 +296,10 @@ impl Watch<'_> {
             }
             match heard {
                 Some(Heard::Sample(sample)) => {
-                    self.count(&sample, &mut next_tick, period_s, log);
-                    self.take(&sample, period_s, log);
+                    if let Some(sample) = Tick::told(&sample) {
+                        self.count(&sample, &mut next_tick, period_s, log);
+                        self.take(&sample, period_s, log);
+                    }
                 }
                 // That of a board that has failed is told as its trouble, next.
                 Some(Heard::Fault(report)) if trouble(link).is_none() => {
@@ -308,7 +311,7 @@ impl Watch<'_> {
                     log.keep(|log| log.event(time_s, "device", words));
                 }
                 Some(Heard::Over(error)) => break Some(error.to_string()),
-                Some(Heard::Fault(_) | Heard::Vector(_)) | None => {}
+                Some(Heard::Fault(_)) | None => {}
             }
             let state = link.status().state;
             self.bar.set_prefix(state.to_string());
@@ -321,7 +324,7 @@ impl Watch<'_> {
     /// Counts what is missing before a sample; dates the log at the first, and again where a run began.
     fn count(
         &mut self,
-        sample: &Sample,
+        sample: &Tick,
         next_tick: &mut Option<u32>,
         period_s: f64,
         log: &mut SessionLog,
@@ -349,7 +352,7 @@ impl Watch<'_> {
         log.keep(|log| log.event(time_s, "fault", text));
     }
 
-    fn take(&mut self, sample: &Sample, period_s: f64, log: &mut SessionLog) {
+    fn take(&mut self, sample: &Tick, period_s: f64, log: &mut SessionLog) {
         self.watched.samples += 1;
         let message = TickMessage {
             tick: u64::from(sample.tick),
@@ -357,10 +360,10 @@ impl Watch<'_> {
             reference_m: f64::NAN,
             indenter_position_m: f64::NAN,
             contact_force_n: f64::NAN,
-            position_m: f64::from(sample.position_m),
-            environment_force_n: f64::from(sample.environment_force_n),
-            commanded_force_n: f64::from(sample.force_n),
-            applied_force_n: f64::from(sample.force_n),
+            position_m: f64::from(sample.position_m[0]),
+            environment_force_n: f64::from(sample.environment_force_n[0]),
+            commanded_force_n: f64::from(sample.force_n[0]),
+            applied_force_n: f64::from(sample.force_n[0]),
             limiters: sample.limiters,
             flaws: sample.flaws,
             observed_energy_j: f64::NAN,
@@ -371,8 +374,8 @@ impl Watch<'_> {
                 "{:>9} · tick {:>10} · position {:>12.6} mm · force {:>10.4} N · limiters {:#010b}",
                 self.bar.prefix(),
                 sample.tick,
-                1e3 * sample.position_m,
-                sample.force_n,
+                1e3 * sample.position_m[0],
+                sample.force_n[0],
                 sample.limiters
             ));
         }

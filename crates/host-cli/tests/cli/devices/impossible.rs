@@ -11,8 +11,12 @@ const LIE: u32 = 700;
 type Lie = fn(&mut Sample);
 
 const LIES: [(&str, Lie); 2] = [
-    ("a position of NaN m", |sample| sample.position_m = f32::NAN),
-    ("a force of -1000000 N", |sample| sample.force_n = -1e6),
+    ("a position of NaN m", |sample| {
+        sample.axes[0].position_m = f32::NAN;
+    }),
+    ("a force of -1000000 N", |sample| {
+        sample.axes[0].force_n = -1e6;
+    }),
 ];
 
 /// A run on a device that lies once. What else cannot be is named by `haptic-remote`.

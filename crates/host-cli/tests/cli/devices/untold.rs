@@ -21,7 +21,7 @@ pub(super) fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middl
     let line = Middle::before(device, move |report| {
         let mut told = telling.lock().expect("nobody panicked");
         match report {
-            Report::Sample(sample) => drop(told.insert(sample.tick, *sample)),
+            Report::Sample(sample) => drop(told.insert(sample.tick, sample.clone())),
             // The samples of a run before are none of this one.
             Report::Ack(ack) if ack.request == start => told.clear(),
             _ => {}
@@ -42,7 +42,7 @@ fn a_fault_whose_frame_is_lost_has_its_own_tick() {
         let ended = device.place.run(&line).failed(1);
         assert!(ended.error().contains("left its workspace"), "{ended}");
         let told = told.lock().expect("nobody panicked");
-        let faulted = |sample: &&Sample| sample.limiters & Limiters::FAULT.bits() != 0;
+        let faulted = |sample: &&Sample| sample.axes[0].limiters & Limiters::FAULT.bits() != 0;
         let first = told.values().find(faulted).expect("a fault").tick;
         let report = ended.json();
         assert_eq!(number(&report, "/dropped_samples"), 0.0, "{report}");
@@ -90,10 +90,11 @@ pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<
         .succeeded();
     let told = told.lock().expect("nobody panicked");
     let mut rows = csv(&device.place.text("ticks.csv"));
-    let other =
-        |(tick, force_n): &&(u32, f64)| (force_n - f64::from(told[tick].force_n)).abs() > 1e-9;
+    let other = |(tick, force_n): &&(u32, f64)| {
+        (force_n - f64::from(told[tick].axes[0].force_n)).abs() > 1e-9
+    };
     let other = rows.iter().find(other);
-    assert_eq!(other, None, "{:?}", other.map(|(tick, _)| told[tick]));
+    assert_eq!(other, None, "{:?}", other.map(|(tick, _)| &told[tick]));
     rows.retain(|(tick, _)| *tick > after);
     assert!(rows.len() > 400, "{}", rows.len());
     rows
