@@ -36,7 +36,7 @@ fn remedy(limiter: Limiters, on_device: bool) -> String {
             format!("for its rate raise {FORCE_RATE_LIMIT}{here}, or touch more slowly")
         }
         Limiters::STARTUP if on_device => format!(
-            "it rose over the device's own rise time: set a shorter {RISE_TIME} there (`host-cli device set`), or begin outside"
+            "it rose over the device's own rise time, which a run cannot shorten: set a shorter {RISE_TIME} there (`host-cli device set`), or begin outside"
         ),
         Limiters::STARTUP => {
             format!("it rose from the start on: take a shorter {RISE_TIME}, or begin outside")

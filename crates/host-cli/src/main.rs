@@ -33,12 +33,10 @@ fn asked() -> Command {
 /// What to write in place of an option that is a key without one.
 fn not_an_option(error: &clap::Error, command: &Command) -> Option<String> {
     let argument = error.get(ContextKind::InvalidArg)?.to_string();
-    let mut positionals = command.get_positionals();
-    let takes_keys = error.kind() == ErrorKind::UnknownArgument
-        && positionals.any(|positional| positional.get_id() == options::VALUES);
-    let key = options::key_of(&argument).filter(|_| takes_keys)?;
+    let instead = options::instead_of(&argument, command.get_name());
+    let instead = instead.filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
     Some(format!(
-        "{argument} is not an option of this command: write {key}=VALUE"
+        "{argument} is not an option of this command: write {instead}"
     ))
 }
 

@@ -29,15 +29,25 @@ pub struct Options<N> {
 /// What stands in the usage of a command that takes any key.
 pub const VALUES: &str = "KEY=VALUE";
 
-/// The key, without its unit, that an option would set if it had one.
+/// What to write in place of an option that a command does not have, if it takes its key: `stop_time=VALUE`.
 #[must_use]
-pub fn key_of(option: &str) -> Option<String> {
+pub fn instead_of(option: &str, command: &str) -> Option<String> {
     let wanted = option.trim_start_matches('-');
-    let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
-    let tables = kinds.flat_map(of_kind).map(|(_, table)| table);
-    let mut parameters = tables.chain([DRIVE]).flatten();
+    let all = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
+    let kinds: Vec<&str> = match command {
+        "run" => KINDS.to_vec(),
+        "teleoperate" => vec!["teleoperation"],
+        command => all.filter(|kind| *kind == command).collect(),
+    };
+    let takes_drive = kinds.iter().any(|kind| ["relax", "creep"].contains(kind));
+    let tables = kinds.into_iter().flat_map(of_kind).map(|(_, table)| table);
+    let mut parameters = tables.chain(takes_drive.then_some(DRIVE)).flatten();
     let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
-    Some(without_unit(known.key).to_owned())
+    let value = match known.value {
+        Kind::Flag(_) => "true",
+        _ => "VALUE",
+    };
+    Some(format!("{}={value}", without_unit(known.key)))
 }
 
 /// The name of the option of a key.
@@ -83,10 +93,7 @@ fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
             (_, Ok(count)) if count.fract() == 0.0 && (0.0..=9e15).contains(&count) => {
                 Ok(Value::from(count as i64))
             }
-            _ => Err(format!(
-                "\"{text}\" is not a whole number from 0 to {}",
-                i64::MAX
-            )),
+            _ => Err(format!("\"{text}\" is not a whole number, 0 or more")),
         },
         Kind::Flag(_) => match text {
             "true" | "yes" | "on" => Ok(Value::from(true)),
@@ -218,6 +225,7 @@ impl<N: Named> Options<N> {
             let said = &short(text);
             let (written, value) = text
                 .split_once('=')
+                .filter(|(key, _)| !key.trim().is_empty())
                 .ok_or_else(|| refused(said, "is not KEY=VALUE, as sample_time=1ms".to_owned()))?;
             let (table, key, value) = match found(kind, written.trim()) {
                 Some(parameter) => {

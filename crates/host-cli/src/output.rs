@@ -3,7 +3,7 @@
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::file::FileError;
-use haptic_experiment::input::{ECHO_MOST, without_bulk};
+use haptic_experiment::input::without_bulk;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
@@ -124,7 +124,10 @@ pub fn refused(failure: &Failure) {
 
 /// True of a line that a terminal shows in one.
 fn is_readable(line: &str) -> bool {
-    !line.trim().is_empty() && line.chars().count() <= ECHO_MOST && !line.contains(char::is_control)
+    /// A long one is cut where it is shown.
+    const MOST: usize = 10_000;
+    let hidden = |c: char| c.is_control() && c != '\t';
+    !line.trim().is_empty() && line.len() <= MOST && !line.contains(hidden)
 }
 
 /// Says a warning.

@@ -238,7 +238,7 @@ fn runs_backwards(function: &FractionalTransferFunction) -> Result<(), ControlEr
         zeros => Err(RangeError::new(
             "number of unstable zeros of a limited controller",
             zeros.unwrap_or(1) as f64,
-            "0: omit the output limits, or change the function",
+            "0: omit `output_low` and `output_high`, or change the function",
             "",
         )
         .into()),

@@ -5,7 +5,7 @@ use crate::file::FileError;
 use crate::file::document::Parsed;
 use crate::file::reader::Table;
 use crate::parameters as p;
-use crate::parameters::{OUTPUT_HIGH, OUTPUT_LOW, Parameter, SAMPLE_TIME};
+use crate::parameters::Parameter;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{
     ControllerParameters, CroneParameters, FractionalTransferFunction, LeadLagParameters,
@@ -43,7 +43,8 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<ControllerFile, FileError
     }
     let (name, law) = law.ok_or_else(|| document.fail(format!("no controller: {CHOICE}")))?;
     let running = running.ok_or_else(|| {
-        document.fail(format!("missing table [loop]: give it with {SAMPLE_TIME}"))
+        let key = p::CONTROLLER_SAMPLE_TIME.key;
+        document.fail(format!("missing table [loop]: give it with `{key}`"))
     })?;
     let mut file = in_loop(self::law(name, &law)?, &running)?;
     if matches!(name, "pid" | "tid") {
@@ -130,7 +131,7 @@ fn in_loop(law: ControllerParameters, table: &Table<'_>) -> Result<ControllerFil
     file.actuator().map_err(|error| {
         table.fail_at(
             p::OUTPUT_LOW.key,
-            format!("{error}: change {OUTPUT_LOW} or {OUTPUT_HIGH}"),
+            format!("{error}: change `output_low` or `output_high`"),
         )
     })?;
     Ok(file)

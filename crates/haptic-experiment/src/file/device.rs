@@ -79,8 +79,9 @@ pub(super) fn without<'p>(
 ) -> Result<(), FileError> {
     let given = keys.into_iter().find(|parameter| table.is_given(parameter));
     match given {
-        Some(Parameter { key, .. }) => {
-            let reason = format!("{key} has no effect {whence}, or omit {key}");
+        Some(parameter) => {
+            let key = parameter.key;
+            let reason = format!("{key} has no effect {whence}, or omit {parameter}");
             Err(table.fail_at(key, reason))
         }
         None => Ok(()),

@@ -372,7 +372,7 @@ impl<'a> Parsed<'a> {
     /// An error that concerns the file as a whole.
     pub(crate) fn fail(&self, reason: String) -> FileError {
         match self.layers.last() {
-            Some(file) => file.source.fail(0, reason),
+            Some(file) => file.source.fail_from(0, reason),
             None => FileError::said("", reason),
         }
     }

@@ -14,7 +14,9 @@ pub struct FileError {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Place {
-    File(Excerpt),
+    /// Line of a file, from 1, for what concerns a table or the file as a whole.
+    Line(PathBuf, usize),
+    Character(Excerpt),
     /// An option or assignment, in the words of whoever gave it; empty for nowhere in particular.
     Said(String),
 }
@@ -51,8 +53,8 @@ impl FileError {
     #[must_use]
     pub fn excerpt(&self) -> Option<&Excerpt> {
         match &self.place {
-            Place::File(excerpt) => Some(excerpt),
-            Place::Said(_) => None,
+            Place::Character(excerpt) => Some(excerpt),
+            Place::Line(..) | Place::Said(_) => None,
         }
     }
 
@@ -69,7 +71,7 @@ impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = &self.reason;
         match &self.place {
-            Place::File(Excerpt { path, line, .. }) => {
+            Place::Line(path, line) | Place::Character(Excerpt { path, line, .. }) => {
                 write!(f, "{}:{line}: {reason}", path.display())
             }
             Place::Said(said) if said.is_empty() => f.write_str(reason),
@@ -119,15 +121,31 @@ impl Source<'_> {
         }
     }
 
+    /// An error about the character there.
     pub(super) fn fail(self, offset: usize, reason: impl Into<String>) -> FileError {
-        let in_file = !self.path.as_os_str().is_empty();
-        FileError {
-            place: match in_file {
-                true => Place::File(self.excerpt(offset)),
-                false => Place::Said(self.said_at(offset).to_owned()),
-            },
-            // One line, whatever somebody wrote.
-            reason: reason.into().replace('\n', "\\n"),
-        }
+        let place = match self.is_file() {
+            true => Place::Character(self.excerpt(offset)),
+            false => Place::Said(self.said_at(offset).to_owned()),
+        };
+        failed(place, reason)
     }
+
+    /// An error about what begins there.
+    pub(super) fn fail_from(self, offset: usize, reason: impl Into<String>) -> FileError {
+        let place = match self.is_file() {
+            true => Place::Line(self.path.to_owned(), 1 + self.line(offset)),
+            false => Place::Said(self.said_at(offset).to_owned()),
+        };
+        failed(place, reason)
+    }
+
+    fn is_file(self) -> bool {
+        !self.path.as_os_str().is_empty()
+    }
+}
+
+/// In one line, whatever somebody wrote.
+fn failed(place: Place, reason: impl Into<String>) -> FileError {
+    let reason = reason.into().replace('\n', "\\n");
+    FileError { place, reason }
 }

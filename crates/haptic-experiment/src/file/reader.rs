@@ -120,7 +120,7 @@ impl<'a> Table<'a> {
     /// An error that concerns the table as a whole.
     pub(crate) fn fail(&self, reason: String) -> FileError {
         match self.parts.last() {
-            Some(part) => part.source.fail(part.offset, reason),
+            Some(part) => part.source.fail_from(part.offset, reason),
             None => FileError::said("", reason),
         }
     }
@@ -345,7 +345,7 @@ impl<'a> Table<'a> {
 
     fn missing(&self, parameter: &Parameter) -> FileError {
         self.fail(format!(
-            "missing key `{}` in [{}]: give it",
+            "missing key `{}` in [{}]: give {parameter}",
             parameter.key, self.name
         ))
     }

@@ -15,6 +15,7 @@ use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
+use fractional_control::ControlError;
 use fractional_control::tuning::{Bound, Specification};
 use haptic_experiment::control::design::{ControlAnswer, ControlDesign};
 use haptic_experiment::control::run::{SAMPLES_MOST, samples_for};
@@ -207,7 +208,12 @@ impl Arguments {
         let mut place = Place::look(self.out.as_deref(), "controller", self.overwrite, &["toml"])?;
         let plant = self.plant.resolve()?;
         let design = self.design(&plant)?;
-        let answer = design.answer().map_err(refused)?;
+        let answer = design.answer().map_err(|error| match error {
+            ControlError::NotFound { .. } => {
+                refused(error).and("see --crossover, --phase-margin and --not-flat")
+            }
+            error => refused(error),
+        })?;
         let mut report = Report::new(&design, &answer);
         self.write(&plant, &answer, &mut report, &mut place);
         output.summary(&report, |out| report.print(out))?;
