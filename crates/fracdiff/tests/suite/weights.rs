@@ -2,7 +2,7 @@
 
 use crate::oracle::order;
 use fracdiff::full_memory::{Design, Kernel};
-use fracdiff::{grunwald_weight, grunwald_weights, muir_coefficients};
+use fracdiff::{grunwald_weight, grunwald_weights, muir_coefficients, piecewise_linear_weight};
 use proptest::prelude::*;
 
 const GOLDEN: &str = include_str!("../golden/weights.csv");
@@ -105,6 +105,14 @@ fn whole_orders_have_exact_weights() {
     assert_eq!(first(-2.0), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     assert_eq!(grunwald_weight(order(1.0), 1_000_000), 0.0);
     assert_eq!(grunwald_weight(order(-1.0), 1_000_000), 1.0);
+}
+
+#[test]
+fn a_straight_line_has_no_derivative_of_order_1_at_its_corners() {
+    for mu in [1.0, 1.5] {
+        assert_eq!(piecewise_linear_weight(order(mu), 3), None, "μ {mu}");
+    }
+    assert!(piecewise_linear_weight(order(1.0f64.next_down()), 3).is_some());
 }
 
 #[test]
