@@ -109,9 +109,15 @@ fn a_wider_box_asks_for_no_more_motion() {
 fn a_serial_device_is_measured_without_its_line() {
     let device = Emulated::new("");
     // A busy machine answers late: the box is wide, the device patient.
-    let found = device.json(
-        "device measure --device serial:device --duration 2s --box 50mm watchdog=1s max_age_ticks=1000 --out device.toml",
-    );
+    let line = "device measure --device serial:device --duration 2s --box 50mm watchdog=1s max_age_ticks=1000 --out device.toml --json";
+    let ended = device.place().run(line);
+    if ended.code == Some(2) {
+        // Forces that come late are no motion of a mass.
+        ended.refused(2, &["no mass with damping"]);
+        testkit::skip_for_load("the device was not answered in time");
+        return;
+    }
+    let found = ended.succeeded_with_warnings().json();
     let value = |key: &str| number(&found[key], "value");
     assert!((value("mass_kg") / 0.065 - 1.0).abs() < 0.01, "{found}");
     assert!(

@@ -116,7 +116,14 @@ fn a_touch_on_an_emulated_board_of_two_axes_is_felt_along_the_normal() {
     place.write("edge.toml", EDGE);
     let info = device.json("device info --device serial:device");
     assert_eq!(number(&info, "axes"), 2.0, "{info}");
-    let report = device.json(&format!("run edge.toml {ON_PLANE} --out edge"));
+    let ended = place.run(&format!("run edge.toml {ON_PLANE} --out edge --json"));
+    if ended.code == Some(2) {
+        // The delay is measured, and that of a busy machine counts.
+        ended.refused(2, &["pre-flight", "--force-unstable"]);
+        testkit::skip_for_load("the shape is not stable at the delay measured");
+        return;
+    }
+    let report = ended.succeeded_with_warnings().json();
     println!("{report}");
     assert_eq!(report["verdict"], "rendered");
     assert_eq!(report["given_j"], serde_json::Value::Null);

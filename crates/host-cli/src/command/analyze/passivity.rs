@@ -18,8 +18,7 @@ const DIGITS: usize = 9;
 /// Arguments of `analyze passivity`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli analyze passivity --order 0.5 --scheme muir:3 --mass 65g --damping 3.5 --sample-time 1ms \
-                  --stiffness 3N/mm --dissipation 10"
+    after_help = "Example: host-cli analyze passivity --order 0.5 --scheme muir:3 --mass 65g --damping 3.5 --sample-time 1ms --stiffness 3N/mm --dissipation 10"
 )]
 pub struct PassivityArguments {
     #[command(flatten)]

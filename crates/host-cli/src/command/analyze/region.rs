@@ -14,8 +14,7 @@ use std::io::{self, Write};
 /// Arguments of `analyze stability-region`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli analyze stability-region --order 1 --mass 65g --damping 3.5 --sample-time 1ms \
-                  --delay-samples 1 --out region"
+    after_help = "Example: host-cli analyze stability-region --order 1 --mass 65g --damping 3.5 --sample-time 1ms --delay-samples 1 --out region"
 )]
 pub struct RegionArguments {
     #[command(flatten)]

@@ -12,8 +12,7 @@ use serde::Serialize;
 /// Arguments of `analyze sensitivity`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli analyze sensitivity --order 0.5 --mass 65g --damping 3.5 --sample-time 1ms \
-                  --stiffness 3N/mm --dissipation 100 --out sensitivity"
+    after_help = "Example: host-cli analyze sensitivity --order 0.5 --mass 65g --damping 3.5 --sample-time 1ms --stiffness 3N/mm --dissipation 100 --out sensitivity"
 )]
 pub struct SensitivityArguments {
     #[command(flatten)]
