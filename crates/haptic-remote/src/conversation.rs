@@ -183,15 +183,17 @@ impl Conversation {
     /// Frames what is due by the time: a request whose answer did not come, a keep-alive. 0 if nothing is.
     ///
     /// # Errors
-    /// [`LinkError::NoAnswer`] after the last try; an echo once it has answered a hello.
+    /// [`LinkError::NoAnswer`] after the last try; an echo or another version once it has answered a hello.
     pub fn due(&mut self, now_us: u64, line: &mut [u8]) -> Result<usize, LinkError> {
         if let Some(mut outstanding) = self.outstanding.take() {
             let line_counters = self.receiver.counters();
-            if line_counters.foreign > 0
-                && line_counters.foreign_version & 0x80 == 0
-                && matches!(outstanding.request, Request::Hello { .. })
-            {
-                return Err(LinkError::Echo);
+            if line_counters.foreign > 0 && matches!(outstanding.request, Request::Hello { .. }) {
+                return Err(match line_counters.foreign_version {
+                    version @ 0x80.. => LinkError::OtherVersion {
+                        version: version & 0x7f,
+                    },
+                    _ => LinkError::Echo,
+                });
             }
             if now_us.saturating_sub(outstanding.sent_us) < self.retry_us {
                 self.outstanding = Some(outstanding);

@@ -22,6 +22,11 @@ pub enum LinkError {
         /// Why.
         refusal: Refusal,
     },
+    /// The device speaks another version of the protocol.
+    OtherVersion {
+        /// Its version.
+        version: u8,
+    },
     /// The port sends back what it is sent.
     Echo,
     /// The device was built with another definition of a message.
@@ -71,6 +76,12 @@ impl fmt::Display for LinkError {
                 write!(f, "the device refused \"{request}\": ")?;
                 explain_refusal(f, refusal)
             }
+            Self::OtherVersion { version } => write!(
+                f,
+                "the device speaks protocol version {version}, this program {}: flash the firmware of this \
+                 program, or take the program of that firmware",
+                haptic_link::PROTOCOL_VERSION
+            ),
             Self::Echo => {
                 f.write_str("the port sends back what it is sent, so it is no device but an echo")
             }

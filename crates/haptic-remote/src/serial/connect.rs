@@ -62,8 +62,8 @@ impl SerialLink {
     /// growing pauses, 50 ms to 1 s, until the patience is over or `stop` is set.
     ///
     /// # Errors
-    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another form of a
-    /// message.
+    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another
+    /// protocol version.
     pub fn connect(path: &str, options: ConnectOptions<'_>) -> Result<Self, SerialError> {
         let began = Instant::now();
         let mut pause = Duration::from_millis(50);

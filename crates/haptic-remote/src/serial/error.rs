@@ -54,11 +54,13 @@ pub enum SerialError {
 }
 
 impl SerialError {
-    /// True if another attempt is useless. Another form of a message, for example, does not go away by waiting.
+    /// True if another attempt is useless. A wrong version, for example, does not go away by waiting.
     pub(super) const fn is_hopeless(&self) -> bool {
         matches!(
             self,
-            Self::Link(LinkError::OtherMessages { .. } | LinkError::Echo)
+            Self::Link(
+                LinkError::OtherMessages { .. } | LinkError::OtherVersion { .. } | LinkError::Echo
+            )
         )
     }
 
