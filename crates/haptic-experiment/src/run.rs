@@ -3,7 +3,8 @@
 //! ```text
 //! tick ─▶ log ─▶ did it end? ─▶ count it, or not ─▶ stop        until the samples are done and the force is zero
 //! ```
-//! A tick in which a fault latched does not count; one in which somebody asked to stop does.
+//! A tick after which the world does not go on, by a fault or a silence, does not count; one in which somebody asked to
+//! stop does.
 
 use super::budget::TickParts;
 use super::ended::Ended;
@@ -235,7 +236,7 @@ fn run<W: World<D>, const D: usize>(
         }
         if let Some(ended) = ended {
             let KeptSample { tick, time_s, .. } = message.kept();
-            tell_end(recorder, ended, None, (tick, time_s));
+            tell_end(recorder, ended, None, (tick, time_s), time_s);
             record.ended = Some(ended);
             world.stop();
         }
@@ -252,13 +253,16 @@ fn run<W: World<D>, const D: usize>(
     Ok(record)
 }
 
-/// Tells log and fault recorder why a run ends with this tick.
+/// Tells log and fault recorder why a run ends: `at` is the tick of the fault and its time, s, `event_s` that of the
+/// event, which is never before what is logged.
 pub(crate) fn tell_end(
     recorder: &mut Recorder,
     ended: Ended,
     lateness: Option<Lateness>,
-    (tick, time_s): (u64, f64),
+    at: (u64, f64),
+    event_s: f64,
 ) {
+    let (tick, time_s) = at;
     if let Some(code) = ended.fault_code() {
         let known = Fault::from_code(code).map(|fault| fault.to_string());
         recorder.fault(FaultSeen {
@@ -269,7 +273,7 @@ pub(crate) fn tell_end(
         });
     }
     // A recorder that has ended is seen when it is closed.
-    let _ = recorder.event(time_s, ended.kind(), ended.reason(lateness));
+    let _ = recorder.event(event_s, ended.kind(), ended.reason(lateness));
 }
 
 /// Hands a tick to the recorder; with a clock, with where its time went.

@@ -5,8 +5,8 @@ mod guard;
 use crate::failure::Failure;
 use crate::named::Named as _;
 use crate::parameters::{
-    BRAKING, DEVICE, DEVICE_DAMPING, DEVICE_DELAY_MOST, DEVICE_LAG, DEVICE_MASS, DEVICE_MODEL,
-    DEVICE_NOISE, GUARD, JUMP, SPEED_LIMIT, STUCK_FORCE, STUCK_TIME,
+    BRAKING, DEVICE, DEVICE_DAMPING, DEVICE_MASS, DEVICE_MODEL, GUARD, JUMP, SPEED_LIMIT,
+    STUCK_FORCE, STUCK_TIME,
 };
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
@@ -171,19 +171,14 @@ impl Safety {
             return Ok(());
         }
         let told = [
-            (
-                self.device_delay_s.map(|delay| delay.1),
-                "delay",
-                "s",
-                DEVICE_DELAY_MOST,
-            ),
-            (self.device_lag_s, "lag", "s", DEVICE_LAG),
-            (self.device_noise_m, "noise", "m", DEVICE_NOISE),
+            (self.device_delay_s.map(|delay| delay.1), "delay", "s"),
+            (self.device_lag_s, "lag", "s"),
+            (self.device_noise_m, "noise", "m"),
         ];
-        for (value, what, unit, key) in told {
+        for (value, what, unit) in told {
             if let Some(value) = value {
                 return Err(Failure::bad_input(format_args!(
-                    "device {what} {value} {unit} has no effect without the guard energy-bounding: give {} too, or leave {key} out",
+                    "device {what} {value} {unit} has no effect without the guard energy-bounding: give {} too, or omit it",
                     GUARD.set_to(GuardChoice::EnergyBounding.name()),
                     value = Shown(value)
                 )));

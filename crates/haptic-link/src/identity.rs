@@ -4,14 +4,14 @@ use crate::status::Status;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// The first answer of a session. Its layout stays in all versions to come.
+/// The first answer of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
     /// From the request.
     #[serde(with = "postcard::fixint::le")]
     pub nonce: u32,
     /// The number of the connection, which every frame of the host carries from now on; another one for each nonce,
-    /// never 0. 0 where the host spoke another version.
+    /// never 0.
     #[serde(with = "postcard::fixint::le")]
     pub connection: u32,
     /// Firmware version: major, minor, patch.

@@ -22,7 +22,8 @@ fn one_line(message: &str) -> String {
 fn asked() -> Command {
     let mut command = Cli::command();
     command.build();
-    for word in std::env::args().skip(1) {
+    for word in std::env::args_os().skip(1) {
+        // A file may have any name.
         if let Some(found) = command.find_subcommand(&word) {
             command = found.clone();
         }

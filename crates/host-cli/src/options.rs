@@ -70,6 +70,8 @@ pub fn name_options(command: &Command) {
     let options: BTreeSet<String> = command
         .get_arguments()
         .filter_map(|argument| argument.get_long().map(str::to_owned))
+        // What a page in a browser is told is of keys; the port is the server's own.
+        .filter(|option| command.get_name() != "serve" || option == "port")
         .collect();
     name_keys(move |key| {
         let otherwise = OTHERWISE.iter().find(|(known, _)| *known == key);

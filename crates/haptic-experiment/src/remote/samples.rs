@@ -157,8 +157,9 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 Ended::Impossible(what) => u64::from(what.tick()),
                 _ => self.next_tick.saturating_sub(1),
             };
-            let at = (tick, tick as f64 * self.schedule.sample_time_s);
-            tell_end(&mut self.recorder, ended, self.record.lateness, at);
+            let t = self.schedule.sample_time_s;
+            let (at, event_s) = ((tick, tick as f64 * t), self.next_tick as f64 * t);
+            tell_end(&mut self.recorder, ended, self.record.lateness, at, event_s);
         }
     }
 }

@@ -203,7 +203,19 @@ fn an_experiment_is_written_down_and_run_again_from_its_log() {
     }
     let again = format!("{line} --write mine/relax.toml");
     place.run(&again).refused(2, &["mine/relax.toml"]);
+    let now = || haptic_log::record::StartTime::at(std::time::SystemTime::now()).rfc3339();
+    let before = now();
     place.run(&format!("{line} --out first")).succeeded();
+    let after = now();
+    let info = place
+        .run("log info first/relax.mcap --json")
+        .succeeded()
+        .json();
+    let started = info["started_utc"].as_str().expect("a date");
+    assert!(
+        before.as_str() <= started && started <= after.as_str(),
+        "{started}"
+    );
     place.run("run mine/relax.toml --out second").succeeded();
     place.run("run first/relax.mcap --out third").succeeded();
     let first = place.read("first/relax.csv");
@@ -288,4 +300,20 @@ fn a_memory_shorter_than_the_experiment_is_announced_with_the_factor_it_costs() 
             "--scheme full",
         ],
     );
+}
+
+#[test]
+fn one_seed_gives_one_run_bit_for_bit_and_another_seed_another() {
+    let traces = |seed: u64| {
+        let place = Place::new();
+        place
+            .run(&format!("{SHORT} sensor_noise=1um seed={seed}"))
+            .succeeded_with_warnings();
+        place.run("log export run/relax.mcap ticks.csv").succeeded();
+        (place.read("run/relax.csv"), place.read("ticks.csv"))
+    };
+    let (first, again, other) = (traces(1), traces(1), traces(2));
+    assert!(first == again, "the same seed gave another run");
+    assert!(first.0 != other.0, "the CSV does not depend on the seed");
+    assert!(first.1 != other.1, "the log does not depend on the seed");
 }

@@ -93,3 +93,16 @@ fn a_value_is_refused_in_the_words_in_which_it_was_given() {
         ",
     );
 }
+
+#[cfg(unix)]
+#[test]
+fn a_file_may_have_a_name_that_is_no_text() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let place = Place::new();
+    let mut command = place.command("log info");
+    command.arg(std::ffi::OsStr::from_bytes(b"a\xff.mcap"));
+    let output = command.output().expect("runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.starts_with("error: "), "{said}");
+}

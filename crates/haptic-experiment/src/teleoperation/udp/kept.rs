@@ -115,7 +115,7 @@ impl Kept {
     /// The run ends so; the log says it.
     pub(super) fn ends(&mut self, ended: Ended, tick: u64) {
         let at = (tick, self.record.duration_s());
-        tell_end(&mut self.recorder, ended, None, at);
+        tell_end(&mut self.recorder, ended, None, at, at.1);
         self.record.ended = Some(ended);
     }
 

@@ -6,6 +6,8 @@ use super::{Emulated, number};
 use crate::process::{Ended, PATIENCE, signal};
 use haptic_link::Report;
 use std::process::Child;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
@@ -68,6 +70,29 @@ fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
     assert_eq!(number(&ended.json(), "/dropped_samples"), 0.0, "{ended}");
     let check = device.place.run("log check run/relax.mcap --json").json();
     assert_eq!(number(&check, "/missing_samples"), 0.0, "{check}");
+}
+
+/// Samples are lost, and all else comes: the stop goes out at once, not when the silence is noticed.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_stop_without_samples_goes_out_at_once() {
+    let device = Emulated::new("");
+    device.loosen();
+    let lost = Arc::new(AtomicBool::new(false));
+    let losing = Arc::clone(&lost);
+    let _line = Middle::before(&device, move |report| {
+        losing.load(Ordering::Relaxed) && matches!(report, Report::Sample(_))
+    });
+    let line = "relax --device serial:line watchdog=1s --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
+    let child = under_way(&device, line);
+    lost.store(true, Ordering::Relaxed);
+    signal(&child, "INT");
+    let ended = ended(line, child).failed(1);
+    assert!(
+        ended.error().contains("interrupted: the run ended"),
+        "{ended}"
+    );
+    assert_eq!(ended.json()["ended_early"], "interrupted");
 }
 
 #[test]
