@@ -21,6 +21,11 @@ use nalgebra::SVector;
 /// Runs of up to so many samples are kept in memory.
 pub(crate) const WHOLE_MOST: u64 = 1_000_000;
 
+/// True of a run whose samples are all kept in memory.
+pub(crate) const fn keeps_all(samples: u64) -> bool {
+    samples <= WHOLE_MOST
+}
+
 /// A sample that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptSample {
@@ -277,9 +282,9 @@ impl Record {
     /// # Errors
     /// More samples than the machine can address.
     pub fn with_room_for(samples: u64) -> anyhow::Result<Self> {
-        let whole = match samples {
-            0..=WHOLE_MOST => Some(Vec::with_capacity(usize::try_from(samples)?)),
-            _ => None,
+        let whole = match keeps_all(samples) {
+            true => Some(Vec::with_capacity(usize::try_from(samples)?)),
+            false => None,
         };
         Ok(Self {
             start: Start::default(),

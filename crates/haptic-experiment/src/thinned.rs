@@ -7,7 +7,7 @@
 //! Groups that grow with n are equally wide on a logarithmic axis of time, and narrower than a pixel
 //! on both a logarithmic and a linear one.
 
-use super::kept::{Record, WHOLE_MOST};
+use super::kept::{Record, WHOLE_MOST, keeps_all};
 
 /// Groups are this share of the samples before them.
 const SHARE: u64 = 2000;
@@ -41,7 +41,7 @@ impl<const M: usize> Thinned<M> {
 
     /// The same for a run of so many samples that is yet to come.
     pub(super) fn for_samples(samples: u64) -> Self {
-        Self::new(if samples <= WHOLE_MOST { WHOLE_MOST } else { 0 })
+        Self::new(if keeps_all(samples) { WHOLE_MOST } else { 0 })
     }
 
     /// Empty; the first `dense` samples are all kept.

@@ -32,18 +32,19 @@ fn asked() -> Command {
 }
 
 /// What to write in place of an option that is a key without one.
-fn not_an_option(error: &clap::Error, command: &Command) -> Option<String> {
+fn not_an_option(error: &clap::Error) -> Option<String> {
     let argument = error.get(ContextKind::InvalidArg)?.to_string();
-    let instead = options::instead_of(&argument, command.get_name());
-    let instead = instead.filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
+    if error.kind() != ErrorKind::UnknownArgument {
+        return None;
+    }
+    let instead = options::instead_of(&argument, asked().get_name())?;
     Some(format!(
         "{argument} is not an option of this command: write {instead}"
     ))
 }
 
 fn main() -> ExitCode {
-    let command = asked();
-    options::name_options(&command);
+    options::name_options(asked);
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
@@ -64,7 +65,7 @@ fn main() -> ExitCode {
             }
             note(
                 "error",
-                not_an_option(&error, &command).unwrap_or_else(|| one_line(&error.to_string())),
+                not_an_option(&error).unwrap_or_else(|| one_line(&error.to_string())),
             );
             return ExitCode::from(2);
         }

@@ -15,6 +15,7 @@ use haptic_experiment::parameters::{
 use haptic_quantity::{kind_of_key, name_keys, parse_for_key, without_unit};
 use std::collections::BTreeSet;
 use std::marker::PhantomData;
+use std::sync::LazyLock;
 use toml::Value;
 
 /// Options and values of a command, as they were typed.
@@ -66,13 +67,18 @@ const OTHERWISE: [(&str, &str); 4] = [
 
 /// From here on sentences name a key by the option that this command has for it, `--sample-time`; a key without one
 /// by itself, `` `seed` ``, as `KEY=VALUE` and files have it.
-pub fn name_options(command: &Command) {
-    let options: BTreeSet<String> = command
-        .get_arguments()
-        .filter_map(|argument| argument.get_long().map(str::to_owned))
+///
+/// `command` is asked when the first sentence names a key, so that a start without one builds no second parser.
+pub fn name_options(command: fn() -> Command) {
+    let options = LazyLock::new(move || -> BTreeSet<String> {
+        let command = command();
+        let options = command
+            .get_arguments()
+            .filter_map(|argument| argument.get_long().map(str::to_owned));
         // What a page in a browser is told is of keys; the port is the server's own.
-        .filter(|option| command.get_name() != "serve" || option == "port")
-        .collect();
+        let of_page = |option: &String| command.get_name() == "serve" && option != "port";
+        options.filter(|option| !of_page(option)).collect()
+    });
     name_keys(move |key| {
         let otherwise = OTHERWISE.iter().find(|(known, _)| *known == key);
         let option = otherwise.map_or_else(|| option_of(key), |(_, option)| (*option).to_owned());

@@ -150,6 +150,22 @@ fn a_fractional_plant_that_is_sampled_too_coarsely_is_not_proved() {
     assert!(coarse(1.3).is_some_and(|times| times >= 2.0));
 }
 
+/// 400 samples of 10 ms of a step, without limits.
+fn designed(function: &str, wishes: Specification) -> ControlDesign {
+    ControlDesign {
+        plant: plant(function),
+        plant_words: String::new(),
+        wishes,
+        wishes_words: String::new(),
+        sample_time: Seconds(0.01),
+        scheme: p(1.0, 0.01).scheme,
+        output_low: None,
+        output_high: None,
+        step: 1.0,
+        samples: 400,
+    }
+}
+
 /// C/(1 + L) of s/(s + 1)² and 1 + 1/s^0.5 is s^−0.5 at rest: the command grows as √t.
 #[test]
 fn an_integral_that_meets_a_factor_s_is_not_proved() {
@@ -167,18 +183,7 @@ fn an_integral_that_meets_a_factor_s_is_not_proved() {
             "{order}: {cause:?}"
         );
     }
-    let design = ControlDesign {
-        plant: plant("s/(s+1)^2"),
-        plant_words: String::new(),
-        wishes: Specification::new(3.0, 60_f64.to_radians()),
-        wishes_words: String::new(),
-        sample_time: Seconds(0.01),
-        scheme: p(1.0, 0.01).scheme,
-        output_low: None,
-        output_high: None,
-        step: 1.0,
-        samples: 400,
-    };
+    let design = designed("s/(s+1)^2", Specification::new(3.0, 60_f64.to_radians()));
     let refused = design.answer().expect_err("an integral").to_string();
     assert!(
         refused.contains("a controller without an integral was not found"),
@@ -372,20 +377,12 @@ fn a_slow_plant_is_not_taken_for_one_that_adds_up() {
 /// Order 1.9 on 1/(s + 1) with a sample time near the crossover: stable, and lost below twice the gain.
 #[test]
 fn a_design_that_is_lost_at_twice_the_gain_is_not_robust() {
-    let design = |crossover: f64| ControlDesign {
-        plant: plant("exp(-0.1s)/(s+1)"),
-        plant_words: String::new(),
-        wishes: Specification {
+    let design = |crossover: f64| {
+        let wishes = Specification {
             iso_damping: false,
             ..Specification::new(crossover, 35_f64.to_radians())
-        },
-        wishes_words: String::new(),
-        sample_time: Seconds(0.01),
-        scheme: p(1.0, 0.01).scheme,
-        output_low: None,
-        output_high: None,
-        step: 1.0,
-        samples: 400,
+        };
+        designed("exp(-0.1s)/(s+1)", wishes)
     };
     for (crossover, robust) in [(2.0, true), (12.0, false)] {
         let answer = design(crossover).answer().expect("found").fractional;

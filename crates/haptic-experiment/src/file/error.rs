@@ -16,6 +16,7 @@ pub struct FileError {
 enum Place {
     /// Line of a file, from 1, for what concerns a table or the file as a whole.
     Line(PathBuf, usize),
+    /// A character in it.
     Character(Excerpt),
     /// An option or assignment, in the words of whoever gave it; empty for nowhere in particular.
     Said(String),
@@ -123,29 +124,25 @@ impl Source<'_> {
 
     /// An error about the character there.
     pub(super) fn fail(self, offset: usize, reason: impl Into<String>) -> FileError {
-        let place = match self.is_file() {
-            true => Place::Character(self.excerpt(offset)),
-            false => Place::Said(self.said_at(offset).to_owned()),
-        };
-        failed(place, reason)
+        self.failed(offset, reason.into(), || {
+            Place::Character(self.excerpt(offset))
+        })
     }
 
     /// An error about what begins there.
     pub(super) fn fail_from(self, offset: usize, reason: impl Into<String>) -> FileError {
-        let place = match self.is_file() {
-            true => Place::Line(self.path.to_owned(), 1 + self.line(offset)),
-            false => Place::Said(self.said_at(offset).to_owned()),
-        };
-        failed(place, reason)
+        let line = || Place::Line(self.path.to_owned(), 1 + self.line(offset));
+        self.failed(offset, reason.into(), line)
     }
 
-    fn is_file(self) -> bool {
-        !self.path.as_os_str().is_empty()
+    fn failed(self, offset: usize, reason: String, in_file: impl FnOnce() -> Place) -> FileError {
+        FileError {
+            place: match self.path.as_os_str().is_empty() {
+                true => Place::Said(self.said_at(offset).to_owned()),
+                false => in_file(),
+            },
+            // One line, whatever somebody wrote.
+            reason: reason.replace('\n', "\\n"),
+        }
     }
-}
-
-/// In one line, whatever somebody wrote.
-fn failed(place: Place, reason: impl Into<String>) -> FileError {
-    let reason = reason.into().replace('\n', "\\n");
-    FileError { place, reason }
 }

@@ -11,7 +11,7 @@ use crate::design::coupler::{CouplerCriterion, CouplerDesign};
 use crate::design::{Design, Device, RequireName, Requirement, Wish, WishName};
 use crate::parameters::{
     self as p, CURRENT_LAG, DELAY, DEVICE, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter,
-    SENSOR_NOISE, TISSUE,
+    SENSOR_NOISE, WISH_TISSUE,
 };
 use crate::pushed::TRIAL_SAMPLES;
 use crate::{Imperfections, TissuePiece, ZWidth};
@@ -165,7 +165,7 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
         },
         WishName::Tissue => {
             if table.text(&p::WISH_TISSUE)?.is_empty() {
-                let reason = format!("the wish tissue needs one: give {TISSUE}");
+                let reason = format!("the wish tissue needs one: give {WISH_TISSUE}");
                 return Err(table.fail_at(p::WISH.key, reason));
             }
             let TissuePiece { material, specimen } = piece(table)?;
@@ -192,11 +192,11 @@ fn coupler(
         foreign(table, &parameter, "a wall")?;
     }
     if !bench.imperfections().is_ideal() {
-        let reason = &format!(
+        let reason = format!(
             "a coupler is designed for an ideal device: leave out {FRICTION}, {DELAY}, \
                       {CURRENT_LAG}, {ENCODER_RESOLUTION}, {SENSOR_NOISE} and {DEVICE_MODEL}"
         );
-        return Err(table.fail(reason.to_owned()));
+        return Err(table.fail(reason));
     }
     let ideal: MassDamperConfig = Imperfections::NONE.on(bench.plant);
     Ok(CouplerDesign {
