@@ -4,6 +4,7 @@ use haptic_experiment::file::Question;
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;
+use testkit::assert_relative;
 
 fn ask(text: &str) -> Question {
     Question::parse(Path::new("form"), &format!("[design]\n{text}\n")).expect("a good question")
@@ -31,14 +32,6 @@ fn of_order(report: &Value, order: f64) -> &Value {
     found.expect("the order is on the grid")
 }
 
-#[track_caller]
-fn near(have: f64, want: f64, tolerance: f64) {
-    assert!(
-        (have / want - 1.0).abs() <= tolerance,
-        "have {have}, want {want}"
-    );
-}
-
 #[test]
 fn a_stable_design_is_the_anchor_over_the_margin() {
     // theory.md, 5: δ = 0, μ = 1: largest α = 12 − 8√2 at β = 2√2 − 2. K = α·m/T², B = β·m/T.
@@ -48,17 +41,19 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
     let best = &report["best"];
     let root = 2.0_f64.sqrt();
     // 1e-4 inside, and the full memory is exact at whole orders.
-    near(
+    assert_relative(
+        "design",
         number(best, "stiffness"),
         (12.0 - 8.0 * root) * 1e6 / 4.0,
         2e-4,
     );
-    near(
+    assert_relative(
+        "design",
         number(best, "dissipation"),
         (2.0 * root - 2.0) * 1e3 / 4.0,
         2e-4,
     );
-    near(number(best, "margin"), 4.0, 2e-4);
+    assert_relative("design", number(best, "margin"), 4.0, 2e-4);
     assert_eq!(best["passive"], false);
 }
 
@@ -68,8 +63,13 @@ fn the_stiffest_passive_wall_without_delay_is_colgates() {
     for order in [0.0, 0.5, 1.0, 2.0] {
         let candidate = of_order(&report, order);
         // b = KT/2
-        near(number(candidate, "stiffness"), 2.0 * 3.5 / 2e-3, 1.1e-4);
-        near(1.0 + number(candidate, "dissipation"), 1.0, 0.0);
+        assert_relative(
+            "design",
+            number(candidate, "stiffness"),
+            2.0 * 3.5 / 2e-3,
+            1.1e-4,
+        );
+        assert_relative("design", 1.0 + number(candidate, "dissipation"), 1.0, 0.0);
         assert_eq!(candidate["passive"], true);
         assert!(number(candidate, "required_damping_n_s_per_m") < 3.5);
     }
@@ -88,9 +88,14 @@ fn with_a_delay_the_right_order_makes_a_passive_wall_stiffer() {
     let report = design("require = \"passive\"\nsample_time_s = 2e-3\ndelay_s = 2e-3");
     // Without dissipation a delay of d samples costs a factor 2d + 1.
     let spring = 2.0 * 3.5 / 2e-3 / 3.0;
-    near(number(of_order(&report, 0.0), "stiffness"), spring, 1.1e-4);
+    assert_relative(
+        "design",
+        number(of_order(&report, 0.0), "stiffness"),
+        spring,
+        1.1e-4,
+    );
     let best = &report["best"];
-    near(number(best, "order"), 1.0, 0.0);
+    assert_relative("design", number(best, "order"), 1.0, 0.0);
     let (k, b) = (number(best, "stiffness"), number(best, "dissipation"));
     let own = needed(k, b);
     assert!(own < 3.5 && own > 3.499, "{own}");
@@ -114,12 +119,17 @@ fn the_most_damping_is_found_and_depends_on_the_order() {
         let ed = b / omega
             * (2.0 * (0.5 * theta).sin() / 2e-3).powf(mu)
             * (0.5 * mu * (PI - theta)).sin();
-        near(number(best, "effective_damping_n_s_per_m"), ed, 1e-4);
+        assert_relative(
+            "design",
+            number(best, "effective_damping_n_s_per_m"),
+            ed,
+            1e-4,
+        );
         assert!(ed > number(of_order(&report, 1.0), "effective_damping_n_s_per_m"));
         if require == "passive" {
             // Corollary 1 at its edge: b > KT/2 + B(T/2)^(1−μ)
             let needed = number(best, "stiffness") * 1e-3 + b * 1e-3_f64.powf(1.0 - mu);
-            near(needed, 3.5, 6e-3);
+            assert_relative("design", needed, 3.5, 6e-3);
             assert!(needed < 3.5, "{needed}");
         }
     }
@@ -141,7 +151,12 @@ fn the_noise_of_the_force_can_be_limited() {
             assert!(noise(quiet) <= 0.02 * (1.0 + 1e-9), "{wish}: {quiet}");
             // One that was quiet enough stays as it is, another goes to the limit.
             if noise(any) <= 0.02 {
-                near(number(quiet, "stiffness"), number(any, "stiffness"), 1e-6);
+                assert_relative(
+                    "design",
+                    number(quiet, "stiffness"),
+                    number(any, "stiffness"),
+                    1e-6,
+                );
             } else {
                 assert!(noise(quiet) > 0.019, "{wish}: {quiet}");
             }
@@ -154,7 +169,12 @@ fn a_tissue_that_makes_too_much_noise_does_not_fit() {
     let wish = "wish = \"tissue\"\ntissue = \"prostate-cancerous\"\nencoder_resolution_m = 3e-5\norders = [0.5]";
     let noise = number(&design(wish)["candidates"][0], "force_noise_rms_n");
     let quiet = design(&format!("{wish}\nforce_noise_limit_n = {}", 0.5 * noise));
-    near(number(&quiet["tissue"], "largest_scale"), 0.5, 1e-3);
+    assert_relative(
+        "design",
+        number(&quiet["tissue"], "largest_scale"),
+        0.5,
+        1e-3,
+    );
     assert_eq!(quiet["tissue"]["fits"], false);
 }
 
@@ -184,10 +204,15 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
     let report = design(wish);
     assert_eq!(report["tissue"]["fits"], true);
     let best = &report["best"];
-    near(number(best, "order"), 0.2247, 0.0);
+    assert_relative("design", number(best, "order"), 0.2247, 0.0);
     // B = A·η/ℓ
-    near(number(best, "dissipation"), 8650.0 * 4e-4 / 0.02, 1e-12);
-    near(1.0 + number(best, "stiffness"), 1.0, 0.0);
+    assert_relative(
+        "design",
+        number(best, "dissipation"),
+        8650.0 * 4e-4 / 0.02,
+        1e-12,
+    );
+    assert_relative("design", 1.0 + number(best, "stiffness"), 1.0, 0.0);
     assert_eq!(report["simulated"]["stable"], true);
     // A specimen that is larger by more than that does not fit, one that is a little smaller does.
     let scale = number(&report["tissue"], "largest_scale");
@@ -198,7 +223,8 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
     // Passive by Corollary 1, E₀ = 0: b > B(T/2)^(1−μ). The stand-in spring takes a share of 1e-4.
     let wish = format!("{wish}\nrequire = \"passive\"\nsample_time_s = 2e-3");
     let want = 3.5 / (173.0 * 1e-3_f64.powf(1.0 - 0.2247));
-    near(
+    assert_relative(
+        "design",
         number(&design(&wish)["tissue"], "largest_scale"),
         want,
         1e-3,
@@ -206,7 +232,7 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
     // A larger one: order 0.25 needs more damping still, order 0 less.
     let report = design(&format!("{wish}\narea_m2 = {}", 4e-4 * 1.01 * want));
     assert_eq!(report["tissue"]["fits"], false);
-    near(1.0 + number(&report["best"], "order"), 1.0, 0.0);
+    assert_relative("design", 1.0 + number(&report["best"], "order"), 1.0, 0.0);
 }
 
 #[test]
@@ -214,7 +240,7 @@ fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
     let wish = "wish = \"tissue\"\ntissue = \"fish-muscle\"\norders = [0.5]";
     let report = design(wish);
     assert_eq!(report["tissue"]["fits"], true);
-    near(number(&report["tissue"], "order"), 0.6751, 0.0);
+    assert_relative("design", number(&report["tissue"], "order"), 0.6751, 0.0);
     assert_eq!(report["simulated"]["stable"], true);
     // Square metres of it are too stiff for the device.
     let stiff = design(&format!("{wish}\narea_m2 = 4"));

@@ -2,19 +2,12 @@
 
 use crate::process::{Place, number, table};
 use serde_json::Value;
+use testkit::assert_relative;
 
 /// A coupler of order 1 before a mass on a spring, stable on the dissertation's device.
 const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.001\norder = 1\n\
                        coupler_stiffness_n_s_per_m = 2.0\ncoupler_dissipation_n_s_1_minus_mu_per_m = 3000.0\n\
                        object_stiffness_n_per_m = 1000.0\n";
-
-#[track_caller]
-fn near(have: f64, want: f64, tolerance: f64) {
-    assert!(
-        (have / want - 1.0).abs() <= tolerance,
-        "have {have}, want {want}"
-    );
-}
 
 #[test]
 fn device_and_object_rest_where_the_springs_balance_the_push() {
@@ -32,9 +25,19 @@ fn device_and_object_rest_where_the_springs_balance_the_push() {
         let report = ended.succeeded().json();
         assert_eq!(report["stable"], true, "{report}");
         assert_eq!(report["analysis_agrees"], true, "{report}");
-        near(number(&report, "deflection_m"), device, 1e-6);
-        near(number(&report, "expected_deflection_m"), device, 1e-12);
-        near(number(&report, "object_position_m"), object, 1e-6);
+        assert_relative("coupler", number(&report, "deflection_m"), device, 1e-6);
+        assert_relative(
+            "coupler",
+            number(&report, "expected_deflection_m"),
+            device,
+            1e-12,
+        );
+        assert_relative(
+            "coupler",
+            number(&report, "object_position_m"),
+            object,
+            1e-6,
+        );
         let error = number(&report, "max_relative_error");
         assert!(error > 0.0 && error < 1e-9, "{error:e}");
         let header = "time_s,position_m,object_position_m,reaction_force_n";
@@ -42,7 +45,7 @@ fn device_and_object_rest_where_the_springs_balance_the_push() {
         assert_eq!(rows.len(), 5001);
         // What is left at the end is rest: the force through the coupler moves the object's spring.
         let last = &rows[5000];
-        near(last[3], 1000.0 * last[2], 1e-6);
+        assert_relative("coupler", last[3], 1000.0 * last[2], 1e-6);
         let svg = place.text("run/coupler.svg");
         assert!(svg.contains("object") && svg.contains("A trial of a coupler, simulated"));
         let check = place.run("log check run/coupler.mcap --json");

@@ -11,14 +11,6 @@ fn design(place: &Place, options: &str) -> Value {
     ended.succeeded().json()
 }
 
-#[track_caller]
-fn near(have: f64, want: f64, tolerance: f64) {
-    assert!(
-        (have / want - 1.0).abs() <= tolerance,
-        "have {have}, want {want}"
-    );
-}
-
 /// Runs the designed experiment, with its stiffness `factor` times as large.
 fn settles(place: &Place, factor: f64) -> bool {
     let text = place.text("design/design.toml");

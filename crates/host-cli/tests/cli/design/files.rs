@@ -1,8 +1,8 @@
 //! Experiment files of walls, good and bad.
 
-use super::near;
 use crate::process::{Place, number};
 use serde_json::Value;
+use testkit::assert_relative;
 
 /// A wall that is stable on the dissertation's device.
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\n\
@@ -18,8 +18,14 @@ fn a_wall_rests_where_the_push_is_in_balance() {
     place.write("wall.toml", text);
     let report = place.run("run wall.toml --json").succeeded().json();
     assert_eq!(report["stable"], true);
-    near(number(&report, "deflection_m"), 1.0 / 3200.0, 1e-9);
-    near(
+    assert_relative(
+        "design",
+        number(&report, "deflection_m"),
+        1.0 / 3200.0,
+        1e-9,
+    );
+    assert_relative(
+        "design",
         number(&report, "expected_deflection_m"),
         1.0 / 3200.0,
         1e-15,
@@ -58,7 +64,12 @@ fn a_guard_stills_an_unstable_wall() {
         let ended = place.run(&format!("run wall.toml --json --out {guard}"));
         let report = ended.succeeded_with_warnings().json();
         assert_eq!(report["stable"], true, "{guard}");
-        near(number(&report, "deflection_m"), 1.0 / stiffness, 1e-3);
+        assert_relative(
+            "design",
+            number(&report, "deflection_m"),
+            1.0 / stiffness,
+            1e-3,
+        );
         assert!(number(&report, "limited_samples") > 0.0);
         let check = place.run(&format!("log check {guard}/wall.mcap --json"));
         assert_eq!(number(&check.succeeded().json(), "samples"), 2501.0);
