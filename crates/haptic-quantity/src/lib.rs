@@ -2,8 +2,10 @@
 #![forbid(unsafe_code)]
 
 mod key;
+mod written;
 
 pub use key::{Key, name_keys};
+pub use written::{WrittenUnit, digits, label, written};
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -163,34 +165,107 @@ quantity!(
 /// Reads a text into SI units.
 type Read = fn(&str) -> Result<f64, QuantityError>;
 
-/// Ends of keys, as in `stiffness_n_per_m`, what they are of in a word, and the reader of a text for it; an end of another after it.
-const ENDS: &[(&str, &str, Read)] = &[
-    ("_n_s_1_minus_mu_per_m", "NUMBER", si::<Plain>),
-    ("_n_s_mu_per_m", "NUMBER", si::<Plain>),
-    ("_n_s_per_m", "DAMPING", si::<Damping>),
-    ("_n_per_m", "STIFFNESS", si::<Stiffness>),
-    ("_n_per_s", "RATE", si::<ForceRate>),
-    ("_m_per_s", "SPEED", si::<Speed>),
-    ("_rad_s", "FREQUENCY", si::<AngularFrequency>),
-    ("_rad", "ANGLE", si::<Angle>),
-    ("_hz", "FREQUENCY", si::<Frequency>),
-    ("_pa", "STRESS", si::<Stress>),
-    ("_kg", "MASS", si::<Mass>),
-    ("_m2", "AREA", si::<Area>),
-    ("_m", "LENGTH", si::<Length>),
-    ("_n", "FORCE", si::<Force>),
-    ("_s", "TIME", si::<Time>),
+/// What the end of a key says, as in `stiffness_n_per_m`.
+struct End {
+    /// The end; empty for a key that says no unit.
+    end: &'static str,
+    /// What it is of, in a word.
+    kind: &'static str,
+    /// Reads a text for it.
+    read: Read,
+    /// The unit that is written, and how many of it the number is.
+    unit: &'static str,
+    per_unit: f64,
+    /// Powers of ten that may stand before the unit, as 3 for k; none for 0 to 0.
+    powers: (i32, i32),
+}
+
+const fn end(
+    end: &'static str,
+    kind: &'static str,
+    read: Read,
+    unit: &'static str,
+    powers: (i32, i32),
+) -> End {
+    End {
+        end,
+        kind,
+        read,
+        unit,
+        per_unit: 1.0,
+        powers,
+    }
+}
+
+/// An end that is only written.
+const fn written_end(
+    end: &'static str,
+    unit: &'static str,
+    per_unit: f64,
+    powers: (i32, i32),
+) -> End {
+    End {
+        end,
+        kind: "NUMBER",
+        read: si::<Plain>,
+        unit,
+        per_unit,
+        powers,
+    }
+}
+
+/// All ends of keys; one that ends another stands after it.
+const ENDS: &[End] = &[
+    end(
+        "_n_s_1_minus_mu_per_m",
+        "NUMBER",
+        si::<Plain>,
+        "N·s^(1−μ)/m",
+        (0, 0),
+    ),
+    end("_n_s_mu_per_m", "NUMBER", si::<Plain>, "N·s^μ/m", (0, 0)),
+    end("_n_s_per_m", "DAMPING", si::<Damping>, "N·s/m", (0, 0)),
+    end("_n_per_m", "STIFFNESS", si::<Stiffness>, "N/m", (0, 6)),
+    end("_n_per_s", "RATE", si::<ForceRate>, "N/s", (0, 6)),
+    end("_m_per_s", "SPEED", si::<Speed>, "m/s", (-6, 0)),
+    end(
+        "_rad_s",
+        "FREQUENCY",
+        si::<AngularFrequency>,
+        "rad/s",
+        (0, 0),
+    ),
+    end("_rad", "ANGLE", si::<Angle>, "rad", (0, 0)),
+    end("_hz", "FREQUENCY", si::<Frequency>, "Hz", (-3, 6)),
+    end("_pa", "STRESS", si::<Stress>, "Pa", (0, 9)),
+    End {
+        per_unit: 1e3,
+        ..end("_kg", "MASS", si::<Mass>, "g", (-3, 3))
+    },
+    end("_m2", "AREA", si::<Area>, "m²", (0, 0)),
+    end("_m", "LENGTH", si::<Length>, "m", (-9, 0)),
+    end("_n", "FORCE", si::<Force>, "N", (-9, 3)),
+    end("_s", "TIME", si::<Time>, "s", (-9, 0)),
+    written_end("_ms", "s", 1e-3, (-9, 0)),
+    written_end("_us", "s", 1e-6, (-9, 0)),
+    written_end("_ns", "s", 1e-9, (-9, 0)),
+    written_end("_j", "J", 1.0, (-9, 3)),
+    written_end("_db", "dB", 1.0, (0, 0)),
+    written_end("_deg", "°", 1.0, (0, 0)),
+    written_end("_degrees", "°", 1.0, (0, 0)),
+    written_end("_bytes", "B", 1.0, (0, 9)),
+    written_end("", "", 1.0, (0, 0)),
 ];
 
 fn si<Q: Quantity + FromStr<Err = QuantityError>>(text: &str) -> Result<f64, QuantityError> {
     text.parse().map(|quantity: Q| quantity.si())
 }
 
-/// A key without its unit, what it is of, and the reader of a text for it: of `stiffness_n_per_m` `stiffness`, `STIFFNESS`, and one that knows kN/m.
-fn parts_of_key(key: &str) -> (&str, &'static str, Read) {
+/// A key without its unit, and what its end says.
+fn parts_of_key(key: &str) -> (&str, &'static End) {
     let mut ends = ENDS.iter();
-    let end = ends.find_map(|(end, unit, read)| Some((key.strip_suffix(end)?, *unit, *read)));
-    end.unwrap_or((key, "NUMBER", si::<Plain>))
+    let found = ends.find_map(|end| Some((key.strip_suffix(end.end)?, end)));
+    found.unwrap_or((key, &ENDS[ENDS.len() - 1]))
 }
 
 /// A key without its unit: of `stiffness_n_per_m` `stiffness`.
@@ -202,7 +277,7 @@ pub fn without_unit(key: &str) -> &str {
 /// What a key is of, in a word: of `sample_time_s` `TIME`; `NUMBER` where it says no unit.
 #[must_use]
 pub fn kind_of_key(key: &str) -> &'static str {
-    parts_of_key(key).1
+    parts_of_key(key).1.kind
 }
 
 /// Reads a number for a key, in the SI unit that the key says: `5kN/m` for `stiffness_n_per_m` is 5000.
@@ -210,7 +285,7 @@ pub fn kind_of_key(key: &str) -> &'static str {
 /// # Errors
 /// Text that is no finite number, or has another unit.
 pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
-    parts_of_key(key).2(text)
+    (parts_of_key(key).1.read)(text)
 }
 
 /// Text that is no quantity of the kind asked for.

@@ -4,6 +4,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::file::FileError;
 use haptic_experiment::input::without_bulk;
+use haptic_experiment::{Line, Table, lines};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
@@ -18,11 +19,30 @@ pub struct Output {
 }
 
 impl Output {
-    /// Prints a result: as JSON, or as the text that `text` writes.
+    /// Prints a report: as JSON, or its lines.
     ///
     /// # Errors
     /// If standard output cannot be written; a reader that went away counts as success.
-    pub fn print<T: Serialize>(
+    pub fn report<T: Serialize>(self, report: &T) -> Result<(), Failure> {
+        self.text(report, |out| print_lines(out, &lines(report)))
+    }
+
+    /// Prints the report of what left something behind: nothing for a quiet person.
+    ///
+    /// # Errors
+    /// As [`report`](Self::report).
+    pub fn summary<T: Serialize>(self, report: &T) -> Result<(), Failure> {
+        match self.quiet && !self.json {
+            true => Ok(()),
+            false => self.report(report),
+        }
+    }
+
+    /// Prints JSON, or the text that `text` writes.
+    ///
+    /// # Errors
+    /// As [`report`](Self::report).
+    pub fn text<T: Serialize>(
         self,
         value: &T,
         text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -44,17 +64,80 @@ impl Output {
         }
     }
 
-    /// Prints a summary for a person, or the same as JSON; nothing for a quiet person.
+    /// [`text`](Self::text), but nothing for a quiet person.
     ///
     /// # Errors
-    /// As [`print`](Self::print).
-    pub fn summary<T: Serialize>(
+    /// As [`report`](Self::report).
+    pub fn text_summary<T: Serialize>(
         self,
         value: &T,
         text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
-        self.print(value, |out| if self.quiet { Ok(()) } else { text(out) })
+        self.text(value, |out| if self.quiet { Ok(()) } else { text(out) })
     }
+}
+
+/// Prints lines of a report: labels in a column, tables under theirs.
+fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
+    let long = |line: &Line| match line {
+        Line::Row(row) if !row.value.is_empty() => 2 * row.level + row.label.chars().count(),
+        _ => 0,
+    };
+    let width = lines.iter().map(long).max().unwrap_or(0);
+    for line in lines {
+        match line {
+            // Warnings were said on standard error.
+            Line::Row(row) if row.key == "warnings" => (),
+            Line::Row(row) => {
+                let indent = "  ".repeat(row.level);
+                let space =
+                    " ".repeat(width.saturating_sub(2 * row.level + row.label.chars().count()));
+                let of = match row.reason.as_str() {
+                    "" => String::new(),
+                    reason => format!("  ({reason})"),
+                };
+                let text = format!("{indent}{}{space}  {}{of}", row.label, in_line(&row.value));
+                writeln!(out, "{}", text.trim_end())?;
+            }
+            Line::Table(table) => print_table(out, table)?,
+        }
+    }
+    Ok(())
+}
+
+fn print_table(out: &mut dyn Write, table: &Table) -> io::Result<()> {
+    let indent = "  ".repeat(table.level);
+    let shown = match table.rows.len() {
+        rows if rows < table.length => format!(" ({rows} of {})", table.length),
+        _ => String::new(),
+    };
+    writeln!(out, "{indent}{}{shown}", table.label)?;
+    let rows = || std::iter::once(&table.columns).chain(&table.rows);
+    let width = |column: usize| {
+        let cells = rows().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let is_number = |cell: &str| cell.starts_with(|c: char| c.is_ascii_digit() || "-–".contains(c));
+    let columns: Vec<(usize, bool)> = (0..table.columns.len())
+        .map(|column| {
+            (
+                width(column),
+                table.rows.iter().all(|row| is_number(&row[column])),
+            )
+        })
+        .collect();
+    for row in rows() {
+        let mut text = indent.clone();
+        for (cell, (width, is_number)) in row.iter().zip(&columns) {
+            let space = " ".repeat(width - cell.chars().count());
+            text += &match is_number {
+                true => format!("  {space}{}", in_line(cell)),
+                false => format!("  {}{space}", in_line(cell)),
+            };
+        }
+        writeln!(out, "{}", text.trim_end())?;
+    }
+    Ok(())
 }
 
 /// What comes from a log, a device or a file may hold control characters, which a terminal obeys. They leave this program as JSON writes

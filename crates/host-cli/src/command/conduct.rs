@@ -1,7 +1,6 @@
 //! A run with a progress bar, stoppable by Ctrl-C, that is drawn and reported.
 
 use super::stop::stop_on_interrupt;
-use super::summary::plain;
 use crate::files::save_picture;
 use crate::output::{Output, note, warn};
 use haptic_experiment::curves::Published;
@@ -10,8 +9,8 @@ use haptic_experiment::folder::OutputFolder;
 use haptic_experiment::report::RunReport;
 use haptic_experiment::{Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
+use haptic_quantity::written;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use std::io::{self, Write};
 
 /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
 ///
@@ -20,7 +19,6 @@ use std::io::{self, Write};
 pub fn conduct<R: Summary, C>(
     samples: u64,
     output: Output,
-    print: impl FnOnce(&mut dyn Write, &R) -> io::Result<()>,
     draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
     experiment: impl FnOnce(Supervisor<'_>) -> Result<Published<R, C>, Failure>,
 ) -> Result<R, Failure> {
@@ -50,7 +48,7 @@ pub fn conduct<R: Summary, C>(
     for warning in &report.run().warnings {
         note("warning", warning);
     }
-    output.summary(&report, |out| print(out, &report))?;
+    output.summary(&report)?;
     both_saved(report.run().lost_table(), unsaved)?;
     ended_well(report.run())?;
     Ok(report)
@@ -101,8 +99,8 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
     let dropped = *dropped_samples;
     if let (Some(reason), Some(let_go)) = (ended_early, let_go) {
         let error = anyhow::anyhow!(
-            "{reason}: the run ended at {} s, {}; the log is {log}{}",
-            plain(*duration_s),
+            "{reason}: the run ended at {}, {}; the log is {log}{}",
+            written("duration_s", *duration_s),
             let_go.words(),
             match dropped {
                 0 => String::new(),

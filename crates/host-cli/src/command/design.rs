@@ -93,7 +93,7 @@ impl Arguments {
         bar.finish_and_clear();
         let mut report = answer?;
         self.write(&design, &mut report, &mut place);
-        output.summary(&report, |out| print(out, &report))?;
+        output.text_summary(&report, |out| print(out, &report))?;
         place.close(judge(&design, &report))
     }
 

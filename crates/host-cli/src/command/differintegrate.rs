@@ -87,7 +87,7 @@ impl Arguments {
             x,
             y,
         };
-        output.print(&result, |out| {
+        output.text(&result, |out| {
             let mut table = csv::Writer::from_writer(out);
             table.write_record(["x", "y"]).map_err(as_io)?;
             for row in result.x.iter().zip(&result.y) {

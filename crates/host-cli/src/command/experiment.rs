@@ -2,11 +2,7 @@
 
 use super::conduct::conduct;
 use super::live::LiveArguments;
-use super::pushed::{print_coupler, print_wall};
 use super::realtime::RealtimeArguments;
-use super::summary::print_summary;
-use super::teleoperation::print_teleoperation;
-use super::touch::print_touch;
 use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
@@ -87,38 +83,37 @@ impl RunArguments {
         let live = &self.live.open(pace != Pace::Virtual, output)?;
         match experiment {
             ExperimentFile::Relax(relaxation) => {
-                conduct(samples, output, print_summary, of_theory, |supervisor| {
+                conduct(samples, output, of_theory, |supervisor| {
                     relaxation.run(request, supervisor.watched(live))
                 })?;
                 Ok(())
             }
             ExperimentFile::Creep(creep) => {
-                conduct(samples, output, print_summary, of_theory, |supervisor| {
+                conduct(samples, output, of_theory, |supervisor| {
                     creep.run(request, supervisor.watched(live))
                 })?;
                 Ok(())
             }
             ExperimentFile::Wall(wall) => {
-                let report = conduct(samples, output, print_wall, of_wall, |supervisor| {
+                let report = conduct(samples, output, of_wall, |supervisor| {
                     wall.run(request, supervisor.watched(live))
                 })?;
                 wall_held(&wall, &report)
             }
             ExperimentFile::Coupler(coupler) => {
-                let report = conduct(samples, output, print_coupler, of_coupler, |supervisor| {
+                let report = conduct(samples, output, of_coupler, |supervisor| {
                     coupler.run(request, supervisor.watched(live))
                 })?;
                 coupler_held(&coupler, &report)
             }
             ExperimentFile::Teleoperation(far) => {
-                let (print, draw) = (print_teleoperation, of_teleoperation);
-                let report = conduct(samples, output, print, draw, |supervisor| {
+                let report = conduct(samples, output, of_teleoperation, |supervisor| {
                     far.run(request, supervisor.watched(live))
                 })?;
                 line_was_passive(&far, &report)
             }
             ExperimentFile::Touch(touch) => {
-                let report = conduct(samples, output, print_touch, of_touch, |supervisor| {
+                let report = conduct(samples, output, of_touch, |supervisor| {
                     touch.run(request, supervisor.watched(live))
                 })?;
                 shape_was_passive(&touch, &report)

@@ -144,9 +144,9 @@ impl Arguments {
             header: (!in_file).then_some(header),
         };
         if let Some(header) = exported.header.as_deref().filter(|_| !output.json) {
-            return output.print(&exported, |out| out.write_all(header.as_bytes()));
+            return output.text(&exported, |out| out.write_all(header.as_bytes()));
         }
-        output.summary(&exported, |out| {
+        output.text_summary(&exported, |out| {
             exported
                 .file
                 .iter()

@@ -134,7 +134,7 @@ impl Arguments {
             warn(warning);
         }
         let result = print::Report::new(&found, &understood.notes, written);
-        output.summary(&result, |out| {
+        output.text_summary(&result, |out| {
             print::print(out, &found, &understood.notes, &result)
         })?;
         planned.map_or(Ok(()), tissue::Planned::close)

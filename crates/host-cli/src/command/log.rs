@@ -112,7 +112,7 @@ impl Command {
         match self {
             Self::Info { log } => {
                 let summary = inspect(&log)?;
-                output.print(&summary, |out| print_info(out, &log, &summary))
+                output.text(&summary, |out| print_info(out, &log, &summary))
             }
             Self::Check { log } => check(&log, output),
             Self::Recover {
@@ -141,7 +141,7 @@ impl Command {
                     csv: Some(target.display().to_string()),
                     figure: None,
                 };
-                output.summary(&made, |out| {
+                output.text_summary(&made, |out| {
                     writeln!(out, "{} rows in {}", made.samples, target.display())
                 })?;
                 require_complete(done.condition.complete, &log, &target)
@@ -237,7 +237,7 @@ fn require_complete(complete: bool, log: &Path, made: &Path) -> Result<(), Failu
 fn check(log: &Path, output: Output) -> Result<(), Failure> {
     let summary = inspect(log)?;
     let reasons = reasons(&summary);
-    output.summary(&summary, |out| {
+    output.text_summary(&summary, |out| {
         if reasons.is_empty() {
             writeln!(out, "whole: {} samples, no gaps", summary.samples)?;
         } else {
@@ -272,7 +272,7 @@ fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<()
         log: target.display().to_string(),
         gaps: summary.gaps,
     };
-    output.summary(&recovered, |out| {
+    output.text_summary(&recovered, |out| {
         writeln!(
             out,
             "{} samples saved in {}",
@@ -334,7 +334,7 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         csv: None,
         figure: Some(saved.shown().display().to_string()),
     };
-    output.summary(&made, |out| {
+    output.text_summary(&made, |out| {
         writeln!(
             out,
             "{} samples in {}{}",

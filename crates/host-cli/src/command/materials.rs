@@ -50,7 +50,7 @@ impl Command {
             Self::List(folder) => {
                 let library = folder.load()?;
                 let materials = library.materials();
-                output.print(&List { materials }, |out| {
+                output.text(&List { materials }, |out| {
                     print_row(
                         out,
                         [
@@ -72,7 +72,7 @@ impl Command {
             }
             Self::Show { name, folder } => {
                 let material = folder.load()?.find(&name).map_err(Failure::input)?;
-                output.print(&material, |out| write!(out, "{}", material.text))
+                output.text(&material, |out| write!(out, "{}", material.text))
             }
             Self::Export(arguments) => arguments.run(output),
         }

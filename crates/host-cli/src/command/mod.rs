@@ -1,4 +1,4 @@
-//! The commands: arguments, and what they print. The work is in the modules beside this one.
+//! The commands: arguments, and what they do. The work is in the modules beside this one.
 
 pub mod analyze;
 pub mod conduct;
@@ -14,7 +14,6 @@ pub mod identify;
 pub mod live;
 pub mod log;
 pub mod materials;
-pub mod pushed;
 pub mod realtime;
 pub mod relax;
 pub mod reproduce;
@@ -24,10 +23,7 @@ pub mod run;
 pub mod serve;
 pub mod shell;
 pub mod stop;
-pub mod summary;
 pub mod teleoperate;
-pub mod teleoperation;
-pub mod touch;
 pub mod weights;
 pub mod words;
 pub mod zwidth;

@@ -3,9 +3,8 @@
 use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_experiment::{Pace, RealtimeOptions, RealtimeSummary};
+use haptic_experiment::{Pace, RealtimeOptions};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
-use std::io::{self, Write};
 
 /// Arguments of every experiment that can run by the clock.
 #[derive(Clone, Copy, Debug, Args)]
@@ -96,46 +95,4 @@ impl RealtimeArguments {
         let default = self.realtime.then_some(RealtimeOptions::DEFAULT_PRIORITY);
         Ok(Pace::Realtime(self.thread.options(default)?))
     }
-}
-
-/// The part of a summary that says where the time went.
-///
-/// # Errors
-/// Those of `out`.
-pub fn print(out: &mut dyn Write, realtime: &RealtimeSummary) -> io::Result<()> {
-    let thread = match realtime.priority {
-        Some(priority) => format!("priority {priority}"),
-        None => "normal priority".to_owned(),
-    };
-    let core = realtime
-        .pin
-        .map_or_else(String::new, |core| format!(", core {core}"));
-    writeln!(
-        out,
-        "  clock             {thread}{core}, last {} µs spun; {} woken late, {} delayed by the tick before, {} \
-         periods skipped",
-        realtime.spin_margin_us,
-        realtime.late_by_wake_up,
-        realtime.late_by_compute,
-        realtime.skipped_periods
-    )?;
-    for (name, us) in [
-        ("late", realtime.lateness_us),
-        ("compute", realtime.compute_us),
-        ("both", realtime.tick_us),
-    ] {
-        writeln!(
-            out,
-            "    {name:<15} {:.1} µs median, {:.1} µs 99 %, {:.1} µs 99.9 %, {:.1} µs longest",
-            us.p50, us.p99, us.p999, us.max
-        )?;
-    }
-    if let Some(worst) = realtime.worst_cycle {
-        writeln!(
-            out,
-            "    worst           tick {}: {:.1} µs late, {:.1} µs of compute",
-            worst.number, worst.lateness_us, worst.compute_us
-        )?;
-    }
-    Ok(())
 }

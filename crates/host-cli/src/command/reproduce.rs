@@ -105,7 +105,7 @@ impl Arguments {
             report: written,
             ended_early: stopped().then_some("interrupted"),
         };
-        output.summary(&result, |out| result.print(out))?;
+        output.text_summary(&result, |out| result.print(out))?;
         place.close(match result.ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
                 "{reason}: {} of {} figures and {} of {COUNT} claims were done and are kept",

@@ -81,7 +81,7 @@ impl Arguments {
         let measured = check.run(stop, &|share| bar.set_position((1e3 * share) as u64));
         bar.finish_and_clear();
         let report = measured?;
-        output.print(&report, |out| print(out, &report))
+        output.text(&report, |out| print(out, &report))
     }
 }
 

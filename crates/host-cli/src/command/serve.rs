@@ -89,7 +89,7 @@ impl Arguments {
             provenance: provenance(),
         })?;
         let address = server.address();
-        output.print(&Address { address }, |out| {
+        output.text(&Address { address }, |out| {
             writeln!(out, "{address}\nCtrl-C ends it.")
         })?;
         if !self.no_browser

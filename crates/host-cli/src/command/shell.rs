@@ -53,7 +53,7 @@ impl Completions {
             shell: self.shell.to_string(),
             script: String::from_utf8_lossy(&script).into_owned(),
         };
-        output.print(&script, |out| out.write_all(script.script.as_bytes()))
+        output.text(&script, |out| out.write_all(script.script.as_bytes()))
     }
 }
 
@@ -78,7 +78,7 @@ impl Man {
         }
         pages.sort();
         let pages = Pages { pages };
-        output.summary(&pages, |out| {
+        output.text_summary(&pages, |out| {
             pages
                 .pages
                 .iter()

@@ -2,7 +2,6 @@
 
 use super::conduct::{both_saved, drawn, lacks};
 use super::stop::stop_on_interrupt;
-use super::summary::{plain, print_files};
 use crate::files::{folder, overwrite_acts};
 use crate::keys;
 use crate::options::Options;
@@ -17,7 +16,7 @@ use haptic_experiment::parameters::SAMPLE_TIME;
 use haptic_experiment::parameters::range;
 use haptic_experiment::teleoperation::{End, FarEnd, FarReport, SideCurves, Terms};
 use haptic_experiment::{ExperimentFile, Supervisor, TeleoperationExperiment};
-use haptic_quantity::{Strain, Time};
+use haptic_quantity::{Strain, Time, digits, written};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
@@ -25,17 +24,14 @@ use std::time::Duration;
 
 /// The long help.
 pub const LONG_ABOUT: &str = "\
-Runs one side of a teleoperation, with a simulated device paced by the clock; the other side runs in another process, and real UDP datagrams go \
-between them. Who listens is the slave in the remote tissue or wall; who connects is the master in the hand. Both take the same file with a table \
-[teleoperation]: another architecture, sample time, coupler or wave impedance is refused, and so is a third side. Its line_ keys are of a simulated line and do nothing here.
+Runs one side of a teleoperation on a simulated device, by the clock. The other side runs in another process; they exchange UDP datagrams. \
+The side that listens is the slave, in the remote tissue or wall; the side that connects is the master, in the hand. Both need the same \
+[teleoperation] file; a partner with other values is refused.
 
-Messages carry their number and the device's time. What comes late or twice is refused and counted, so is what comes from elsewhere. A side whose \
-partner is silent for silence_s lets its force fall to zero within stop_time_s, never growing, and ends with exit code 1. So does a side whose clock skipped \
-more than --skipped-most of its ticks: the device moved on under held forces, and that is not the experiment of the file. Ctrl-C does the same at \
-once and says goodbye; then the partner ends too. Without a fault each side ends after duration_s.
+Late, repeated and foreign messages are refused and counted. If the partner is silent for silence_s, or this machine skips more than \
+--skipped-most of the ticks, the force ramps to zero within stop_time_s and the exit code is 1. Ctrl-C does the same and tells the partner.
 
-With must_be_passive = true in the file a side ends with exit code 1 if its force was at the limit in more than 1 % of its ticks, or if the other side left \
-more than silence_s before the end. Energy takes both reports: the line gave some if the sum of their given_j is above 0.";
+The line gave energy if the sum of both sides' given_j is above 0.";
 
 /// Arguments of `teleoperate`.
 #[derive(Debug, Args)]
@@ -172,7 +168,7 @@ fn shown(run: Published<FarReport, SideCurves>, output: Output) -> Result<FarRep
     } = run;
     let (picture, unsaved) = drawn(curves, &folder, of_side);
     report.figure = picture;
-    output.summary(&report, |out| print(out, &report))?;
+    output.summary(&report)?;
     let unwritten = report.unwritten.as_ref();
     let table = unwritten.map(|lost| Failure::DataLost(anyhow::anyhow!("{lost}")));
     both_saved(table, unsaved)?;
@@ -194,9 +190,9 @@ fn ended_well(
         FarEnd::Done | FarEnd::OtherLeft => match against.filter(|_| experiment.must_be_passive) {
             None => Ok(()),
             Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
-                "must_be_passive: {} after {} s; take must_be_passive out of the file to allow it; the force is zero",
+                "must_be_passive: {} after {}; take must_be_passive out of the file to allow it; the force is zero",
                 verdict.words(),
-                plain(report.duration_s)
+                written("duration_s", report.duration_s)
             ))),
         },
         FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
@@ -204,12 +200,12 @@ fn ended_well(
              allow it with --skipped-most; the force is zero",
             report.skipped,
             report.ticks,
-            plain(100.0 * terms.skipped_most)
+            digits(100.0 * terms.skipped_most, 4)
         ))),
         ended => Err(Failure::Run(anyhow::anyhow!(
-            "{} after {} s; the force is zero",
+            "{} after {}; the force is zero",
             words(ended),
-            plain(report.duration_s)
+            written("duration_s", report.duration_s)
         ))),
     }
 }
@@ -223,51 +219,4 @@ const fn words(ended: FarEnd) -> &'static str {
         FarEnd::Interrupted => "interrupted",
         FarEnd::Fault => "a fault",
     }
-}
-
-fn print(out: &mut dyn Write, report: &FarReport) -> io::Result<()> {
-    writeln!(
-        out,
-        "{} · {} · with {}",
-        report.side, report.architecture, report.peer
-    )?;
-    writeln!(
-        out,
-        "  ended             {} after {} s, {} ticks skipped",
-        words(report.ended),
-        plain(report.duration_s),
-        report.skipped
-    )?;
-    writeln!(
-        out,
-        "  messages          {} sent, {} acted on; {} missing, {} came late and {} twice: refused",
-        report.sent, report.acted_on, report.missing, report.stale, report.duplicate
-    )?;
-    writeln!(
-        out,
-        "  not ours          {} damaged, {} from elsewhere",
-        report.corrupt, report.foreign
-    )?;
-    writeln!(
-        out,
-        "  force             {:.4e} N at most, {} N at the end",
-        // −0 is 0.
-        report.peak_force_n,
-        0.0 + report.final_force_n
-    )?;
-    if let Some(time) = report.silent_to_zero_s {
-        writeln!(
-            out,
-            "  silence           zero {} s after the last message, {} s at most",
-            plain(time),
-            plain(report.silent_to_zero_most_s)
-        )?;
-    }
-    writeln!(
-        out,
-        "  energy            the line took {:.3e} J of this device",
-        0.0 - report.given_j
-    )?;
-    let files = [&report.fault_log, &report.csv, &report.figure];
-    print_files(out, &report.logs, files)
 }

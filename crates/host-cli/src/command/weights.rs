@@ -70,7 +70,7 @@ impl Arguments {
             scheme: self.scheme.to_string(),
             weights,
         };
-        output.print(&result, |out| {
+        output.text(&result, |out| {
             writeln!(out, "lag,weight")?;
             for (lag, weight) in result.weights.iter().enumerate() {
                 writeln!(out, "{lag},{weight}")?;

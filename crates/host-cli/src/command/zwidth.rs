@@ -91,7 +91,7 @@ impl Arguments {
                 ),
             );
         }
-        output.summary(&report, |out| print(out, &report, &files))?;
+        output.text_summary(&report, |out| print(out, &report, &files))?;
         place.close(match report.ended_early {
             Some(failure) => Err(failure.and("the points that were done are kept")),
             None => Ok(()),

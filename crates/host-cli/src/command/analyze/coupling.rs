@@ -105,7 +105,7 @@ impl CouplingArguments {
             passive,
             reason,
         };
-        output.print(&result, |out| result.print(out, damping))
+        output.text(&result, |out| result.print(out, damping))
     }
 }
 

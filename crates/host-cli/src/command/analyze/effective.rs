@@ -260,7 +260,7 @@ fn report(
         points,
         files: written,
     };
-    output.print(&result, |out| {
+    output.text(&result, |out| {
         writeln!(
             out,
             "{:>14} {:>18} {:>20}",

@@ -95,7 +95,7 @@ impl PassivityArguments {
             required_damping_n_s_per_m: resolved.units.map(|(m, t)| required.delta * m / t),
             worst_rad_s: resolved.units.map(|(_, t)| required.worst_theta / t),
         };
-        output.print(&result, |out| {
+        output.text(&result, |out| {
             result.print(out, parameters.delta, resolved.units)
         })
     }

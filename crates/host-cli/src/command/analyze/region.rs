@@ -110,7 +110,7 @@ impl RegionArguments {
             result.further_parts = parts.collect();
             result.files = place.table_and_picture(rows, || draw_region(&result, &resolved));
         }
-        output.print(&result, |out| result.print(out, resolved.units))?;
+        output.text(&result, |out| result.print(out, resolved.units))?;
         place.close(Ok(()))
     }
 }

@@ -73,7 +73,7 @@ impl SensitivityArguments {
             theta_at_peak: peak.theta,
             files,
         };
-        output.print(&result, |out| {
+        output.text(&result, |out| {
             writeln!(
                 out,
                 "peak  {:.6} dB at theta = {:.6} rad",

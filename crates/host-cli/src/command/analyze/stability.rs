@@ -81,7 +81,7 @@ impl VerdictArguments {
             delay_margin_samples: margins.and_then(|margins| margins.delay).map(|at| at.value),
             peak_sensitivity_db: margins.map(|margins| decibel(margins.sensitivity.value)),
         };
-        output.print(&result, |out| result.print(out))
+        output.text(&result, |out| result.print(out))
     }
 }
 

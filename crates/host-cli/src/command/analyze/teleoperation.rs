@@ -174,7 +174,7 @@ impl TeleoperationArguments {
         };
         let rows = answer.points.iter().copied();
         answer.files = place.table_and_picture(rows, || answer.draw(&hands));
-        output.print(&answer, |out| answer.print(out))?;
+        output.text(&answer, |out| answer.print(out))?;
         place.close(Ok(()))
     }
 

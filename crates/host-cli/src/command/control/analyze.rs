@@ -158,7 +158,7 @@ impl Arguments {
                 .then(|| (&analysis.margins).into()),
             files,
         };
-        output.print(&report, |out| {
+        output.text(&report, |out| {
             writeln!(out, "plant       {}", report.plant)?;
             writeln!(
                 out,
@@ -213,7 +213,7 @@ impl Arguments {
                 .collect(),
             files,
         };
-        output.print(&report, |out| report.print(out))?;
+        output.text(&report, |out| report.print(out))?;
         place.close(Ok(()))
     }
 }

@@ -216,7 +216,7 @@ impl Arguments {
         })?;
         let mut report = Report::new(&design, &answer);
         self.write(&plant, &answer, &mut report, &mut place);
-        output.summary(&report, |out| report.print(out))?;
+        output.text_summary(&report, |out| report.print(out))?;
         place.close(report.judge())
     }
 

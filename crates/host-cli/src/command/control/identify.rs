@@ -155,7 +155,7 @@ impl Arguments {
         for warning in &report.warnings {
             warn(warning);
         }
-        output.summary(&report, |out| report.print(out))?;
+        output.text_summary(&report, |out| report.print(out))?;
         place.close(Ok(()))
     }
 

@@ -182,7 +182,7 @@ impl Arguments {
                  more",
             ),
         }
-        output.summary(&report, |out| report.print(out))?;
+        output.text_summary(&report, |out| report.print(out))?;
         place.close(Ok(()))
     }
 

@@ -44,7 +44,7 @@ impl Arguments {
         let candidates = report.answer.candidates.iter();
         let table = place.write(|folder| folder.write_table("csv", candidates));
         report.files.extend(table);
-        output.summary(&report, |out| report.print(out))?;
+        output.text_summary(&report, |out| report.print(out))?;
         place.close(report.ended())
     }
 }

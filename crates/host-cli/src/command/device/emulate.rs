@@ -239,7 +239,7 @@ impl Arguments {
             path: port.path().display().to_string(),
             device: format!("{}:{}", kind.scheme(), port.path().display()),
         };
-        output.print(&started, |out| {
+        output.text(&started, |out| {
             writeln!(out, "{}", started.path)?;
             writeln!(
                 out,

@@ -106,7 +106,7 @@ impl Arguments {
             firmware: firmware_version(link.hello()),
             device: link.name(),
         };
-        output.summary(&flashed, |out| {
+        output.text_summary(&flashed, |out| {
             writeln!(
                 out,
                 "board {} at {} runs firmware {}",

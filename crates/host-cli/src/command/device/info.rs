@@ -114,7 +114,7 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let link = self.port.connect_any()?;
         let info = info(&link)?;
-        output.print(&info, |out| print(out, &info))
+        output.text(&info, |out| print(out, &info))
     }
 }
 

@@ -73,7 +73,7 @@ impl Arguments {
         let listed = Listed {
             ports: listed.collect(),
         };
-        output.print(&listed, |out| {
+        output.text(&listed, |out| {
             if listed.ports.is_empty() {
                 return writeln!(
                     out,

@@ -89,7 +89,7 @@ impl Arguments {
         let files = write(&motion, &plan, &found, &mut place);
         let names = (motion.device.as_str(), motion.board.as_deref());
         let report = Report::new(names, &motion.record, &found, files);
-        output.summary(&report, |out| print(out, &report))?;
+        output.text_summary(&report, |out| print(out, &report))?;
         place.close(Ok(()))
     }
 }

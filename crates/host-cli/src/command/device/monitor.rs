@@ -91,7 +91,7 @@ impl Watched {
     /// Exit code 3 if the device is not there any more, 4 if samples were lost.
     fn report(&self, output: Output) -> Result<(), Failure> {
         let missing = self.samples_lost + self.dropped_samples;
-        output.summary(self, |out| {
+        output.text_summary(self, |out| {
             writeln!(
                 out,
                 "{}: {} samples, {missing} lost, {} faults, {} new sessions",

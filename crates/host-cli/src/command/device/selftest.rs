@@ -71,7 +71,7 @@ impl Arguments {
             notice: &|notice| say(notice, output),
             stop: stop_on_interrupt()?,
         })?;
-        output.summary(&report, |out| print(out, &report))?;
+        output.text_summary(&report, |out| print(out, &report))?;
         judge(&report)
     }
 }

@@ -129,7 +129,7 @@ impl GetArguments {
         let (configuration, values) =
             configuration.map_err(|error| at_port(link.path(), &error))?;
         let parameters = Parameters::new(&configuration, &values);
-        output.print(&parameters, |out| print(out, &parameters))
+        output.text(&parameters, |out| print(out, &parameters))
     }
 }
 
@@ -152,7 +152,7 @@ impl SetArguments {
             note("warning", format_args!("loosened: {limit}"));
         }
         let parameters = Parameters::new(&configuration, &values);
-        output.summary(&parameters, |out| print(out, &parameters))
+        output.text_summary(&parameters, |out| print(out, &parameters))
     }
 
     fn change(

@@ -99,9 +99,9 @@ impl Arguments {
             file: self.out.as_deref().map(|path| path.display().to_string()),
         };
         if exported.file.is_none() {
-            return output.print(&exported, |out| write!(out, "{text}"));
+            return output.text(&exported, |out| write!(out, "{text}"));
         }
-        output.summary(&exported, |out| {
+        output.text_summary(&exported, |out| {
             writeln!(
                 out,
                 "{}: {} branches for {}, largest relative error {:.2e} from {} s to {} s",

@@ -1,0 +1,444 @@
+//! A report as rows: what a report says once, for a terminal, a page or anything else that people read.
+//!
+//! A report is a structure whose fields are its keys. JSON has all of them, to the last digit; a row has a key in words,
+//! its value in four digits with a unit, and what stands beside it: `X_reason` why there is no X, `X_from_s`, `X_to_s` and
+//! `X_samples` what it is of, `X_unit` its unit.
+
+use haptic_quantity::{WrittenUnit, digits, label, without_unit, written};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// A line of a report.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Line {
+    /// A value, or the heading of deeper lines.
+    Row(Row),
+    /// A list of things with the same keys.
+    Table(Table),
+}
+
+/// A value.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Row {
+    /// How deep it stands; 0 in the report itself.
+    pub level: usize,
+    /// Key in JSON.
+    pub key: String,
+    /// The key in words.
+    pub label: String,
+    /// The value in words; empty for a heading.
+    pub value: String,
+    /// What it is of, or why there is none; empty if there is nothing to say.
+    pub reason: String,
+}
+
+/// A list of things with the same keys.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Table {
+    /// How deep it stands.
+    pub level: usize,
+    /// Key in JSON.
+    pub key: String,
+    /// The key in words.
+    pub label: String,
+    /// Headings: the key in words, with its unit.
+    pub columns: Vec<String>,
+    /// Cells, row by row.
+    pub rows: Vec<Vec<String>>,
+    /// Length of the list, which may be longer than its rows.
+    pub length: usize,
+}
+
+/// Rows of a table that are shown at most, evenly over its length.
+const ROWS_MOST: usize = 24;
+/// Numbers that stand in a line at most.
+const NUMBERS_MOST: usize = 8;
+/// Ends of keys of what stands beside a value.
+const BESIDE: [&str; 5] = ["_reason", "_from_s", "_to_s", "_samples", "_unit"];
+/// Files come last.
+const FILES: [&str; 9] = [
+    "log",
+    "logs",
+    "fault_log",
+    "csv",
+    "figure",
+    "model",
+    "experiment",
+    "picture",
+    "files",
+];
+
+/// The lines of a report.
+#[must_use]
+pub fn lines(report: &impl Serialize) -> Vec<Line> {
+    let mut lines = Lines::default();
+    // A structure of numbers and words always becomes JSON.
+    if let Value::Object(report) = serde_json::to_value(report).unwrap_or_default() {
+        lines.object(&report, &Map::new(), 0);
+    }
+    lines.0
+}
+
+#[derive(Default)]
+struct Lines(Vec<Line>);
+
+impl Lines {
+    fn object(&mut self, object: &Map<String, Value>, around: &Map<String, Value>, level: usize) {
+        let is_file = |key: &str| FILES.contains(&key);
+        let results = object.iter().filter(|(key, _)| !is_file(key));
+        for (key, value) in results.chain(object.iter().filter(|(key, _)| is_file(key))) {
+            if !stands_beside(object, key) && !is_repeated(object, key, value) {
+                self.entry(key, value, [object, around], level);
+            }
+        }
+    }
+
+    fn entry(&mut self, key: &str, value: &Value, places: [&Map<String, Value>; 2], level: usize) {
+        let reason = reason(places[0], key);
+        match value {
+            Value::Null if reason.is_empty() => (),
+            Value::Object(inner) if !is_short(inner) => {
+                self.row(level, key, String::new(), reason);
+                self.object(inner, places[0], level + 1);
+            }
+            Value::Array(items) if items.is_empty() => (),
+            Value::Array(items) if items.iter().all(Value::is_object) => {
+                self.table(level, key, items, places);
+            }
+            Value::Array(items) if items.iter().any(Value::is_string) => {
+                for (index, item) in items.iter().enumerate() {
+                    let label = if index == 0 {
+                        label(key)
+                    } else {
+                        String::new()
+                    };
+                    self.0.push(Line::Row(Row {
+                        level,
+                        key: key.to_owned(),
+                        label,
+                        value: text(key, item, None),
+                        reason: String::new(),
+                    }));
+                }
+            }
+            _ => self.row(level, key, text(key, value, unit(places, key)), reason),
+        }
+    }
+
+    fn row(&mut self, level: usize, key: &str, value: String, reason: String) {
+        self.0.push(Line::Row(Row {
+            level,
+            key: key.to_owned(),
+            label: label(key),
+            value,
+            reason,
+        }));
+    }
+
+    fn table(
+        &mut self,
+        level: usize,
+        key: &str,
+        items: &[Value],
+        [object, _]: [&Map<String, Value>; 2],
+    ) {
+        let objects: Vec<&Map<String, Value>> = items.iter().filter_map(Value::as_object).collect();
+        let has_inner = |value: &Value| {
+            value
+                .as_array()
+                .is_some_and(|list| list.iter().any(Value::is_object))
+        };
+        if objects.iter().any(|object| object.values().any(has_inner)) {
+            // A list of lists: one after another.
+            for inner in objects {
+                self.row(level, key, String::new(), String::new());
+                self.object(inner, object, level + 1);
+            }
+            return;
+        }
+        let mut keys: Vec<&String> = Vec::new();
+        for object in &objects {
+            for (key, value) in *object {
+                if !value.is_null() && !keys.contains(&key) && !is_unit(object, key) {
+                    keys.push(key);
+                }
+            }
+        }
+        let shown = evenly(objects.len());
+        let columns: Vec<Column> = (keys.iter())
+            .map(|key| Column::new(key, &objects, object))
+            .collect();
+        self.0.push(Line::Table(Table {
+            level,
+            key: key.to_owned(),
+            label: label(key),
+            columns: columns.iter().map(Column::heading).collect(),
+            rows: (shown.into_iter())
+                .map(|index| {
+                    columns
+                        .iter()
+                        .map(|column| column.cell(objects[index]))
+                        .collect()
+                })
+                .collect(),
+            length: objects.len(),
+        }));
+    }
+}
+
+/// A column of a table.
+struct Column<'a> {
+    key: &'a str,
+    own_unit: Option<&'a str>,
+    unit: WrittenUnit,
+}
+
+impl<'a> Column<'a> {
+    fn new(
+        key: &'a str,
+        objects: &[&'a Map<String, Value>],
+        around: &'a Map<String, Value>,
+    ) -> Self {
+        let first = objects.first().copied().unwrap_or(around);
+        let sizes = objects
+            .iter()
+            .filter_map(|object| object.get(key)?.as_f64());
+        let largest = sizes
+            .map(f64::abs)
+            .filter(|size| size.is_finite())
+            .fold(0.0, f64::max);
+        Self {
+            key,
+            own_unit: unit([first, around], key),
+            unit: WrittenUnit::of_key(key, largest),
+        }
+    }
+
+    fn heading(&self) -> String {
+        match self.own_unit.unwrap_or(&self.unit.symbol) {
+            "" => label(self.key),
+            unit => format!("{} / {unit}", label(self.key)),
+        }
+    }
+
+    fn cell(&self, object: &Map<String, Value>) -> String {
+        match object.get(self.key) {
+            None | Some(Value::Null) => "–".to_owned(),
+            Some(Value::Number(number)) if !is_whole(number) => {
+                self.unit.number(number.as_f64().unwrap_or(f64::NAN))
+            }
+            Some(value) => text(self.key, value, Some("")),
+        }
+    }
+}
+
+/// A value in words; `own` is a unit that the key does not say.
+fn text(key: &str, value: &Value, own: Option<&str>) -> String {
+    match (value, own) {
+        (Value::Null, _) => "–".to_owned(),
+        (Value::Bool(true), _) => "yes".to_owned(),
+        (Value::Bool(false), _) => "no".to_owned(),
+        (Value::String(text), _) => text.clone(),
+        (Value::Number(number), _) if is_count(key, number) => number.to_string(),
+        (Value::Number(number), None) => written(key, number.as_f64().unwrap_or(f64::NAN)),
+        (Value::Number(number), Some(unit)) => {
+            let number = digits(number.as_f64().unwrap_or(f64::NAN), 4);
+            format!("{number} {unit}").trim_end().to_owned()
+        }
+        (Value::Array(items), _) if items.len() > NUMBERS_MOST => format!("{} values", items.len()),
+        (Value::Array(items), _) => {
+            let items = items.iter().map(|item| text(key, item, own));
+            items.collect::<Vec<_>>().join(", ")
+        }
+        (Value::Object(inner), _) => {
+            // "p50" of `tick_ns` is in ns.
+            let of = |name: &str| {
+                if says_unit(name) {
+                    name.to_owned()
+                } else {
+                    key.to_owned()
+                }
+            };
+            let items = inner.iter().filter(|(_, value)| !value.is_null());
+            let items = items
+                .map(|(name, value)| format!("{} {}", label(name), text(&of(name), value, own)));
+            items.collect::<Vec<_>>().join(", ")
+        }
+    }
+}
+
+/// True of a whole number whose key says no unit.
+fn is_count(key: &str, number: &serde_json::Number) -> bool {
+    is_whole(number) && !says_unit(key)
+}
+
+fn says_unit(key: &str) -> bool {
+    without_unit(key) != key
+}
+
+fn is_whole(number: &serde_json::Number) -> bool {
+    number.is_u64() || number.is_i64()
+}
+
+/// True of a few numbers that stand in one line.
+fn is_short(object: &Map<String, Value>) -> bool {
+    object.len() <= 3
+        && object
+            .values()
+            .all(|value| value.is_number() || value.is_null())
+}
+
+/// What a key stands beside, if its end says so and the object has that.
+fn stands_beside(object: &Map<String, Value>, key: &str) -> bool {
+    let mut stems = BESIDE.iter().filter_map(|end| key.strip_suffix(end));
+    stems.any(|stem| has_stem(object, stem))
+}
+
+/// True if a key is this, or this and a unit.
+fn has_stem(object: &Map<String, Value>, stem: &str) -> bool {
+    object
+        .keys()
+        .any(|key| key == stem || without_unit(key) == stem)
+}
+
+fn is_unit(object: &Map<String, Value>, key: &str) -> bool {
+    key.strip_suffix("_unit")
+        .is_some_and(|stem| has_stem(object, stem))
+}
+
+/// True of a list of one thing that stands alone as well: `logs` beside `log`.
+fn is_repeated(object: &Map<String, Value>, key: &str, value: &Value) -> bool {
+    let single = key.strip_suffix('s').and_then(|key| object.get(key));
+    single.is_some_and(|single| {
+        value
+            .as_array()
+            .is_some_and(|list| list[..] == [single.clone()])
+    })
+}
+
+/// What stands beside a key: why there is none, or what it is of.
+fn reason(object: &Map<String, Value>, key: &str) -> String {
+    let stem = without_unit(key);
+    let beside = |end: &str| {
+        let found = [key, stem]
+            .into_iter()
+            .find_map(|stem| object.get(&format!("{stem}{end}")));
+        found.filter(|value| !value.is_null())
+    };
+    if let Some(Value::String(reason)) = beside("_reason") {
+        return reason.clone();
+    }
+    let mut of = Vec::new();
+    if let (Some(from), Some(to)) = (beside("_from_s"), beside("_to_s")) {
+        of.push(format!(
+            "from {} to {}",
+            text("from_s", from, None),
+            text("to_s", to, None)
+        ));
+        of.extend(beside("_samples").map(|samples| format!("{samples} samples")));
+    }
+    of.join(", ")
+}
+
+/// The unit that a report says beside a key, in the object or in the one around it.
+fn unit<'a>(places: [&'a Map<String, Value>; 2], key: &str) -> Option<&'a str> {
+    let name = format!("{key}_unit");
+    places
+        .into_iter()
+        .find_map(|place| place.get(&name)?.as_str())
+}
+
+/// Places of a list that are shown: all of a short one, the first and the last and evenly between of a long one.
+fn evenly(length: usize) -> Vec<usize> {
+    match length {
+        0..=ROWS_MOST => (0..length).collect(),
+        _ => (0..ROWS_MOST)
+            .map(|index| index * (length - 1) / (ROWS_MOST - 1))
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn said(report: &Value) -> Vec<String> {
+        let say = |line: Line| match line {
+            Line::Row(row) => format!("{}|{}|{}|{}", row.level, row.label, row.value, row.reason),
+            Line::Table(table) => {
+                let rows: Vec<String> = table.rows.iter().map(|row| row.join(",")).collect();
+                format!(
+                    "{}: {}: {}",
+                    table.label,
+                    table.columns.join(","),
+                    rows.join(";")
+                )
+            }
+        };
+        lines(report).into_iter().map(say).collect()
+    }
+
+    #[test]
+    fn a_report_is_rows_in_its_order_and_its_files_come_last() {
+        let report = json!({
+            "tissue": null,
+            "log": "a.mcap",
+            "logs": ["a.mcap"],
+            "sample_time_s": 0.001,
+            "samples": 10001,
+            "passive": true,
+            "max_error": 3.2e-7,
+            "max_error_from_s": 0.01,
+            "max_error_to_s": 10.0,
+            "max_error_samples": 9991,
+            "max_error_reason": null,
+            "closed_form": null,
+            "closed_form_reason": "the run ended before",
+            "tick_ns": { "p50": 711, "max": 2_000_000 },
+            "notes": ["one", "two"],
+            "preflight": { "stable": true, "delay_s": 0.002, "alpha": 0.5, "beta": null },
+        });
+        assert_eq!(
+            said(&report),
+            [
+                "0|sample time|1 ms|",
+                "0|samples|10001|",
+                "0|passive|yes|",
+                "0|max error|3.2e-7|from 10 ms to 10 s, 9991 samples",
+                "0|closed form|–|the run ended before",
+                "0|tick|p50 711 ns, max 2 ms|",
+                "0|notes|one|",
+                "0||two|",
+                "0|preflight||",
+                "1|stable|yes|",
+                "1|delay|2 ms|",
+                "1|alpha|0.5|",
+                "0|log|a.mcap|",
+            ]
+        );
+    }
+
+    #[test]
+    fn things_with_the_same_keys_are_a_table_with_one_unit_a_column() {
+        let report = json!({
+            "dissipation_unit": "N·s/m",
+            "walls": [
+                { "order": 0.5, "stiffness_n_per_m": 12_000.0, "dissipation": 3.0, "why": null },
+                { "order": 1.0, "stiffness_n_per_m": null, "dissipation": 4.0, "why": null },
+            ],
+        });
+        let table = "walls: order,stiffness / kN/m,dissipation / N·s/m: 0.5,12,3;1,–,4";
+        assert_eq!(said(&report), ["0|dissipation unit|N·s/m|", table]);
+        let long: Vec<Value> = (0..100).map(|place| json!({ "place": place })).collect();
+        let [Line::Table(table)] = &lines(&json!({ "points": long }))[..] else {
+            panic!("no table")
+        };
+        assert_eq!((table.length, table.rows.len()), (100, ROWS_MOST));
+        assert_eq!(
+            (&table.rows[0][0][..], &table.rows[ROWS_MOST - 1][0][..]),
+            ("0", "99")
+        );
+    }
+}
