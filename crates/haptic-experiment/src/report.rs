@@ -29,6 +29,8 @@ pub struct TickTimes {
 pub struct RunReport {
     /// Device.
     pub device: String,
+    /// T, s.
+    pub sample_time_s: f64,
     /// Ticks in the log.
     pub samples: u64,
     /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
@@ -38,12 +40,22 @@ pub struct RunReport {
     /// Force that is opposed to the device's motion in the last sample that counts, that of `duration_s`, N: before it falls to zero,
     /// whether the run finished, was interrupted or ended by a fault.
     pub final_force_n: f64,
-    /// Time of a tick; null in a loop on a device, which does not tell.
-    pub tick_ns: Option<TickTimes>,
+    /// Samples in which the safety chain limited the force.
+    pub limited_samples: u64,
+    /// Samples and events that did not reach the log.
+    pub dropped_samples: u64,
+    /// Why the run ended early; null if it did not.
+    pub ended_early: Option<String>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
+    /// Time of a tick; null in a loop on a device, which does not tell.
+    pub tick_ns: Option<TickTimes>,
     /// Timing of a run by the clock of this machine; null in another.
     pub realtime: Option<RealtimeSummary>,
+    /// Counts of the link to the device; null without one.
+    pub link: Option<LinkSummary>,
+    /// Verdict of the analysis before the run; null if it was not asked.
+    pub preflight: Option<PreflightVerdict>,
     /// The log, or the first of its files.
     pub log: String,
     /// All files of the log, in order.
@@ -52,18 +64,6 @@ pub struct RunReport {
     pub figure: Option<String>,
     /// The samples, unless the run was cut short.
     pub csv: Option<String>,
-    /// T, s.
-    pub sample_time_s: f64,
-    /// Samples in which the safety chain limited the force.
-    pub limited_samples: u64,
-    /// Samples and events that did not reach the log.
-    pub dropped_samples: u64,
-    /// Why the run ended early; null if it did not.
-    pub ended_early: Option<String>,
-    /// Counts of the link to the device; null without one.
-    pub link: Option<LinkSummary>,
-    /// Verdict of the analysis before the run; null if it was not asked.
-    pub preflight: Option<PreflightVerdict>,
     /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
     pub fault_log: Option<String>,
     /// Why there is no table of a run that reached its end.
@@ -119,31 +119,31 @@ pub struct Report {
     pub order: f64,
     /// Operator.
     pub scheme: String,
+    /// Number type of the loop.
+    pub precision: crate::Precision,
+    /// Contact between indenter and renderer.
+    pub contact: crate::Contact,
+    /// Memory of the operator, s; null for everything.
+    pub memory_s: Option<f64>,
     /// Of the run.
     #[serde(flatten)]
     pub run: RunReport,
     /// The two errors, each with the samples that it is of.
     #[serde(flatten)]
     pub errors: Errors,
+    /// Relative tolerance of the weights that stand for the full history in a run of more than 10⁶ samples; null
+    /// for exact sums.
+    pub reference_tolerance: Option<f64>,
     /// Part of `closed_form_error` that is left with an ideal indenter and the full history, over the same samples:
     /// the sampling.
     pub discretisation_error: Option<f64>,
     /// Part of `closed_form_error` that comes from contact, servo, masses and sensors of the rig.
     pub rig_error: Option<f64>,
-    /// Relative tolerance of the weights that stand for the full history in a run of more than 10⁶ samples; null
-    /// for exact sums.
-    pub reference_tolerance: Option<f64>,
-    /// Memory of the operator, s; null for everything.
-    pub memory_s: Option<f64>,
     /// Final value over its closed form: force in a relaxation, strain in a creep test.
     pub final_over_theory: Option<f64>,
     /// Final strain, in a creep test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub final_strain: Option<f64>,
-    /// Number type of the loop.
-    pub precision: crate::Precision,
-    /// Contact between indenter and renderer.
-    pub contact: crate::Contact,
     /// Work of the controller that held the indenter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive: Option<DriveReport>,

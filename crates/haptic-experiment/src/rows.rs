@@ -50,8 +50,9 @@ pub struct Table {
     pub length: usize,
 }
 
-/// Rows of a table that are shown at most, evenly over its length.
+/// A table of more rows is shown by fewer, evenly over its length.
 const ROWS_MOST: usize = 24;
+const ROWS_OF_MANY: usize = 12;
 /// Numbers that stand in a line at most.
 const NUMBERS_MOST: usize = 8;
 /// Ends of keys of what stands beside a value.
@@ -122,15 +123,26 @@ impl Lines {
                     }));
                 }
             }
-            _ => self.row(level, key, text(key, value, unit(places, key)), reason),
+            _ => {
+                let shown = text(key, value, unit(places, key));
+                self.labelled(level, key, shown, reason, value.is_string());
+            }
         }
     }
 
     fn row(&mut self, level: usize, key: &str, value: String, reason: String) {
+        self.labelled(level, key, value, reason, false);
+    }
+
+    fn labelled(&mut self, level: usize, key: &str, value: String, reason: String, is_text: bool) {
         self.0.push(Line::Row(Row {
             level,
             key: key.to_owned(),
-            label: label(key),
+            label: match is_text && says_unit(key) {
+                // A text has no unit of ours.
+                true => key.to_owned(),
+                false => label(key),
+            },
             value,
             reason,
         }));
@@ -143,20 +155,17 @@ impl Lines {
         items: &[Value],
         [object, _]: [&Map<String, Value>; 2],
     ) {
-        let objects: Vec<&Map<String, Value>> = items.iter().filter_map(Value::as_object).collect();
-        let has_inner = |value: &Value| {
-            value
-                .as_array()
-                .is_some_and(|list| list.iter().any(Value::is_object))
-        };
-        if objects.iter().any(|object| object.values().any(has_inner)) {
-            // A list of lists: one after another.
-            for inner in objects {
-                self.row(level, key, String::new(), String::new());
+        let inner: Vec<&Map<String, Value>> = items.iter().filter_map(Value::as_object).collect();
+        if inner.iter().any(|object| object.values().any(is_deep)) {
+            // Things with lists of their own: one after another.
+            for (index, inner) in inner.into_iter().enumerate() {
+                self.row(level, key, format!("{}", index + 1), String::new());
                 self.object(inner, object, level + 1);
             }
             return;
         }
+        let flat: Vec<Map<String, Value>> = inner.into_iter().map(flat).collect();
+        let objects: Vec<&Map<String, Value>> = flat.iter().collect();
         let mut keys: Vec<&String> = Vec::new();
         for object in &objects {
             for (key, value) in *object {
@@ -185,6 +194,38 @@ impl Lines {
             length: objects.len(),
         }));
     }
+}
+
+/// True of what has no place in a cell: a list of objects, or an object that has objects.
+fn is_deep(value: &Value) -> bool {
+    match value {
+        Value::Array(items) => items.iter().any(Value::is_object),
+        Value::Object(inner) => inner
+            .values()
+            .any(|value| value.is_object() || value.is_string()),
+        _ => false,
+    }
+}
+
+/// An object with the numbers of its inner ones beside its own: `p50` of `lateness_us` is `lateness_p50_us`.
+fn flat(object: &Map<String, Value>) -> Map<String, Value> {
+    let mut flat = Map::new();
+    for (key, value) in object {
+        let Value::Object(inner) = value else {
+            flat.insert(key.clone(), value.clone());
+            continue;
+        };
+        let stem = without_unit(key);
+        for (name, value) in inner {
+            let unit = if says_unit(name) {
+                ""
+            } else {
+                &key[stem.len()..]
+            };
+            flat.insert(format!("{stem}_{name}{unit}"), value.clone());
+        }
+    }
+    flat
 }
 
 /// A column of a table.
@@ -291,8 +332,12 @@ fn is_short(object: &Map<String, Value>) -> bool {
 
 /// What a key stands beside, if its end says so and the object has that.
 fn stands_beside(object: &Map<String, Value>, key: &str) -> bool {
-    let mut stems = BESIDE.iter().filter_map(|end| key.strip_suffix(end));
-    stems.any(|stem| has_stem(object, stem))
+    let stem = BESIDE.iter().find_map(|end| key.strip_suffix(end));
+    stem.is_some_and(|stem| match key.strip_prefix(stem) {
+        Some("_unit") => true,
+        Some("_samples") => object.contains_key(&format!("{stem}_from_s")),
+        _ => has_stem(object, stem),
+    })
 }
 
 /// True if a key is this, or this and a unit.
@@ -353,8 +398,8 @@ fn unit<'a>(places: [&'a Map<String, Value>; 2], key: &str) -> Option<&'a str> {
 fn evenly(length: usize) -> Vec<usize> {
     match length {
         0..=ROWS_MOST => (0..length).collect(),
-        _ => (0..ROWS_MOST)
-            .map(|index| index * (length - 1) / (ROWS_MOST - 1))
+        _ => (0..ROWS_OF_MANY)
+            .map(|index| index * (length - 1) / (ROWS_OF_MANY - 1))
             .collect(),
     }
 }
@@ -430,14 +475,14 @@ mod tests {
             ],
         });
         let table = "walls: order,stiffness / kN/m,dissipation / N·s/m: 0.5,12,3;1,–,4";
-        assert_eq!(said(&report), ["0|dissipation unit|N·s/m|", table]);
+        assert_eq!(said(&report), [table]);
         let long: Vec<Value> = (0..100).map(|place| json!({ "place": place })).collect();
         let [Line::Table(table)] = &lines(&json!({ "points": long }))[..] else {
             panic!("no table")
         };
-        assert_eq!((table.length, table.rows.len()), (100, ROWS_MOST));
+        assert_eq!((table.length, table.rows.len()), (100, ROWS_OF_MANY));
         assert_eq!(
-            (&table.rows[0][0][..], &table.rows[ROWS_MOST - 1][0][..]),
+            (&table.rows[0][0][..], &table.rows[ROWS_OF_MANY - 1][0][..]),
             ("0", "99")
         );
     }

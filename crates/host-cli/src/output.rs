@@ -96,8 +96,13 @@ fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
                     "" => String::new(),
                     reason => format!("  ({reason})"),
                 };
-                let text = format!("{indent}{}{space}  {}{of}", row.label, in_line(&row.value));
+                let mut lines = row.value.lines();
+                let first = lines.next().unwrap_or_default();
+                let text = format!("{indent}{}{space}  {first}{of}", row.label);
                 writeln!(out, "{}", text.trim_end())?;
+                for line in lines {
+                    writeln!(out, "{}  {line}", " ".repeat(width))?;
+                }
             }
             Line::Table(table) => print_table(out, table)?,
         }

@@ -7,9 +7,6 @@ use serde::Serialize;
 /// The result. The mean deflection is compared with the springs in series, not for a coupler that creeps.
 #[derive(Clone, Debug, Serialize)]
 pub struct CouplerReport {
-    /// Of the trial.
-    #[serde(flatten)]
-    pub trial: TrialReport,
     /// `k_c`, N·s/m.
     pub coupler_stiffness_n_s_per_m: f64,
     /// `b_c`, N·s^(1−μ)/m.
@@ -22,6 +19,9 @@ pub struct CouplerReport {
     pub object_stiffness_n_per_m: f64,
     /// Place of the object at the end, m; null for a run that was cut short.
     pub object_position_m: Option<f64>,
+    /// Of the trial.
+    #[serde(flatten)]
+    pub trial: TrialReport,
 }
 
 impl CouplerReport {

@@ -68,6 +68,8 @@ impl Design {
             gain_margin: self.requirement.gain_margin(),
             frequency_hz: self.wish.frequency_hz(),
             scheme: self.scheme.to_string(),
+            stiffness_unit: "N/m",
+            dissipation_unit: "N·s^μ/m",
             force_noise_limit_n: self.force_noise_limit_n,
             ideal_device_assumed: imperfections.is_ideal(),
             imperfections,

@@ -70,6 +70,10 @@ pub struct DesignReport {
     /// Mass, damping, hand and sample time of the device.
     #[serde(flatten)]
     pub asked: AskedDevice,
+    /// Imperfections of the device, as far as they were given.
+    pub imperfections: Imperfections,
+    /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
+    pub ideal_device_assumed: bool,
     /// The wish.
     pub wish: String,
     /// Under which requirement.
@@ -82,12 +86,10 @@ pub struct DesignReport {
     pub scheme: String,
     /// Limit on the noise of the force, rms N; null for none.
     pub force_noise_limit_n: Option<f64>,
-    /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
-    pub ideal_device_assumed: bool,
-    /// Imperfections of the device, as far as they were given.
-    pub imperfections: Imperfections,
-    /// If an ideal device was assumed: the best one tried on a realistic one.
-    pub realistic: Option<RealisticTrial>,
+    /// Of the `stiffness` of candidates.
+    pub stiffness_unit: &'static str,
+    /// Of their `dissipation`.
+    pub dissipation_unit: &'static str,
     /// One for each order.
     pub candidates: Vec<Candidate>,
     /// The one that meets the wish best; null if none does.
@@ -96,6 +98,10 @@ pub struct DesignReport {
     pub tissue: Option<TissueVerdict>,
     /// The best one tried on the simulated device.
     pub simulated: Option<Settling>,
+    /// If an ideal device was assumed: the best one tried on a realistic one.
+    pub realistic: Option<RealisticTrial>,
+    /// Notes for the designer, a sentence each.
+    pub notes: Vec<String>,
     /// The text of the experiment file that does this.
     #[serde(skip)]
     pub experiment_text: Option<String>,
@@ -103,8 +109,6 @@ pub struct DesignReport {
     pub experiment: Option<String>,
     /// Table and picture, if they were written.
     pub files: Vec<String>,
-    /// Notes for the designer, a sentence each.
-    pub notes: Vec<String>,
 }
 
 /// A wall without units, or why there is none.

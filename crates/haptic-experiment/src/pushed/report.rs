@@ -16,17 +16,17 @@ pub struct TrialReport {
     /// Of the run.
     #[serde(flatten)]
     pub run: RunReport,
+    /// Rest of the device: if it came to rest, and where.
+    #[serde(flatten)]
+    pub settling: Settling,
+    /// True if trial and analysis come to the same verdict; null if one of them has none.
+    pub analysis_agrees: Option<bool>,
     /// The two errors: the commanded force against the full history, as a share of the largest force, not for a limited one;
     /// the mean deflection against the place of rest, not without such a place and not for an unstable trial.
     #[serde(flatten)]
     pub errors: Errors,
     /// Tolerance of the reference for the full history; see the report of a relaxation.
     pub reference_tolerance: Option<f64>,
-    /// Rest of the device: if it came to rest, and where.
-    #[serde(flatten)]
-    pub settling: Settling,
-    /// True if trial and analysis come to the same verdict; null if one of them has none.
-    pub analysis_agrees: Option<bool>,
 }
 
 impl TrialReport {

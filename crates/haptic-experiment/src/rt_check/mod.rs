@@ -34,24 +34,24 @@ pub struct RtCheck {
 /// Results of a check.
 #[derive(Clone, Debug, Serialize)]
 pub struct RtReport {
-    /// One for each rate.
-    pub rates: Vec<Rate>,
-    /// Changes to make, a sentence each; empty if nothing is left to change.
-    pub advice: Vec<String>,
+    /// Facts of the machine.
+    pub machine: Machine,
+    /// For each rate, s.
+    pub duration_s: f64,
+    /// Busy threads beside it.
+    pub busy: usize,
     /// The priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
     /// The core that it was pinned to.
     pub pin: Option<usize>,
     /// True if the memory was locked.
     pub memory_locked: bool,
-    /// Busy threads beside it.
-    pub busy: usize,
-    /// For each rate, s.
-    pub duration_s: f64,
-    /// Facts of the machine.
-    pub machine: Machine,
     /// Time in which the host of a virtual machine ran others instead, all processors together, ms.
     pub stolen_ms: Option<u64>,
+    /// One for each rate.
+    pub rates: Vec<Rate>,
+    /// Changes to make, a sentence each; empty if nothing is left to change.
+    pub advice: Vec<String>,
 }
 
 impl RtCheck {

@@ -13,6 +13,8 @@ pub const FIT_SHARE: f64 = 0.1;
 pub struct Rate {
     /// The rate.
     pub hz: f64,
+    /// True if a loop at this rate is safe here.
+    pub fit: bool,
     /// From when a cycle was due to when it began.
     pub lateness_us: Microseconds,
     /// Cycles that began a whole period late or more.
@@ -25,8 +27,6 @@ pub struct Rate {
     pub worst_cycle: Option<WorstTick>,
     /// For how long before it was due a cycle was waited for without sleeping, µs.
     pub spin_margin_us: f64,
-    /// True if a loop at this rate is safe here.
-    pub fit: bool,
     /// The plain loop; null if none was asked for.
     pub plain: Option<Plain>,
 }

@@ -196,6 +196,7 @@ impl TeleoperationExperiment {
             architecture: self.architecture.name().to_owned(),
             run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
             verdict,
+            verdict_reason: verdict.words(),
             line_delay_s: self.channel.delay.0,
             given_most_j: judged.given_most_j,
             taken_j: 0.0 - judged.given_j,

@@ -27,16 +27,14 @@ impl TeleoperationVerdict {
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Passive => {
-                "passive: the line gave no energy, held forces no more than damping took"
-            }
-            Self::GaveEnergy => "active: the line gave energy",
+            Self::Passive => "the line gave no energy, held forces no more than damping took",
+            Self::GaveEnergy => "the line gave energy",
             Self::HeldForcesGaveEnergy => {
-                "active: held forces gave more than the damping of the devices took"
+                "held forces gave more than the damping of the devices took"
             }
-            Self::Saturated => "saturated: a force was at its limit",
-            Self::Silent => "silent: a side heard nothing for too long",
-            Self::Unfinished => "unfinished",
+            Self::Saturated => "a force was at its limit",
+            Self::Silent => "a side heard nothing for too long",
+            Self::Unfinished => "the run did not finish",
         }
     }
 }
@@ -97,6 +95,8 @@ pub struct TeleoperationReport {
     pub run: RunReport,
     /// Verdict.
     pub verdict: TeleoperationVerdict,
+    /// The verdict in words.
+    pub verdict_reason: &'static str,
     /// Delay of the line, s.
     pub line_delay_s: f64,
     /// Most that the line had given at any time, J; at most rounding if it is passive.

@@ -78,6 +78,7 @@ impl TouchExperiment {
                 Compared::without_meaning("a hand on its way has no closed form".to_owned()),
             ),
             verdict,
+            verdict_reason: verdict.words(),
             largest_depth_m: record.farthest_m(),
             given_j: energy.map(|energy| energy.given_j),
             given_most_j: energy.map(|energy| energy.most_j),

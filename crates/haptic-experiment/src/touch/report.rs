@@ -26,11 +26,11 @@ impl TouchVerdict {
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Passive => "passive: the hand was given no energy",
-            Self::GaveEnergy => "active: the hand was given energy",
-            Self::Rendered => "rendered within limits; what the hand was given is not measured",
-            Self::Saturated => "saturated: the force was limited",
-            Self::Unfinished => "unfinished",
+            Self::Passive => "the hand was given no energy",
+            Self::GaveEnergy => "the hand was given energy",
+            Self::Rendered => "rendered within limits; the energy given is not measured",
+            Self::Saturated => "the force was limited",
+            Self::Unfinished => "the run did not finish",
         }
     }
 }
@@ -57,6 +57,8 @@ pub struct TouchReport {
     pub errors: Errors,
     /// Verdict.
     pub verdict: TouchVerdict,
+    /// The verdict in words.
+    pub verdict_reason: &'static str,
     /// Deepest place as the loop read it, m.
     pub largest_depth_m: f64,
     /// Energy that the hand was given in all, J; negative if it gave more; null on a device, whose hand nobody measures.

@@ -8,10 +8,6 @@ use serde::{Serialize, Serializer};
 /// The result. The keys are a contract of the command line.
 #[derive(Debug, Serialize)]
 pub struct ZWidthReport {
-    /// One entry an order.
-    pub orders: Vec<OrderBoundary>,
-    /// Operator.
-    pub scheme: String,
     /// Device.
     pub device: String,
     /// Its mass, damping, hand and sample time.
@@ -19,6 +15,8 @@ pub struct ZWidthReport {
     pub asked: AskedDevice,
     /// δ = bT/m of the device.
     pub delta: f64,
+    /// Operator.
+    pub scheme: String,
     /// By which rule walls were judged.
     pub criterion: Criterion,
     /// Speed at which the device hit them, m/s.
@@ -27,6 +25,8 @@ pub struct ZWidthReport {
     pub push_n: f64,
     /// Largest α that was looked at: a point this high is a bound of the search, not of the device.
     pub alpha_searched: f64,
+    /// One entry an order.
+    pub orders: Vec<OrderBoundary>,
     /// Runs made.
     pub runs: u64,
     /// Points where trial and analysis disagree by more than 5 % of the wall.
@@ -47,6 +47,8 @@ pub struct OrderBoundary {
     pub order: f64,
     /// Unit of the dissipation.
     pub dissipation_unit: &'static str,
+    /// Unit of the stiffness.
+    pub stiffness_max_unit: &'static str,
     /// The largest stable stiffness for each dissipation; dissipations without one are left out.
     pub boundary: Vec<BoundaryPoint>,
     /// Outline of the stable region by the analysis, as (β, α); empty if it has none.

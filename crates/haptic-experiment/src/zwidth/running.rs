@@ -91,6 +91,7 @@ impl ZWidth {
         OrderBoundary {
             order: search.order.get(),
             dissipation_unit: dissipation_unit(search.order),
+            stiffness_max_unit: "N/m",
             boundary: boundary.collect(),
             outline: search.outline(),
             units: search.units,

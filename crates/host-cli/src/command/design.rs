@@ -2,7 +2,6 @@
 
 mod coupler;
 mod draw;
-mod print;
 
 use crate::command::conduct::progress_bar;
 use crate::files::{Place, save_picture};
@@ -15,53 +14,30 @@ use haptic_experiment::design::{Design, DesignReport, Requirement};
 use haptic_experiment::file::{Document, Question};
 use haptic_experiment::folder::write_text;
 use haptic_experiment::{Failure, TrialVerdict};
-use print::print;
 use std::path::PathBuf;
 
 pub(crate) const LONG_ABOUT: &str = "\
-From a device and a wish to a wall: for each order the largest stiffness K and dissipation B, and the \
-order that does it best. Nothing is searched by trying: stable walls come from the stability region, \
-passive ones from Theorem 1 for the operator that really runs, with delay and current lag of the device. The best \
-one is then tried on the simulated device, with its friction and encoder too.
-
-Without --device-model, or one of friction, delay, current_lag, encoder_resolution and sensor_noise, an \
-ideal device is assumed, and the trial with what --device-model laboratory has stands beside. The force noise of encoder steps q is \
-B.(q/sqrt 12).T^(-mu).sqrt(sum of the squared weights), rms; --force-noise-limit keeps B below it.
+From a device and a wish to a wall: the largest stiffness K and dissipation B for each order, and the order that does best. \
+The analysis finds them, with the device's delay and current lag; the best is then tried on the simulated device, with friction and encoder too.
 
 Wishes:
-  stiffest-wall   the largest K, with the B that allows it
-  most-damping    the largest effective damping of the wall at --frequency
-  tissue          K, B and order of a specimen of --tissue: does it fit, how much larger may it be, and which \
-order of the grid is the closest that fits (equal at --frequency) if it does not
-  coupler         the stiffest virtual coupler damper + spring (T/(1-w))^mu as felt at --frequency (default 1 Hz), that Llewellyn's criterion \
-passes on this damping and sample time, for every passive hand and object. His device acts half a sample earlier than a real one, so the \
-loop that is really sampled (mass, hand, an object of 100 g, 1 N s/m, 500 N/m) must be stable too, also with a coupler twice as large: \
-where it is not, both parts are made smaller (share below 1). --require passive asks instead for passivity of the sampled device with \
-every hand and object, four times the damping and more. The device is ideal
+  stiffest-wall   the largest K
+  most-damping    the largest effective damping at --frequency
+  tissue          does a specimen of --tissue fit, and how much larger may it be? If it does not, which order comes closest at --frequency?
+  coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at --frequency, absolutely stable by Llewellyn's criterion and \
+with a gain margin of 2 in the sampled loop. --require passive asks for passivity with every hand and object instead
 
-With --out it writes design.toml, which `host-cli run` takes (exit code 0 only if trial and analysis call the \
-wall stable; a coupler must pass Llewellyn's criterion too), design.csv and, but for a coupler, a picture. The default device is as \
-heavy and as damped as that of the dissertation's section 4.4: 65 g, 3.5 N.s/m.
+Without a device file or friction, delay, current_lag, encoder_resolution or sensor_noise the device is ideal; the report then also shows the best \
+wall on the laboratory device. --force-noise-limit bounds the force noise that encoder and sensor cause.
 
-Exit code 0 means that there is a best candidate and that it came to rest when it was tried (a passive one may ring on, with a warning). \
-Without any, best is null and the exit code is 1, whatever the wish; the report is printed all the same.
-
-JSON: mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, sample_time_s, wish, require, gain_margin, frequency_hz, scheme, force_noise_limit_n, ideal_device_assumed, \
-imperfections{friction_n, delay_s, current_lag_s, encoder_resolution_m, sensor_noise_m, seed}, \
-realistic{the same, analysis_stable, margin, force_noise_rms_n, simulated}, candidates[{order, stiffness (N/m), \
-dissipation (N.s^mu/m), margin, alpha, beta, passive, required_damping_n_s_per_m, effective_damping_n_s_per_m, \
-force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host-cli run`), experiment, files, notes. Of a coupler: \
-the device as above, wish, require (llewellyn or passive), scheme, frequency_hz, candidates[{order, stiffness (the damper, N.s/m), dissipation (the spring, N.s^(1-mu)/m), \
-margin, felt_stiffness_n_per_m, share, loop_margin, sampled_damping_n_s_per_m, reason}], best, simulated, experiment, files.";
+--out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no candidate is found or the best does not come to rest.";
 
 /// Arguments of `design`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli design --delay 1ms --out design\n  \
-                  host-cli design --device-model laboratory --mass 45g --damping 0.2 --force-limit 3.3N --out mine\n  \
-                  host-cli design encoder_resolution=30um friction=0.2N --force-noise-limit 0.05N\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
-                  host-cli design --wish tissue --tissue prostate-cancerous"
+                  host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -93,7 +69,7 @@ impl Arguments {
         bar.finish_and_clear();
         let mut report = answer?;
         self.write(&design, &mut report, &mut place);
-        output.text_summary(&report, |out| print(out, &report))?;
+        output.summary(&report)?;
         place.close(judge(&design, &report))
     }
 

@@ -2,9 +2,7 @@
 
 mod words;
 
-use self::words::{
-    advice, print_extent, print_flaws, print_info, print_missing, reasons, recovered,
-};
+use self::words::{advice, reasons};
 use crate::log_plot::LogFigure;
 use crate::output::Output;
 use crate::picture_file::{self, PictureFileError};
@@ -112,7 +110,7 @@ impl Command {
         match self {
             Self::Info { log } => {
                 let summary = inspect(&log)?;
-                output.text(&summary, |out| print_info(out, &log, &summary))
+                output.report(&summary)
             }
             Self::Check { log } => check(&log, output),
             Self::Recover {
@@ -141,9 +139,7 @@ impl Command {
                     csv: Some(target.display().to_string()),
                     figure: None,
                 };
-                output.text_summary(&made, |out| {
-                    writeln!(out, "{} rows in {}", made.samples, target.display())
-                })?;
+                output.summary(&made)?;
                 require_complete(done.condition.complete, &log, &target)
             }
             Self::Plot {
@@ -237,16 +233,7 @@ fn require_complete(complete: bool, log: &Path, made: &Path) -> Result<(), Failu
 fn check(log: &Path, output: Output) -> Result<(), Failure> {
     let summary = inspect(log)?;
     let reasons = reasons(&summary);
-    output.text_summary(&summary, |out| {
-        if reasons.is_empty() {
-            writeln!(out, "whole: {} samples, no gaps", summary.samples)?;
-        } else {
-            print_missing(out, &summary)?;
-        }
-        print_flaws(out, &summary)?;
-        print_extent(out, &summary)?;
-        recovered(out, &summary)
-    })?;
+    output.summary(&summary)?;
     if reasons.is_empty() {
         Ok(())
     } else {
@@ -272,17 +259,7 @@ fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<()
         log: target.display().to_string(),
         gaps: summary.gaps,
     };
-    output.text_summary(&recovered, |out| {
-        writeln!(
-            out,
-            "{} samples saved in {}",
-            recovered.samples, recovered.log
-        )?;
-        recovered
-            .missing
-            .iter()
-            .try_for_each(|sentence| writeln!(out, "missing: {sentence}"))
-    })?;
+    output.summary(&recovered)?;
     if lost {
         Err(Failure::DataLost(anyhow::anyhow!(
             "`{}` was not whole; what it held is in `{}`",
@@ -334,14 +311,6 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         csv: None,
         figure: Some(saved.shown().display().to_string()),
     };
-    output.text_summary(&made, |out| {
-        writeln!(
-            out,
-            "{} samples in {}{}",
-            made.samples,
-            saved.shown().display(),
-            picture_file::AND_SVG
-        )
-    })?;
+    output.summary(&made)?;
     require_complete(complete, log, saved.shown())
 }

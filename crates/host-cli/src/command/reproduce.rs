@@ -15,7 +15,6 @@ use reproduce::figures::FIGURES;
 use reproduce::report::{ReportFigure, html, markdown};
 use reproduce::{Claim, Formulas};
 use serde::Serialize;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -105,7 +104,7 @@ impl Arguments {
             report: written,
             ended_early: stopped().then_some("interrupted"),
         };
-        output.text_summary(&result, |out| result.print(out))?;
+        output.summary(&result)?;
         place.close(match result.ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
                 "{reason}: {} of {} figures and {} of {COUNT} claims were done and are kept",
@@ -157,24 +156,6 @@ impl Arguments {
             data,
         };
         Ok((made, in_report))
-    }
-}
-
-impl Reproduction {
-    /// As a person reads it.
-    fn print(&self, out: &mut dyn Write) -> io::Result<()> {
-        for claim in &self.claims {
-            writeln!(out, "{:<4} {}", claim.id, claim.verdict.words())?;
-            writeln!(out, "     A₃     {}", claim.muir.numbers)?;
-            writeln!(out, "     exact  {}", claim.exact.numbers)?;
-        }
-        for figure in &self.figures {
-            writeln!(out, "figure {}: {}", figure.id, figure.picture)?;
-        }
-        match &self.report {
-            Some(report) => writeln!(out, "report: {report}"),
-            None => Ok(()),
-        }
     }
 }
 

@@ -9,18 +9,15 @@ use clap::Args;
 use fracdiff::parameter::Shown;
 use haptic_experiment::RealtimeOptions;
 use haptic_experiment::failure::Failure;
-use haptic_experiment::rt_check::{FIT_SHARE, Rate, RtCheck, RtReport};
+use haptic_experiment::rt_check::RtCheck;
 use haptic_quantity::{Frequency, Time};
-use std::io::{self, Write};
 use std::time::Duration;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Measures how late a loop by the clock starts its ticks on this machine, with the runner of --realtime, and says \
-for each rate whether it is safe: no tick a whole period late, and 999 of 1000 within a tenth of the period. \
-Then what to change: permissions, kernel, governor, latency timers, throttling.
+Measures how late this machine starts the ticks of a loop, and says for each rate whether it is fit: no tick a whole period late, and 999 of 1000 \
+within a tenth of the period. Then it says what to change.
 
-Do it while the machine does what it will do beside the loop, and for longer than a minute before you trust \
-it: what is rare is not seen in seconds.";
+Run it while the machine does its usual work, for more than a minute: rare delays do not show in seconds.";
 
 /// Arguments of `rt-check`.
 #[derive(Debug, Args)]
@@ -81,81 +78,6 @@ impl Arguments {
         let measured = check.run(stop, &|share| bar.set_position((1e3 * share) as u64));
         bar.finish_and_clear();
         let report = measured?;
-        output.text(&report, |out| print(out, &report))
-    }
-}
-
-/// The result as a person reads it.
-fn print(out: &mut dyn Write, report: &RtReport) -> io::Result<()> {
-    let machine = &report.machine;
-    let kernel = match (&machine.kernel, machine.preempt_rt) {
-        (Some(kernel), Some(true)) => format!("kernel {kernel}, PREEMPT_RT"),
-        (Some(kernel), _) => format!("kernel {kernel}, not PREEMPT_RT"),
-        (None, _) => "kernel unknown".to_owned(),
-    };
-    let thread = match report.priority {
-        Some(priority) => format!("priority {priority}"),
-        None => "normal priority".to_owned(),
-    };
-    let busy = match report.busy {
-        0 => String::new(),
-        busy => format!(" · {busy} busy threads beside"),
-    };
-    writeln!(
-        out,
-        "{kernel} · {} cores{} · {thread}{busy} · {} s each",
-        machine.cores,
-        if machine.virtual_machine {
-            ", virtual"
-        } else {
-            ""
-        },
-        report.duration_s
-    )?;
-    writeln!(
-        out,
-        "{:>9}  {:>30}  {:>9} {:>9} {:>9} {:>9}  {:>8}",
-        "rate", "µs late:", "median", "99 %", "99.9 %", "longest", "overruns"
-    )?;
-    for rate in &report.rates {
-        print_rate(out, rate)?;
-    }
-    for sentence in &report.advice {
-        writeln!(out, "- {sentence}")?;
-    }
-    Ok(())
-}
-
-fn print_rate(out: &mut dyn Write, rate: &Rate) -> io::Result<()> {
-    let us = rate.lateness_us;
-    writeln!(
-        out,
-        "{:>6} Hz  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}",
-        rate.hz,
-        verdict(rate),
-        us.p50,
-        us.p99,
-        us.p999,
-        us.max,
-        rate.overruns
-    )?;
-    if let Some(plain) = rate.plain {
-        let us = plain.lateness_us;
-        writeln!(
-            out,
-            "{:>9}  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}  99.9 % is {:.1} times",
-            "", "plain sleep", us.p50, us.p99, us.p999, us.max, plain.overruns, plain.ratio_p999
-        )?;
-    }
-    Ok(())
-}
-
-fn verdict(rate: &Rate) -> &'static str {
-    if rate.fit {
-        "safe"
-    } else if rate.lateness_us.p999 <= FIT_SHARE * 1e6 / rate.hz {
-        "good, but for the overruns"
-    } else {
-        "not safe"
+        output.report(&report)
     }
 }

@@ -11,26 +11,18 @@ use haptic_experiment::file::{Document, Question};
 use haptic_experiment::zwidth::BoundaryPoint;
 use haptic_experiment::{Failure, ZWidth, ZWidthReport};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use std::io::{self, Write};
+use serde::Serialize;
 use std::path::PathBuf;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Z-width: throws a simulated device against a wall at its start position, pushes it into it, and looks for the \
-stiffest wall at which it comes to rest, for each order and dissipation. The default device is as \
-heavy and as damped as that of the dissertation's section 4.4: 65 g, 3.5 N.s/m. --device-model laboratory adds what real devices have.
+Z-width: throws a device against a wall, pushes it into the wall, and finds the stiffest wall at which it comes to rest, for each order and \
+dissipation. The default device is that of the dissertation's section 4.4 (65 g, 3.5 N.s/m); --device-model laboratory adds what real devices have.
 
-At rest: over the last 0.4 s of 5 s the position varies (standard deviation) by at most \
-2 encoder steps or 1 % of the deflection push/K, whichever is larger, and the force by at most one encoder step \
-through the operator, but no more than 25 % of the push, or 5 % of the push; a force at its limit in more than 1 % of the samples is saturated, \
-never stable. With friction each wall is tried without it too: stable is what settles both ways, and the \
-stiffness up to which friction alone holds the device stands beside.
+At rest means: over the last 0.4 s of 5 s the standard deviation of the position is at most 2 encoder steps or 1 % of push/K, whichever is larger, \
+and that of the force at most one encoder step through the operator (no more than 25 % of the push) or 5 % of the push. A force at its limit in more \
+than 1 % of the samples is not stable. With friction each wall is also tried without it: stable is what settles both ways.
 
-Beside each point stands the largest stiffness by the analysis. Ctrl-C keeps the points that are done, writes \
-them and exits with 1.
-
-JSON: orders[{order, dissipation_unit, boundary[{dissipation, stiffness_max (N/m), alpha, beta, \
-analysis_stiffness_n_per_m, analysis_agrees, held_by_friction_up_to_n_per_m}]}], scheme, device, \
-mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, sample_time_s, delta, criterion, impact_m_per_s, push_n, alpha_searched, runs, disagreements, ended_early.";
+The largest stiffness by the analysis stands beside each point. Ctrl-C keeps the points that are done.";
 
 /// Arguments of `zwidth`.
 #[derive(Debug, Args)]
@@ -47,6 +39,14 @@ pub struct Arguments {
     /// Replace the files of an earlier run in the folder
     #[arg(long)]
     overwrite: bool,
+}
+
+/// The result, and where it was written.
+#[derive(Serialize)]
+struct Shown<'a> {
+    #[serde(flatten)]
+    report: &'a ZWidthReport,
+    files: Vec<String>,
 }
 
 impl Arguments {
@@ -91,7 +91,10 @@ impl Arguments {
                 ),
             );
         }
-        output.text_summary(&report, |out| print(out, &report, &files))?;
+        output.summary(&Shown {
+            report: &report,
+            files,
+        })?;
         place.close(match report.ended_early {
             Some(failure) => Err(failure.and("the points that were done are kept")),
             None => Ok(()),
@@ -105,58 +108,6 @@ fn experiment(options: Options<keys::ZWidth>) -> Result<ZWidth, Failure> {
         Question::ZWidth(zwidth) => Ok(zwidth),
         _ => Err(Failure::bad_input("not a Z-width")),
     }
-}
-
-/// The result as a person reads it.
-fn print(out: &mut dyn Write, report: &ZWidthReport, files: &[String]) -> io::Result<()> {
-    writeln!(out, "device: {}", report.asked)?;
-    for order in &report.orders {
-        writeln!(
-            out,
-            "order {}: {} points",
-            order.order,
-            order.boundary.len()
-        )?;
-        writeln!(
-            out,
-            "  {:>16} {:>16} {:>16} {:>10} {:>10}",
-            format!("B / {}", order.dissipation_unit),
-            "K_max / N/m",
-            "analysis / N/m",
-            "beta",
-            "alpha"
-        )?;
-        for p in &order.boundary {
-            let analysis = p.analysis_stiffness_n_per_m;
-            write!(
-                out,
-                "  {:>16.6} {:>16.3} {:>16} {:>10.5} {:>10.5}",
-                p.dissipation,
-                p.stiffness_max,
-                analysis.map_or_else(|| "–".to_owned(), |k| format!("{k:.3}")),
-                p.beta,
-                p.alpha
-            )?;
-            if p.analysis_agrees == Some(false) {
-                write!(out, " !")?;
-            }
-            match p.held_by_friction_up_to_n_per_m {
-                Some(held) => writeln!(out, "  held still by friction alone up to {held:.0} N/m")?,
-                None => writeln!(out)?,
-            }
-        }
-    }
-    let mut points = report.orders.iter().flat_map(|order| &order.boundary);
-    if report.device != "sim" && points.all(|point| point.analysis_stiffness_n_per_m.is_none()) {
-        writeln!(
-            out,
-            "no analysis, as nobody knows delay and lag of this device here: host-cli device measure --out device.toml finds them, host-cli \
-             analyze stability-region --device-model device.toml tells the stiffest wall"
-        )?;
-    }
-    files
-        .iter()
-        .try_for_each(|file| writeln!(out, "written: {file}"))
 }
 
 /// A curve with what it needs to be drawn.

@@ -12,7 +12,6 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_quantity::{Damping, Time};
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// Arguments of `analyze coupling`.
 #[derive(Debug, Args)]
@@ -46,13 +45,21 @@ pub struct CouplingArguments {
 struct Coupling {
     order: f64,
     scheme: String,
+    sample_time_s: f64,
+    coupler_stiffness_n_s_per_m: f64,
+    coupler_dissipation_n_s_1_minus_mu_per_m: f64,
+    /// b as given; null without one.
+    damping_n_s_per_m: Option<f64>,
     /// Least b by Llewellyn's criterion, N·s/m; null if no damping is enough.
     required_damping: Option<f64>,
+    required_damping_unit: &'static str,
     /// By Corollary 2, N·s/m.
     corollary_damping: f64,
+    corollary_damping_unit: &'static str,
     worst_theta: f64,
     /// True if the given b is enough; null without one, unless none is.
     passive: Option<bool>,
+    passive_reason: Option<&'static str>,
     reason: Option<String>,
 }
 
@@ -99,38 +106,19 @@ impl CouplingArguments {
         let result = Coupling {
             order: mu.get(),
             scheme: self.scheme.to_string(),
+            sample_time_s: self.sample_time.0,
+            coupler_stiffness_n_s_per_m: self.coupler_stiffness,
+            coupler_dissipation_n_s_1_minus_mu_per_m: self.coupler_dissipation,
+            damping_n_s_per_m: damping,
             required_damping: required,
+            required_damping_unit: "N·s/m",
             corollary_damping: coupler.corollary_damping(),
+            corollary_damping_unit: "N·s/m",
             worst_theta,
             passive,
+            passive_reason: passive.is_none().then_some("give --damping to know"),
             reason,
         };
-        output.text(&result, |out| result.print(out, damping))
-    }
-}
-
-impl Coupling {
-    /// As a person reads it; `damping` is that of the device, N·s/m, if it was given.
-    fn print(&self, out: &mut dyn Write, damping: Option<f64>) -> io::Result<()> {
-        match (&self.reason, self.required_damping) {
-            (Some(reason), _) => writeln!(out, "{reason}")?,
-            (None, Some(b)) => writeln!(
-                out,
-                "required damping   {b:.9} N·s/m (Llewellyn), at theta = {:.6}",
-                self.worst_theta
-            )?,
-            (None, None) => {}
-        }
-        writeln!(
-            out,
-            "corollary damping  {:.9} N·s/m (Corollary 2, not sufficient)",
-            self.corollary_damping
-        )?;
-        match (self.passive, damping) {
-            (Some(true), Some(b)) => writeln!(out, "passive            yes, with {b} N·s/m"),
-            (Some(false), Some(b)) => writeln!(out, "passive            no, with {b} N·s/m"),
-            (Some(false), None) => writeln!(out, "passive            no"),
-            _ => writeln!(out, "passive            give --damping to know"),
-        }
+        output.report(&result)
     }
 }

@@ -150,9 +150,14 @@ struct Row {
 struct Points {
     order: f64,
     scheme: String,
+    sample_time_s: f64,
+    stiffness_n_per_m: f64,
+    dissipation_n_s_mu_per_m: f64,
     /// Of a closed loop.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     path: Option<PathResult>,
+    effective_stiffness_unit: &'static str,
+    effective_damping_unit: &'static str,
     points: Vec<Point>,
     files: Vec<String>,
 }
@@ -256,28 +261,16 @@ fn report(
     let result = Points {
         order: wall.order,
         scheme: wall.scheme.to_string(),
+        sample_time_s: wall.sample_time.0,
+        stiffness_n_per_m: wall.stiffness.0,
+        dissipation_n_s_mu_per_m: wall.dissipation,
         path,
+        effective_stiffness_unit: "N/m",
+        effective_damping_unit: "N·s/m",
         points,
         files: written,
     };
-    output.text(&result, |out| {
-        writeln!(
-            out,
-            "{:>14} {:>18} {:>20}",
-            "omega / rad/s", "stiffness / N/m", "damping / N·s/m"
-        )?;
-        for p in &result.points {
-            writeln!(
-                out,
-                "{:>14.6} {:>18.6} {:>20.8}",
-                p.omega_rad_s, p.effective_stiffness, p.effective_damping
-            )?;
-        }
-        result
-            .files
-            .iter()
-            .try_for_each(|file| writeln!(out, "written: {file}"))
-    })?;
+    output.report(&result)?;
     place.close(Ok(()))
 }
 

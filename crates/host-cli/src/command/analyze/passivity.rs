@@ -2,18 +2,11 @@
 
 use super::arguments::{LoopArguments, Wall, refused};
 use super::path::PathResult;
-use crate::output::{Output, fixed};
+use crate::output::Output;
 use clap::Args;
-use fracdiff::parameter::Shown;
 use haptic_analysis::{AnalysisError, Largest, OnePort};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
-use std::io::{self, Write};
-
-/// Nearer to a bound, as a share of it, nothing is known.
-const ROUNDING: f64 = 1e-15;
-/// Decimals of δ.
-const DIGITS: usize = 9;
 
 /// Arguments of `analyze passivity`.
 #[derive(Debug, Args)]
@@ -32,6 +25,8 @@ struct Passivity {
     scheme: String,
     alpha: f64,
     beta: f64,
+    /// δ as given; null without one.
+    delta: Option<f64>,
     #[serde(flatten)]
     path: PathResult,
     /// Least δ by Theorem 1 for the operator really used; passive above it.
@@ -41,6 +36,7 @@ struct Passivity {
     worst_theta: f64,
     /// True if the given δ is enough; null without one.
     passive: Option<bool>,
+    passive_reason: Option<&'static str>,
     /// α + βP(1) < 0: then no damping is enough.
     negative_at_rest: bool,
     /// Largest α that is passive with the given δ and β; null without a δ, or if none or any is.
@@ -48,6 +44,8 @@ struct Passivity {
     /// Largest β that is passive with the given δ and α; null likewise.
     largest_beta: Option<f64>,
     /// The same with units, where the loop was given with units.
+    largest_stiffness_n_per_m: Option<f64>,
+    largest_dissipation_n_s_mu_per_m: Option<f64>,
     required_damping_n_s_per_m: Option<f64>,
     worst_rad_s: Option<f64>,
 }
@@ -81,6 +79,7 @@ impl PassivityArguments {
             scheme: resolved.scheme.to_string(),
             alpha: parameters.alpha,
             beta: parameters.beta,
+            delta: resolved.delta_given.then_some(parameters.delta),
             path: resolved.path_result(),
             required_delta: required.delta,
             corollary_delta: required.corollary_delta,
@@ -88,98 +87,24 @@ impl PassivityArguments {
             passive: resolved
                 .delta_given
                 .then(|| required.passive(parameters.delta)),
+            passive_reason: match (required.negative_at_rest, resolved.delta_given) {
+                (true, _) => {
+                    Some("at rest a negative spring, alpha + beta P(1) < 0: no damping is enough")
+                }
+                (false, false) => Some("give --delta or --damping to know"),
+                _ => None,
+            },
             negative_at_rest: required.negative_at_rest,
             largest_alpha,
             largest_beta,
-            // δ = bT/m
+            // K = αm/T², B = βm/T^(2−μ), δ = bT/m
+            largest_stiffness_n_per_m: (resolved.units.zip(largest_alpha))
+                .map(|((m, t), alpha)| alpha * m / (t * t)),
+            largest_dissipation_n_s_mu_per_m: (resolved.units.zip(largest_beta))
+                .map(|((m, t), beta)| beta * m / t.powf(2.0 - resolved.order.get())),
             required_damping_n_s_per_m: resolved.units.map(|(m, t)| required.delta * m / t),
             worst_rad_s: resolved.units.map(|(_, t)| required.worst_theta / t),
         };
-        output.text(&result, |out| {
-            result.print(out, parameters.delta, resolved.units)
-        })
-    }
-}
-
-impl Passivity {
-    /// As a person reads it; `units` are m and T, where the loop was given with units.
-    fn print(&self, out: &mut dyn Write, delta: f64, units: Option<(f64, f64)>) -> io::Result<()> {
-        writeln!(
-            out,
-            "required delta    {} (Theorem 1, the operator really used, {}), at theta = {:.6}",
-            fixed(self.required_delta, DIGITS),
-            self.path.words(),
-            self.worst_theta
-        )?;
-        writeln!(
-            out,
-            "corollary delta   {} (Corollary 1, exact operator without delay)",
-            fixed(self.corollary_delta, DIGITS)
-        )?;
-        if let (Some(b), Some(omega)) = (self.required_damping_n_s_per_m, self.worst_rad_s) {
-            let (b, omega) = (fixed(b, 6), fixed(omega, 3));
-            writeln!(out, "required damping  {b} N·s/m, at {omega} rad/s")?;
-        }
-        if self.negative_at_rest {
-            writeln!(
-                out,
-                "at rest           a negative spring, alpha + beta P(1) < 0: no damping makes this wall passive"
-            )?;
-        }
-        match self.passive {
-            Some(passive) => writeln!(
-                out,
-                "passive           {}, with delta = {}{}",
-                if passive { "yes" } else { "no" },
-                Shown(delta),
-                self.beside_the_bound(delta)
-            ),
-            None => writeln!(out, "passive           give --delta or --damping to know"),
-        }?;
-        self.print_largest(out, units)
-    }
-
-    /// Words for a δ that looks like the required one with the digits that are printed.
-    fn beside_the_bound(&self, delta: f64) -> String {
-        let over = delta - self.required_delta;
-        match () {
-            () if fixed(delta, DIGITS) != fixed(self.required_delta, DIGITS) => String::new(),
-            () if over.abs() <= ROUNDING * self.required_delta => {
-                ", which is the bound itself: take more".to_owned()
-            }
-            () if over > 0.0 => format!(", {over:.1e} above the bound"),
-            () => format!(", {:.1e} below the bound", -over),
-        }
-    }
-
-    fn print_largest(&self, out: &mut dyn Write, units: Option<(f64, f64)>) -> io::Result<()> {
-        // K = αm/T², B = βm/T^(2−μ)
-        let scale = |power: f64| units.map_or(1.0, |(m, t)| m / t.powf(power));
-        let with_units = units.is_some();
-        if let Some(alpha) = self.largest_alpha {
-            let (name, unit) = if with_units {
-                ("K", " N/m")
-            } else {
-                ("alpha", "")
-            };
-            writeln!(
-                out,
-                "largest {name:<9} {}{unit}, with the rest as given",
-                fixed(alpha * scale(2.0), 9)
-            )?;
-        }
-        if let Some(beta) = self.largest_beta {
-            let (name, unit) = if with_units {
-                ("B", " N·s^μ/m")
-            } else {
-                ("beta", "")
-            };
-            let value = fixed(beta * scale(2.0 - self.order), 9);
-            writeln!(
-                out,
-                "largest {name:<9} {value}{unit}, with the rest as given"
-            )?;
-        }
-        Ok(())
+        output.report(&result)
     }
 }

@@ -2,14 +2,12 @@
 
 use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, refused};
 use super::path::PathResult;
-use crate::output::{Output, fixed};
+use crate::output::Output;
 use clap::Args;
-use fracdiff::parameter::Shown;
 use haptic_analysis::{BoundaryPoint, StabilityRegion};
 use haptic_experiment::failure::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// Arguments of `analyze stability-region`.
 #[derive(Debug, Args)]
@@ -37,6 +35,10 @@ struct Region {
     alpha_max: Option<f64>,
     beta_at_alpha_max: Option<f64>,
     beta_max: Option<f64>,
+    /// K of `alpha_max`; null for a loop without units.
+    stiffness_max_n_per_m: Option<f64>,
+    /// B there.
+    dissipation_at_stiffness_max_n_s_mu_per_m: Option<f64>,
     /// Outline of the largest part; others follow in `further_parts`.
     boundary: Vec<Point>,
     further_parts: Vec<Vec<Point>>,
@@ -84,6 +86,8 @@ impl RegionArguments {
             alpha_max: None,
             beta_at_alpha_max: None,
             beta_max: None,
+            stiffness_max_n_per_m: None,
+            dissipation_at_stiffness_max_n_s_mu_per_m: None,
             boundary: Vec::new(),
             further_parts: Vec::new(),
             files: Vec::new(),
@@ -93,6 +97,12 @@ impl RegionArguments {
             result.alpha_max = Some(area.alpha_max);
             result.beta_at_alpha_max = Some(area.beta_at_alpha_max);
             result.beta_max = Some(area.beta_max);
+            if let Some((m, t)) = resolved.units {
+                // K = αm/T², B = βm/T^(2−μ)
+                result.stiffness_max_n_per_m = Some(area.alpha_max * m / (t * t));
+                result.dissipation_at_stiffness_max_n_s_mu_per_m =
+                    Some(area.beta_at_alpha_max * m / t.powf(2.0 - result.order));
+            }
             let rows = area
                 .polygons
                 .iter()
@@ -110,7 +120,7 @@ impl RegionArguments {
             result.further_parts = parts.collect();
             result.files = place.table_and_picture(rows, || draw_region(&result, &resolved));
         }
-        output.text(&result, |out| result.print(out, resolved.units))?;
+        output.report(&result)?;
         place.close(Ok(()))
     }
 }
@@ -123,46 +133,6 @@ fn outline(points: &[BoundaryPoint]) -> Vec<Point> {
             beta: p.beta,
         })
         .collect()
-}
-
-impl Region {
-    /// As a person reads it; `units` are m and T, where the loop was given with units.
-    fn print(&self, out: &mut dyn Write, units: Option<(f64, f64)>) -> io::Result<()> {
-        if self.empty {
-            return writeln!(
-                out,
-                "empty: no wall of this order is stable on this device (delta {}, {})",
-                Shown(self.delta),
-                self.path.words()
-            );
-        }
-        writeln!(out, "area               {:.9}", self.area)?;
-        if let (Some(alpha), Some(at), Some(beta)) =
-            (self.alpha_max, self.beta_at_alpha_max, self.beta_max)
-        {
-            writeln!(out, "largest alpha      {alpha:.9} at beta {at:.9}")?;
-            writeln!(out, "largest beta       {beta:.9}")?;
-            if let Some((m, t)) = units {
-                let stiffness = alpha * m / (t * t);
-                let unit = m / t.powf(2.0 - self.order);
-                writeln!(
-                    out,
-                    "stiffest wall      {} N/m at B = {} N·s^μ/m",
-                    fixed(stiffness, 6),
-                    fixed(at * unit, 6)
-                )?;
-            }
-        }
-        writeln!(
-            out,
-            "outline            {} points in {} parts (--json or --out for all)",
-            self.boundary.len() + self.further_parts.iter().map(Vec::len).sum::<usize>(),
-            1 + self.further_parts.len()
-        )?;
-        self.files
-            .iter()
-            .try_for_each(|file| writeln!(out, "written: {file}"))
-    }
 }
 
 fn draw_region(region: &Region, resolved: &ResolvedLoop) -> Result<Picture, FigureError> {

@@ -31,9 +31,9 @@ struct Sensitivity {
     scheme: String,
     #[serde(flatten)]
     path: PathResult,
-    points: Vec<SensitivityPoint>,
     peak_db: f64,
     theta_at_peak: f64,
+    points: Vec<SensitivityPoint>,
     files: Vec<String>,
 }
 
@@ -68,22 +68,12 @@ impl SensitivityArguments {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
             path: resolved.path_result(),
-            points,
             peak_db: decibel(peak.value),
             theta_at_peak: peak.theta,
+            points,
             files,
         };
-        output.text(&result, |out| {
-            writeln!(
-                out,
-                "peak  {:.6} dB at theta = {:.6} rad",
-                result.peak_db, result.theta_at_peak
-            )?;
-            result
-                .files
-                .iter()
-                .try_for_each(|file| writeln!(out, "written: {file}"))
-        })?;
+        output.report(&result)?;
         place.close(Ok(()))
     }
 }

@@ -2,12 +2,10 @@
 
 use super::arguments::{LoopArguments, Wall, decibel};
 use super::path::PathResult;
-use crate::output::{Output, fixed};
+use crate::output::Output;
 use clap::Args;
-use fracdiff::parameter::Shown;
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// Arguments of `analyze stability`.
 #[derive(Debug, Args)]
@@ -31,9 +29,11 @@ struct StabilityVerdict {
     gamma: f64,
     #[serde(flatten)]
     path: PathResult,
+    stable: bool,
+    /// On the boundary, or a device that stays where it is left.
+    stable_reason: Option<String>,
     /// There is no spring, or one too weak to tell: the device stays where it is left, and the loop is judged beside that pole.
     drifts: bool,
-    stable: bool,
     /// Largest |z| of a pole; null if P is irrational or the polynomial too long.
     spectral_radius: Option<f64>,
     /// Poles with |z| > 1, by encirclement; null on the boundary.
@@ -71,8 +71,13 @@ impl VerdictArguments {
             delta: parameters.delta,
             gamma: parameters.gamma,
             path: resolved.path_result(),
-            drifts,
             stable: verdict.stable,
+            stable_reason: match (verdict.unstable_poles, drifts) {
+                (None, _) => Some("on the boundary".to_owned()),
+                (_, true) => Some("without a spring the device stays where it is left".to_owned()),
+                _ => None,
+            },
+            drifts,
             spectral_radius: verdict.spectral_radius,
             encirclements: verdict.unstable_poles,
             gain_margin: margins
@@ -81,67 +86,6 @@ impl VerdictArguments {
             delay_margin_samples: margins.and_then(|margins| margins.delay).map(|at| at.value),
             peak_sensitivity_db: margins.map(|margins| decibel(margins.sensitivity.value)),
         };
-        output.text(&result, |out| result.print(out))
-    }
-}
-
-impl StabilityVerdict {
-    /// As a person reads it.
-    fn print(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(
-            out,
-            "{}: order {}, scheme {}, alpha {}, beta {}, delta {}, gamma {}, {}",
-            match (self.stable, self.encirclements) {
-                (true, _) => "stable",
-                (false, Some(_)) => "unstable",
-                (false, None) => "on the boundary",
-            },
-            self.order,
-            self.scheme,
-            Shown(self.alpha),
-            Shown(self.beta),
-            Shown(self.delta),
-            Shown(self.gamma),
-            self.path.words()
-        )?;
-        if self.drifts {
-            let spring = if self.alpha + self.gamma > 0.0 {
-                format!(
-                    "with a spring of {}, too weak to be told from none (1e-9)",
-                    Shown(self.alpha + self.gamma)
-                )
-            } else {
-                "without any spring".to_owned()
-            };
-            writeln!(
-                out,
-                "  {spring}: the device stays where it is left, which is no instability"
-            )?;
-        }
-        if let Some(poles) = self.encirclements.filter(|poles| *poles > 0) {
-            writeln!(out, "  unstable poles    {poles}")?;
-        }
-        if let Some(radius) = self.spectral_radius {
-            writeln!(out, "  spectral radius   {}", fixed(radius, 9))?;
-        }
-        if self.stable {
-            let or_any = |value: Option<f64>| {
-                value.map_or_else(|| "any".to_owned(), |value| fixed(value, 6))
-            };
-            writeln!(
-                out,
-                "  gain margin       {} times the wall",
-                or_any(self.gain_margin)
-            )?;
-            writeln!(
-                out,
-                "  delay margin      {} samples more",
-                or_any(self.delay_margin_samples)
-            )?;
-        }
-        if let Some(peak) = self.peak_sensitivity_db {
-            writeln!(out, "  sensitivity peak  {peak:.3} dB")?;
-        }
-        Ok(())
+        output.report(&result)
     }
 }

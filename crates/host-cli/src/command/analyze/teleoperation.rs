@@ -95,13 +95,13 @@ pub struct TeleoperationArguments {
 }
 
 pub(super) const LONG_ABOUT: &str = "\
-Is a teleoperation stable with every passive hand and every passive thing at the other end (Llewellyn's criterion, with the delay of the line, \
-sampled controllers and held forces)? Up to which delay? And what does the hand feel of a remote tissue?
+Is a teleoperation stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and held forces)? Up to \
+which delay? And what does the hand feel of a remote tissue?
 
---best looks for the coupler spring + damper D^mu of each order that makes the tissue feel right from --low to --high: the least root mean square of \
-|ln(Z_felt/Z_tissue)|, 0.1 being 10 % or 6 degrees, among those that are stable with every hand and place at this delay. Of waves it finds the impedance.
+--best finds, for each order, the coupler that feels closest to the tissue from --low to --high and is absolutely stable at this delay. The error is the \
+rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
 
-time-domain is no linear law and is refused: analyze position-position, whose coupler it limits; `host-cli run` shows what is felt of it.";
+time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
 
 fn or_default(given: Option<f64>, parameter: &p::Parameter) -> f64 {
     given.unwrap_or_else(|| parameter.default_number())
@@ -123,8 +123,7 @@ impl TeleoperationArguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         if self.architecture.0 == Architecture::TimeDomain {
             return Err(Failure::bad_input(
-                "time-domain is no linear law, it has neither Llewellyn's criterion nor a formula: analyze its coupler with \
-                 --architecture position-position, and see with `run` what is felt of it",
+                "time-domain is not a linear law: analyze its coupler with --architecture position-position",
             ));
         }
         self.all_act()?;
@@ -174,7 +173,7 @@ impl TeleoperationArguments {
         };
         let rows = answer.points.iter().copied();
         answer.files = place.table_and_picture(rows, || answer.draw(&hands));
-        output.text(&answer, |out| answer.print(out))?;
+        output.report(&answer)?;
         place.close(Ok(()))
     }
 
@@ -193,7 +192,7 @@ impl TeleoperationArguments {
         };
         let refusal = |option: &str, why: &str| {
             Err(Failure::bad_input(format_args!(
-                "{option} has no effect {why}: leave it out"
+                "{option} has no effect {why}: omit it"
             )))
         };
         if wave && let Some(option) = given(&coupler) {

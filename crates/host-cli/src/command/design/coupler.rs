@@ -3,10 +3,9 @@
 use super::{Arguments, nothing_found};
 use crate::files::Place;
 use crate::output::Output;
-use haptic_experiment::design::coupler::{CouplerAnswer, CouplerCandidate, CouplerDesign};
+use haptic_experiment::design::coupler::{CouplerAnswer, CouplerDesign};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// Result of `--wish coupler`.
 #[derive(Serialize)]
@@ -15,6 +14,8 @@ struct CouplerReport {
     require: &'static str,
     scheme: String,
     frequency_hz: f64,
+    stiffness_unit: &'static str,
+    dissipation_unit: &'static str,
     #[serde(flatten)]
     answer: CouplerAnswer,
     /// The experiment that was written.
@@ -35,6 +36,8 @@ impl Arguments {
             require: design.criterion.name(),
             scheme: design.scheme.to_string(),
             frequency_hz: design.frequency_hz,
+            stiffness_unit: "N·s/m",
+            dissipation_unit: "N·s^(1−μ)/m",
             answer: design.answer()?,
             experiment: None,
             files: Vec::new(),
@@ -44,7 +47,7 @@ impl Arguments {
         let candidates = report.answer.candidates.iter();
         let table = place.write(|folder| folder.write_table("csv", candidates));
         report.files.extend(table);
-        output.text_summary(&report, |out| report.print(out))?;
+        output.summary(&report)?;
         place.close(report.ended())
     }
 }
@@ -74,74 +77,4 @@ impl CouplerReport {
             _ => Ok(()),
         }
     }
-
-    /// As a person reads it.
-    fn print(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(out, "device: {}", self.answer.asked)?;
-        writeln!(
-            out,
-            "{:>6} {:>16} {:>23} {:>18} {:>8} {:>12}",
-            "order", "damper / N·s/m", "spring / N·s^(1−μ)/m", "felt / N/m", "share", "loop margin"
-        )?;
-        for c in &self.answer.candidates {
-            print_candidate(out, c)?;
-        }
-        match &self.answer.best {
-            Some(best) => writeln!(
-                out,
-                "best: order {}, as felt at {} Hz",
-                best.order, self.frequency_hz
-            )?,
-            None => writeln!(out, "best: none")?,
-        }
-        match self.require {
-            "passive" => writeln!(
-                out,
-                "passive in the sampled loop with every passive hand and object"
-            )?,
-            _ => writeln!(
-                out,
-                "passive by Llewellyn's criterion, whose device acts half a sample earlier than a real one; stable in the sampled loop \
-                 with this device and hand"
-            )?,
-        }
-        if let (Some(best), "llewellyn") = (&self.answer.best, self.require)
-            && let Some(needed) = best.sampled_damping_n_s_per_m
-        {
-            writeln!(
-                out,
-                "for every hand and object the sampled device needs {needed:.4} N·s/m with the best: --require passive"
-            )?;
-        }
-        if let Some(simulated) = &self.answer.simulated {
-            writeln!(out, "tried: {}", simulated.verdict.words())?;
-        }
-        if let Some(experiment) = &self.experiment {
-            writeln!(
-                out,
-                "written: {experiment} (try it: host-cli run {experiment})"
-            )?;
-        }
-        self.files
-            .iter()
-            .try_for_each(|file| writeln!(out, "written: {file}"))
-    }
-}
-
-/// Its line of the table.
-fn print_candidate(out: &mut dyn Write, c: &CouplerCandidate) -> io::Result<()> {
-    let (Some(k), Some(b), Some(felt)) = (c.stiffness, c.dissipation, c.felt_stiffness_n_per_m)
-    else {
-        let reason = c.reason.as_deref().unwrap_or("–");
-        return writeln!(out, "{:>6} {reason}", c.order);
-    };
-    let margin = c
-        .loop_margin
-        .map_or_else(|| "any".to_owned(), |margin| format!("{margin:.3}"));
-    writeln!(
-        out,
-        "{:>6} {k:>16.6} {b:>23.6} {felt:>18.6} {:>8.4} {margin:>12}",
-        c.order,
-        c.share.unwrap_or(f64::NAN)
-    )
 }

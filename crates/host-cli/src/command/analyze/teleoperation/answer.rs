@@ -1,10 +1,8 @@
 //! The answer of `analyze teleoperation`: as JSON, as text, as a picture.
 
-use crate::output::fixed;
 use haptic_analysis::{HandLine, Teleoperation, Transparency};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// One frequency.
 #[derive(Clone, Copy, Serialize)]
@@ -83,91 +81,6 @@ impl Best {
 }
 
 impl Answer {
-    pub(super) fn print(&self, out: &mut dyn Write) -> io::Result<()> {
-        if let Some(best) = &self.best {
-            self.print_candidates(out, best)?;
-        }
-        writeln!(
-            out,
-            "any hand and place {}, ratio {:.4} at {:.4} Hz (Llewellyn)",
-            if self.absolutely_stable {
-                "stable"
-            } else {
-                "not always stable"
-            },
-            self.least_ratio,
-            self.worst_hz
-        )?;
-        match (self.largest_delay_s, self.any_delay) {
-            (None, _) => writeln!(
-                out,
-                "largest delay      none: not stable even without delay"
-            )?,
-            (Some(delay), true) => writeln!(out, "largest delay      {} ms and more", 1e3 * delay)?,
-            (Some(delay), false) => {
-                writeln!(out, "largest delay      {} ms", fixed(1e3 * delay, 3))?;
-            }
-        }
-        if self.passive_line {
-            writeln!(
-                out,
-                "energy             the line itself gives none at any delay"
-            )?;
-        }
-        writeln!(
-            out,
-            "felt of {}: off by {:.1} dB and {:.0}° at most, {:.4} rms of ln",
-            self.tissue, self.largest_db, self.largest_degrees, self.error
-        )?;
-        writeln!(
-            out,
-            "{:>10} {:>20} {:>20}",
-            "f / Hz", "tissue / N/m", "felt / N/m"
-        )?;
-        for point in &self.points {
-            let polar = |size: f64, degrees: f64| format!("{size:.3} {degrees:>4.0}°");
-            writeln!(
-                out,
-                "{:>10.4} {:>20} {:>20}",
-                point.frequency_hz,
-                polar(point.tissue_n_per_m, point.tissue_degrees),
-                polar(point.felt_n_per_m, point.felt_degrees)
-            )?;
-        }
-        (self.files.iter()).try_for_each(|file| writeln!(out, "written: {file}"))
-    }
-
-    fn print_candidates(&self, out: &mut dyn Write, best: &Best) -> io::Result<()> {
-        if let Some(impedance) = best.wave_impedance_n_s_per_m {
-            return writeln!(out, "best impedance     {impedance:.4} N·s/m");
-        }
-        writeln!(
-            out,
-            "{:>6} {:>12} {:>16} {:>10} {:>8} {:>8}",
-            "order", "spring / N/m", "damper / N·s^μ/m", "rms of ln", "off dB", "off °"
-        )?;
-        for candidate in &self.candidates {
-            let star = if candidate.order == best.order {
-                " *"
-            } else {
-                ""
-            };
-            writeln!(
-                out,
-                "{:>6.2} {:>12.3} {:>16.4} {:>10.4} {:>8.2} {:>8.1}{star}",
-                candidate.order.unwrap_or_default(),
-                candidate.coupler_stiffness_n_per_m.unwrap_or_default(),
-                candidate
-                    .coupler_dissipation_n_s_mu_per_m
-                    .unwrap_or_default(),
-                candidate.error,
-                candidate.largest_db,
-                candidate.largest_degrees
-            )?;
-        }
-        Ok(())
-    }
-
     pub(super) fn draw(&self, hands: &Teleoperation) -> Result<Picture, FigureError> {
         let column = |value: fn(&Point) -> f64| -> Vec<(f64, f64)> {
             let points = self.points.iter();
