@@ -312,7 +312,7 @@ fn a_disk_without_room_for_the_table_keeps_log_and_picture() {
     };
     let ended = ended.failed(4);
     says(ended.error(), &["run/relax.csv", "the log is whole"]);
-    says(&ended.stdout, &["3001 samples"]);
+    says(&ended.stdout, &["samples               3001"]);
     let kept = ["run/", "run/relax.mcap", "run/relax.png", "run/relax.svg"];
     assert_eq!(place.files(), kept);
     place.run("log check run/relax.mcap").succeeded();
@@ -334,7 +334,7 @@ fn a_disk_without_room_for_a_table_speaks_of_no_log_where_there_is_none() {
         &["s/sensitivity.csv", "make space and try again"],
     );
     // What was found is told all the same.
-    assert!(ended.stdout.starts_with("peak"), "{ended}");
+    assert!(ended.stdout.contains("peak"), "{ended}");
 }
 
 #[test]

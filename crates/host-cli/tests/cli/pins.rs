@@ -109,7 +109,9 @@ fn held(line: &str, document: &str) -> String {
     let before = place.files();
     let ended = place.run(&format!("{line} --json"));
     let mut held = format!("code {}\n", ended.code.expect("ends by itself"));
-    if let Ok(json) = serde_json::from_str(&ended.stdout) {
+    if let Ok(mut json) = serde_json::from_str::<Value>(&ended.stdout) {
+        // By name, whatever the order of a report.
+        json.sort_all_objects();
         let mut found = BTreeMap::new();
         results(&json, &mut found);
         for (key, values) in found {

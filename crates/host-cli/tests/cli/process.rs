@@ -344,6 +344,13 @@ pub(crate) fn says(text: &str, parts: &[&str]) {
     }
 }
 
+/// The value of the first row of a report with this label; empty if there is none.
+pub(crate) fn row<'a>(text: &'a str, label: &str) -> &'a str {
+    let rows = text.lines().map(str::trim_start);
+    let values = rows.filter_map(|row| row.strip_prefix(label)?.strip_prefix("  "));
+    values.map(str::trim).next().unwrap_or_default()
+}
+
 /// The keys of a JSON object, sorted.
 pub(crate) fn keys(object: &serde_json::Value) -> Vec<&str> {
     let object = object.as_object().expect("an object");

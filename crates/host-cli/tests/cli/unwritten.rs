@@ -88,7 +88,7 @@ fn what_cannot_be_written_is_told_behind_the_result() {
         (
             "z/zwidth",
             "zwidth --orders 1 --points 2 --out z",
-            "order 1: 2 points",
+            "stiffness max",
             "z/zwidth.csv",
         ),
         (
@@ -106,7 +106,7 @@ fn what_cannot_be_written_is_told_behind_the_result() {
         (
             "d/design",
             "design --orders 1 --out d",
-            "best: order 1",
+            "best",
             "d/design.toml",
         ),
         (
