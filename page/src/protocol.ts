@@ -136,6 +136,9 @@ export interface OpenRun {
 }
 
 /** An answer of a question, as its file has it. */
+/** A row, or a table, of a report. */
+export type Line = { level: number; key: string; label: string } & ({ value: string; reason: string } | { columns: string[]; rows: string[][]; length: number });
+
 export interface Answer {
   name: string;
   kind: string;
@@ -143,6 +146,8 @@ export interface Answer {
   running?: boolean;
   verdict: string | null;
   report: Record<string, unknown>;
+  /** The report as people read it. */
+  lines: Line[];
   /** The experiment that tries a proposal. */
   experiment: { kind: string; text: string; parameters: Record<string, unknown> } | null;
 }

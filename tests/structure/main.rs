@@ -75,6 +75,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "haptic-experiment",
             "haptic-log",
             "haptic-loop",
+            "haptic-quantity",
             "haptic-tissue",
         ],
     ),

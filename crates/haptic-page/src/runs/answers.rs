@@ -1,7 +1,8 @@
 //! Answers of questions in the folder of the runs.
 
 use haptic_experiment::Failure;
-use serde_json::Value;
+use haptic_experiment::lines;
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// Of an answer's file.
@@ -16,7 +17,7 @@ pub(super) fn is_one(path: &Path) -> bool {
     path.to_str().is_some_and(|path| path.ends_with(SUFFIX))
 }
 
-/// Reads an answer: `kind`, `verdict`, `report`, `experiment`.
+/// Reads an answer: `kind`, `verdict`, `report`, its `lines`, `experiment`.
 ///
 /// # Errors
 /// A file that cannot be read or is none.
@@ -32,8 +33,9 @@ pub(super) fn read(path: &Path) -> Result<Value, Failure> {
         return Err(none(&format_args!("it is {length} bytes long")));
     }
     let text = std::fs::read(path).map_err(|error| none(&error))?;
-    let answer: Value = serde_json::from_slice(&text).map_err(|error| none(&error))?;
+    let mut answer: Value = serde_json::from_slice(&text).map_err(|error| none(&error))?;
     if answer["kind"].is_string() && answer["report"].is_object() {
+        answer["lines"] = json!(lines(&answer["report"]));
         Ok(answer)
     } else {
         Err(none(&"it has no `kind` and `report`"))

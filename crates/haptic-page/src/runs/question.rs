@@ -14,6 +14,7 @@ use haptic_experiment::design::{Design, DesignReport};
 use haptic_experiment::file::Question;
 use haptic_experiment::folder::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{Failure, Settling, ZWidth, ZWidthReport};
+use haptic_quantity::written;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -155,8 +156,9 @@ fn stiffest(report: &ZWidthReport) -> String {
         || "no wall came to rest".to_owned(),
         |best| {
             format!(
-                "stiffest wall: K = {:.0} N/m, of order {}",
-                best.stiffness_max_n_per_m, best.order
+                "stiffest wall: K = {}, of order {}",
+                written("stiffness_n_per_m", best.stiffness_max_n_per_m),
+                best.order
             )
         },
     )
@@ -193,19 +195,10 @@ fn of_coupler(
         best, simulated, ..
     } = &answer;
     let verdict = proposal(best.as_ref().map(|best| best.order), simulated.as_ref());
-    let mut report = json!(answer);
-    for (key, value) in [
-        ("wish", json!("coupler")),
-        ("require", json!(design.criterion.name())),
-        ("scheme", json!(design.scheme.to_string())),
-        ("frequency_hz", json!(design.frequency_hz)),
-    ] {
-        report[key] = value;
-    }
     Ok(Answer {
         verdict,
         ended_early: None,
-        report,
+        report: json!(answer),
         experiment: answer.experiment_text,
     })
 }

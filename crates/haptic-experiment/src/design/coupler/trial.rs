@@ -15,6 +15,18 @@ pub struct CouplerAnswer {
     /// Mass, damping, hand and sample time of the device.
     #[serde(flatten)]
     pub asked: AskedDevice,
+    /// `coupler`.
+    pub wish: &'static str,
+    /// The criterion.
+    pub require: &'static str,
+    /// Frequency at which stiffness is compared, Hz.
+    pub frequency_hz: f64,
+    /// Operator.
+    pub scheme: String,
+    /// Of the `stiffness` of candidates, the damper.
+    pub stiffness_unit: &'static str,
+    /// Of their `dissipation`, the spring.
+    pub dissipation_unit: &'static str,
     /// The stiffest of each order.
     pub candidates: Vec<CouplerCandidate>,
     /// The stiffest of all as felt at the frequency; null if there is none.
@@ -53,6 +65,12 @@ impl CouplerDesign {
             .cloned();
         let mut answer = CouplerAnswer {
             asked: AskedDevice::of(&self.device),
+            wish: "coupler",
+            require: self.criterion.name(),
+            frequency_hz: self.frequency_hz,
+            scheme: self.scheme.to_string(),
+            stiffness_unit: "N·s/m",
+            dissipation_unit: "N·s^(1−μ)/m",
             candidates,
             best,
             simulated: None,

@@ -10,12 +10,6 @@ use serde::Serialize;
 /// Result of `--wish coupler`.
 #[derive(Serialize)]
 struct CouplerReport {
-    wish: &'static str,
-    require: &'static str,
-    scheme: String,
-    frequency_hz: f64,
-    stiffness_unit: &'static str,
-    dissipation_unit: &'static str,
     #[serde(flatten)]
     answer: CouplerAnswer,
     /// The experiment that was written.
@@ -32,12 +26,6 @@ impl Arguments {
         output: Output,
     ) -> Result<(), Failure> {
         let mut report = CouplerReport {
-            wish: "coupler",
-            require: design.criterion.name(),
-            scheme: design.scheme.to_string(),
-            frequency_hz: design.frequency_hz,
-            stiffness_unit: "N·s/m",
-            dissipation_unit: "N·s^(1−μ)/m",
             answer: design.answer()?,
             experiment: None,
             files: Vec::new(),
