@@ -42,11 +42,11 @@ before 1, and 1 before 4.";
     after_help = "Example: host-cli relax --duration 200s --out relaxation"
 )]
 pub struct Cli {
-    /// Print the report as one JSON object on standard output, and nothing else there
-    #[arg(long, global = true, help_heading = "Printing")]
+    /// Print the report as one JSON object
+    #[arg(long, global = true, help_heading = "Run")]
     pub json: bool,
-    /// No progress and no summary; errors and warnings remain
-    #[arg(long, short, global = true, help_heading = "Printing")]
+    /// Print errors and warnings only
+    #[arg(long, short, global = true, help_heading = "Run")]
     pub quiet: bool,
     /// The task
     #[command(subcommand)]

@@ -10,7 +10,7 @@ use haptic_experiment::parameters::{
 
 /// A command whose options are made from tables of parameters.
 pub trait Named {
-    /// In the order of the help, in groups that several commands have.
+    /// In the order of the help, in groups. The first is what most runs change, and all that `-h` shows.
     const OPTIONS: &'static [&'static [&'static Parameter]];
 }
 
@@ -18,11 +18,8 @@ pub trait Named {
 const RIG: &[&Parameter] = &[
     &AREA,
     &THICKNESS,
-    &SCHEME,
-    &SAMPLE_TIME,
     &CONTACT,
     &CONTROLLER,
-    &DEVICE,
     &LOOP,
     &DEVICE_MODEL,
     &GUARD,
@@ -33,8 +30,18 @@ const RIG: &[&Parameter] = &[
 pub struct Relax;
 
 impl Named for Relax {
-    const OPTIONS: &'static [&'static [&'static Parameter]] =
-        &[&[&TISSUE, &STRAIN, &RAMP_TIME, &RELAX_DURATION], RIG];
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[
+        &[
+            &TISSUE,
+            &STRAIN,
+            &RAMP_TIME,
+            &RELAX_DURATION,
+            &SCHEME,
+            &SAMPLE_TIME,
+            &DEVICE,
+        ],
+        RIG,
+    ];
 }
 
 /// `creep`.
@@ -42,8 +49,17 @@ impl Named for Relax {
 pub struct Creep;
 
 impl Named for Creep {
-    const OPTIONS: &'static [&'static [&'static Parameter]] =
-        &[&[&TISSUE, &STRESS, &CREEP_DURATION], RIG];
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[
+        &[
+            &TISSUE,
+            &STRESS,
+            &CREEP_DURATION,
+            &SCHEME,
+            &SAMPLE_TIME,
+            &DEVICE,
+        ],
+        RIG,
+    ];
 }
 
 /// `run`.

@@ -23,12 +23,23 @@ fn asked() -> Command {
     let mut command = Cli::command();
     command.build();
     for word in std::env::args_os().skip(1) {
-        // A file may have any name.
+        // A file may have any name; `help` is followed by the command.
+        if word == "help" {
+            continue;
+        }
         if let Some(found) = command.find_subcommand(&word) {
             command = found.clone();
         }
     }
     command
+}
+
+/// Prints all that a command says of itself, an option a line, as `-h` does.
+fn print_long_help() -> std::io::Result<()> {
+    let command = asked();
+    let about = command.get_long_about().or(command.get_about()).cloned();
+    let command = command.mut_args(|argument| argument.hide_short_help(false));
+    command.about(about.unwrap_or_default()).print_help()
 }
 
 /// What to write in place of an option that is a key without one.
@@ -50,7 +61,12 @@ fn main() -> ExitCode {
         Err(error) => {
             // Help and version go to standard output and are success, all else is bad usage.
             if !error.use_stderr() {
-                return match error.print() {
+                let is_long = !std::env::args_os().any(|word| word == "-h");
+                let printed = match error.kind() {
+                    ErrorKind::DisplayHelp if is_long => print_long_help(),
+                    _ => error.print(),
+                };
+                return match printed {
                     Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {
                         let failure = Failure::writing(lost, "cannot write standard output");
                         note("error", &failure);

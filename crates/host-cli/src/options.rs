@@ -165,10 +165,15 @@ fn argument(parameter: &'static Parameter) -> Arg {
 
 impl<N: Named> Args for Options<N> {
     fn augment_args(command: Command) -> Command {
-        let options = N::OPTIONS.concat().into_iter().map(argument);
-        let values = Arg::new(VALUES).num_args(0..).help(
-            "Any other key, with a unit or in SI units, as in sample_time=1ms; `host-cli run --help` has them all",
-        );
+        let groups = N::OPTIONS.iter().enumerate();
+        let options = groups.flat_map(|(group, parameters)| {
+            let hidden = group > 0;
+            let options = parameters.iter();
+            options.map(move |parameter| argument(parameter).hide_short_help(hidden))
+        });
+        let values = Arg::new(VALUES)
+            .num_args(0..)
+            .help("Any other key, as in sample_time=1ms; `host-cli run --help` lists them");
         command.args(options).arg(values)
     }
 

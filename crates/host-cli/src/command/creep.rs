@@ -9,12 +9,11 @@ use haptic_experiment::Failure;
 use haptic_experiment::file::Document;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Creep: the indenter pushes a virtual tissue with a constant force from t = 0 on; the strain is \
-recorded, drawn, and held against its closed form (a Mittag-Leffler function; a power law for a \
-tissue without elastic modulus).
+Creep: the indenter pushes a virtual tissue with a constant force. The strain is recorded, drawn and compared \
+with its closed form (a Mittag-Leffler function, or a power law without elastic modulus).
 
-Writes creep.mcap, creep.csv, creep.svg and creep.png. The masses and the damping of the simulated \
-rig slow the first second down; the summary says by how much.";
+Writes creep.mcap, creep.csv, creep.svg and creep.png. Mass and damping of the simulated rig slow the first \
+second down; the report says by how much.";
 
 /// Arguments of `creep`.
 #[derive(Debug, Args)]

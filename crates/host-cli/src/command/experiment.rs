@@ -28,30 +28,31 @@ use std::time::Duration;
 pub struct RunArguments {
     #[command(flatten)]
     realtime: RealtimeArguments,
-    /// Run what the analysis calls unstable, on a serial device, under a drive or in a remote place
-    #[arg(long)]
+    /// Run even if the analysis says unstable
+    #[arg(long, hide_short_help = true, help_heading = "Run")]
     force_unstable: bool,
-    /// Wait so long for a serial device that is not there yet [default: 0s]
-    #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
+    /// Time to wait for a serial device to appear [default: 0s]
+    #[arg(long, hide_short_help = true, help_heading = "Run", value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
     wait: Option<Time>,
     #[command(flatten)]
     live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
-    #[arg(long, value_name = "DIR", help_heading = "Files")]
+    #[arg(long, value_name = "DIR", help_heading = "Run")]
     out: Option<PathBuf>,
-    /// Replace the files of an earlier run in the folder
-    #[arg(long, help_heading = "Files")]
+    /// Replace the files of an earlier run
+    #[arg(long, help_heading = "Run")]
     overwrite: bool,
-    /// Size at which the log goes on in another file, as in 1GB [default: one file]
+    /// Start another log file at this size, as in 1GB
     #[arg(
         long,
         value_name = "SIZE",
         allow_hyphen_values = true,
-        help_heading = "Files"
+        hide_short_help = true,
+        help_heading = "Run"
     )]
     roll: Option<Bytes>,
-    /// Write the experiment to a file for `host-cli run` instead of running it
-    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], help_heading = "Files")]
+    /// Write the experiment to a file instead of running it
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], hide_short_help = true, help_heading = "Run")]
     write: Option<PathBuf>,
 }
 

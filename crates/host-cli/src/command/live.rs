@@ -8,12 +8,9 @@ use std::net::SocketAddr;
 
 /// Live viewers of a run.
 #[derive(Clone, Copy, Debug, Args)]
-#[command(next_help_heading = "Live")]
 pub struct LiveArguments {
-    /// Stream the samples over a WebSocket for Foxglove or PlotJuggler (Foxglove bridge), at
-    /// 127.0.0.1:8765 if no address is given; port 0 takes a free one. Whoever reaches the address
-    /// may watch, and only watch. Only in a build with the feature foxglove
-    #[arg(long, value_name = "IP:PORT", value_parser = parse_address)]
+    /// Stream the samples to Foxglove or PlotJuggler, at 127.0.0.1:8765 by default (feature `foxglove`)
+    #[arg(long, hide_short_help = true, help_heading = "Run", value_name = "IP:PORT", value_parser = parse_address)]
     #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<SocketAddr>,
 }

@@ -9,8 +9,8 @@ use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 /// Arguments of every experiment that can run by the clock.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct RealtimeArguments {
-    /// Pace the run by the clock instead of as fast as it goes
-    #[arg(long, help_heading = "Real time")]
+    /// Pace the run by the clock
+    #[arg(long, hide_short_help = true, help_heading = "Run")]
     realtime: bool,
     #[command(flatten)]
     thread: ThreadArguments,
@@ -19,14 +19,21 @@ pub struct RealtimeArguments {
 /// Options of a thread.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct ThreadArguments {
-    /// Real-time priority of the loop (`SCHED_FIFO`, 1 to 99), its memory locked; `off` for a normal thread
-    /// [default: 80 where permitted]
+    /// Real-time priority of the loop, 1 to 99, or `off` [default: 80 where permitted]
     #[arg(long, value_name = "N|off", value_parser = parse_priority)]
-    #[arg(allow_hyphen_values = true, help_heading = "Real time")]
+    #[arg(
+        allow_hyphen_values = true,
+        hide_short_help = true,
+        help_heading = "Run"
+    )]
     priority: Option<Priority>,
-    /// Run the loop on this core only, from 0
+    /// Run the loop on this core, counted from 0
     #[arg(long, value_name = "CORE", value_parser = whole::<usize>(0..=100_000))]
-    #[arg(allow_hyphen_values = true, help_heading = "Real time")]
+    #[arg(
+        allow_hyphen_values = true,
+        hide_short_help = true,
+        help_heading = "Run"
+    )]
     pin: Option<usize>,
 }
 

@@ -9,21 +9,17 @@ use haptic_experiment::Failure;
 use haptic_experiment::file::Document;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Stress relaxation: an indenter compresses a virtual tissue to a strain and holds it; the loop \
-renders the tissue, and the force it commands is recorded, drawn, and held against theory.
+Stress relaxation: an indenter compresses a virtual tissue and holds it. The loop renders the tissue; \
+its force is recorded, drawn and compared with theory.
 
-Writes relax.mcap (open it in PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. \
-In the log a force is positive along the position, so the tissue pushes back with a negative one; \
-in the CSV, the picture and the summary reaction forces are positive.";
+Writes relax.mcap (for PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. In the log the \
+tissue pushes back with a negative force; in the CSV, the picture and the report reaction forces are positive.";
 
 /// Arguments of `relax`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  host-cli relax\n  host-cli relax --tissue prostate-healthy \
-                  --strain 3% --duration 60s --out healthy\n  host-cli relax --controller experiments/indenter.toml \
-                  # the indenter a mass, held by a controller\n  host-cli relax --scheme grunwald:1000   \
-                  # see short memory fail\n  host-cli relax encoder_resolution=1um safety.stop_time=50ms   # any other key"
-)]
+#[command(after_help = "Examples:\n  host-cli relax --tissue prostate-healthy \
+                  --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
+                  # short memory fails\n  host-cli relax encoder_resolution=1um safety.stop_time=50ms")]
 pub struct Arguments {
     #[command(flatten)]
     options: Options<keys::Relax>,

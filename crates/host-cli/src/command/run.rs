@@ -15,40 +15,25 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
-Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall], [coupler], \
-[teleoperation] or [touch]; [drive] beside [relax] or [creep] names a controller file, whose controller holds the indenter. \
-Keys have their SI unit in the name, as in duration_s = 200. Paths in the file start from its folder. Options of the command win \
-over keys of the file.
+Runs the experiment of a TOML file, or again that of a log. The file has one table; its keys name their SI unit, as in \
+duration_s = 200, and options win over them. Paths in the file start from its folder. [drive] beside [relax] or [creep] \
+names a controller file, whose controller holds the indenter.
 
-A wall: the device hits it at impact_m_per_s, is pushed into it with a constant force, and is stable if it comes to rest: see \
-`host-cli zwidth --help` for the rule. A serial device cannot be thrown. verdict in the summary is stable, held-by-friction (it would not settle without friction), \
-unstable, saturated, gone or unfinished; analysis_agrees compares it with the pre-flight. With \
-must_be_stable = true the exit code is 1 unless both call the wall stable. On a serial device rate limit, speed limit and rise time \
-that are not given stay as they are set there. `host-cli design` writes such a file.
+[wall]: the device hits the wall at impact_m_per_s, is pushed into it, and is stable if it comes to rest (see `host-cli zwidth --help`). \
+A serial device is not thrown. must_be_stable = true: exit code 1 unless trial and analysis both say stable.
 
-A coupler: the same trial, but between the device and a simulated object (mass, damper, spring to the ground) is a fractional \
-virtual coupler damper + spring (T/(1-w))^mu of order 0 to 1, velocity in, force out. At order 1 device and object come to rest where the springs balance the push; below 1 \
-the coupler creeps, and the force alone is judged. Before the run the loop that is really sampled must be stable with this device, hand and \
-object, and Llewellyn's criterion must be met; on the simulated device a refusal is a warning, a serial one does not start without \
---force-unstable. Llewellyn alone is not enough: his device acts half a sample earlier than a real one, which needs at least four times the \
-damping for any hand and object. The CSV has the object's place too. A coupler needs --loop host on a serial device.
+[coupler]: the same with a virtual coupler damper + spring (T/(1-w))^mu between device and a simulated object. The sampled loop must be stable and \
+Llewellyn's criterion met: on a serial device a violation is refused without --force-unstable, on the simulated one it is a warning. A serial device \
+needs --loop host.
 
-A teleoperation: a hand moves a master, and over a line with delay, jitter, loss and duplication a slave moves in a remote tissue or wall; \
-devices and line are simulated. A remote place that is unstable for the slave alone is refused without --force-unstable. architecture says how the two are joined; wave and time-domain give no energy at any delay. The summary says what \
-the line took or gave, which messages were lost or refused, and frequency by frequency what the hand felt of what the slave touched, beside the \
-formula (time-domain has none). verdict is passive, gave-energy, held-forces-gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
-`host-cli analyze teleoperation` finds the coupler for a delay, `host-cli teleoperate` runs both sides over UDP.
+[teleoperation]: a hand moves a master; over a line with delay, jitter, loss and duplication a slave follows in a remote tissue or wall. All of it is \
+simulated; `host-cli teleoperate` runs the sides over UDP. must_be_passive = true: exit code 1 unless the line was passive.
 
-A touch: a hand moves a device of two or three axes over a plane or a ball (a disc, a sphere) of tissue, simulated. The force is along the normal, \
-without friction, and follows the history of the depth by one operator. The hand is a spring to a point that goes a circle or way_points, or a force \
-that does; mass_kg may be one an axis, box_low_m and box_high_m are the corners of a workspace. The log has a vector in place of each number. The \
-summary says how deep it went, what the hand was given, and how far each force is from the full history of the depth; the pre-flight is along the \
-normal, with the effective mass of the worst posture. verdict is passive, gave-energy, saturated or unfinished; with must_be_passive = true the exit \
-code is 1 unless it is passive. A device of two or three axes, as haply:PATH, takes a touch with --loop host: the hand is then a real one, and the verdict \
-rendered in place of passive and gave-energy.
+[touch]: a hand moves a device of two or three axes over a plane or ball of tissue. The force is along the normal and follows the history of the depth. \
+The pre-flight takes the effective mass of the worst posture. must_be_passive = true: exit code 1 unless the hand was given no energy. With --device haply:PATH \
+--loop host the hand is a real one.
 
-guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
-that the damping of the device cannot pay for.";
+guard = \"observer\" adds damping so that a wall does not shake; \"energy-bounding\" takes the force that the device's damping cannot pay for.";
 
 /// Tables of experiment files, as `--help` and the guide show them: heading and keys.
 pub const TABLES: &[(&str, &[Parameter])] = &[
@@ -102,9 +87,8 @@ fn described(parameter: &Parameter) -> String {
 /// Arguments of `run`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli run experiments/wall.toml --out wall\n  \
-                  host-cli run experiments/wall.toml stiffness=5kN/m\n  \
-                  host-cli run wall/wall.mcap --out again   # the run of a log once more"
+    after_help = "Examples:\n  host-cli run experiments/wall.toml stiffness=5kN/m --out wall\n  \
+                  host-cli run wall/wall.mcap --out again"
 )]
 pub struct Arguments {
     /// The experiment, or the log of a run that is to be made again

@@ -223,6 +223,12 @@ fn help_and_version_are_success_on_standard_output() {
         assert!(help.stdout.contains("Example"), "{help}");
     }
     assert!(place.run("--help").stdout.contains("Exit codes"));
+    // A screen each.
+    for (line, most) in [("relax -h", 30), ("relax --help", 60), ("help relax", 60)] {
+        let help = place.run(line).succeeded().stdout;
+        assert!(help.lines().count() <= most, "{help}");
+        assert_eq!(help.contains("--roll"), most == 60, "{help}");
+    }
 }
 
 #[test]
