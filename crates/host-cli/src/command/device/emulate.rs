@@ -27,18 +27,14 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
-Imitates a device: the same state machine as in the firmware, with a simulated plant, behind a \
-pseudo-terminal whose path is printed. Any command that takes --device serial:PATH can talk to it.
+Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal, whose path is printed. Any \
+command with --device serial:PATH can use it. With --device-model it has that file's mass, damping, friction, delay, lag \
+and sensors, to rehearse a run; without, it is an ideal mass, as heavy as the run takes it for.
 
-With --device-model it is the device of that file: its mass, damping, friction, delay, lag and sensors, so that a run can be \
-rehearsed on it; the hand is that of the run. Without, it is an ideal mass, as heavy as a run takes it for.
+The line can be made bad: frames lost, damaged, repeated, out of order, late or stalled, the same for the same --line-seed.
 
-The line can be made as bad as real ones: frames lost, damaged, repeated, out of order, late, held \
-up. The same --line-seed gives the same damage for the same frames.
-
-With --kind haply-2diy it is the board of a Haply 2DIY, which the maker's own programs take for a real \
-one. With --kind moteus it is a moteus servo behind an adapter for CAN, which the maker's own programs take for \
-a real one too. Both live in real time, and the chances of their line are those of single bytes.";
+--kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; the makers' own programs take \
+them for real. Both run in real time, and their line's chances are those of single bytes.";
 
 /// A device to imitate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,30 +71,28 @@ impl Kind {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
-                  serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%\n  host-cli device emulate --device-model device.toml --link device &\n  host-cli device \
-                  emulate --kind haply-2diy --link 2diy &\n  host-cli relax --device haply:2diy --duration 20s\n  \
-                  host-cli device emulate --kind moteus --link servo --turn 1mm:1s &\n  host-cli relax --device \
-                  moteus:servo,radius=20mm --duration 20s"
+                  serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
+                  host-cli relax --device haply:2diy --duration 20s"
 )]
 pub struct Arguments {
-    /// The device to imitate [default: own]
+    /// Device to emulate [default: own]
     #[arg(long, value_parser = choice::<Kind>())]
     kind: Option<Kind>,
-    /// Make a symbolic link to the pseudo-terminal, so that its path is known beforehand
+    /// Symbolic link to the pseudo-terminal
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Listen at a Unix socket of this path instead of a pseudo-terminal, whose bytes may come late on a busy machine
+    /// Unix socket instead of a pseudo-terminal, which may be late on a busy machine
     #[arg(long, value_name = "PATH", conflicts_with = "link")]
     socket: Option<PathBuf>,
-    /// Axes of the device: 2 or 3 take a [touch], for which they are a mass with a hand that pushes along the first
+    /// Axes; 2 or 3 for a [touch], with a hand that pushes along the first
     #[arg(long, value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
     #[command(flatten)]
     model: DeviceModelArguments,
-    /// Seconds of the device in a second; the host's silence is measured in real time
+    /// Device seconds per second; the watchdog stays in real time
     #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0, allow_hyphen_values = true)]
     speed: f64,
-    /// End after this time [default: when stopped by Ctrl-C]
+    /// Stop after this time [default: run until Ctrl-C]
     #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
     #[command(flatten)]
@@ -113,25 +107,25 @@ pub struct Arguments {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Bad line")]
 pub struct LineArguments {
-    /// Chance that a frame is lost, as 1% or 0.01
+    /// Chance of a lost frame, as 1%
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
     drop: f64,
-    /// Chance that bits of a frame are flipped
+    /// Chance of flipped bits in a frame
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
     corrupt: f64,
-    /// Chance that a frame comes twice
+    /// Chance of a repeated frame
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
     duplicate: f64,
-    /// Chance that a frame comes after the next one
+    /// Chance that a frame comes after the next
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
     reorder: f64,
     /// Longest delay of a frame
     #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "0s", allow_hyphen_values = true)]
     delay: Time,
-    /// Chance that the line stands still from a frame on
+    /// Chance that the line stalls at a frame
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
     stall: f64,
-    /// For how long it stands still then
+    /// Length of a stall
     #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "50ms", allow_hyphen_values = true)]
     stall_time: Time,
     /// Seed of the damage
@@ -177,7 +171,7 @@ fn chance(text: &str) -> Result<f64, String> {
         None => text.trim().parse(),
     };
     let chance = value.ok().filter(|value| (0.0..=1.0).contains(value));
-    chance.ok_or_else(|| format!("\"{text}\" is no chance: give 0 to 1, or 0% to 100%"))
+    chance.ok_or_else(|| format!("\"{text}\" is not a chance: give 0 to 1, or 0% to 100%"))
 }
 
 /// The device's end of the line.
@@ -239,14 +233,7 @@ impl Arguments {
             path: port.path().display().to_string(),
             device: format!("{}:{}", kind.scheme(), port.path().display()),
         };
-        output.text(&started, |out| {
-            writeln!(out, "{}", started.path)?;
-            writeln!(
-                out,
-                "an emulated device: use it with --device {}, stop it with Ctrl-C",
-                started.device
-            )
-        })?;
+        output.report(&started)?;
         let line = port.line().map_err(failed)?;
         let damage = (faults, seed);
         if kind == Kind::Haply2Diy {
@@ -275,15 +262,15 @@ impl Arguments {
     /// Refuses options of another kind.
     fn check_kind(&self, kind: Kind) -> Result<(), Failure> {
         let refusal = if kind != Kind::Haply2Diy && self.haply.is_given() {
-            "--hardware and --hand are those of a 2DIY: add --kind haply-2diy"
+            "--hardware and --hand apply only to a 2DIY: add --kind haply-2diy"
         } else if kind != Kind::Moteus && self.moteus.is_given() {
-            "--servo-id and --turn are those of a servo: add --kind moteus"
+            "--servo-id and --turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
-            "--axes is of the device of this program: a 2DIY has two, and a servo one; leave --axes away"
+            "--axes applies only to --kind own: a 2DIY has two axes, a servo one; omit --axes"
         } else if kind != Kind::Own && self.model.is_given() {
-            "--device-model is of the device of this program: a 2DIY and a servo are what they are; leave --device-model away"
+            "--device-model applies only to --kind own: omit it"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
-            "an emulated device of another maker lives in real time: leave --speed away"
+            "an emulated device of another maker runs in real time: omit --speed"
         } else {
             return Ok(());
         };

@@ -19,11 +19,11 @@ const STROKES: (f64, f64, f64) = (0.085, 0.015, 4.0);
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Haply 2DIY")]
 pub struct HaplyArguments {
-    /// Version of the hardware, 2 or 3 [default: 3]
+    /// Hardware version, 2 or 3 [default: 3]
     #[arg(long, value_name = "VERSION", value_parser = version)]
     hardware: Option<Version>,
-    /// What a hand does once the board is configured: `strokes`, `free`, `at:X:Y`, or `fixed:X:Y` whatever the motors do
-    /// [default: strokes, along y from 85 mm to 100 mm and back in 4 s]
+    /// Hand: `strokes` along y from 85 mm to 100 mm in 4 s, `free`, `at:X:Y`, or `fixed:X:Y` whatever the motors do
+    /// [default: strokes]
     #[arg(long, value_name = "HAND", value_parser = hand)]
     hand: Option<Held>,
 }
@@ -41,7 +41,7 @@ fn version(text: &str) -> Result<Version, String> {
     let found = Version::ALL
         .into_iter()
         .find(|version| version.number().to_string() == text);
-    found.ok_or_else(|| format!("\"{text}\" is no version of a 2DIY: 2 or 3"))
+    found.ok_or_else(|| format!("\"{text}\" is not a version of a 2DIY: give 2 or 3"))
 }
 
 fn hand(text: &str) -> Result<Held, String> {
@@ -65,7 +65,7 @@ fn hand(text: &str) -> Result<Held, String> {
         _ => None,
     };
     held.ok_or_else(|| {
-        format!("\"{text}\" is no hand: strokes, free, at:X:Y or fixed:X:Y, as fixed:19mm:90mm")
+        format!("\"{text}\" is not a hand: give strokes, free, at:X:Y or fixed:X:Y, as in fixed:19mm:90mm")
     })
 }
 

@@ -21,11 +21,11 @@ const WAIT_COMMANDS: u32 = 600;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "moteus")]
 pub struct MoteusArguments {
-    /// Number of the servo on its bus [default: 1]
+    /// Bus number of the servo [default: 1]
     #[arg(long, value_name = "ID", value_parser = whole::<u8>(0..=u8::MAX))]
     servo_id: Option<u8>,
-    /// A hand that turns the shaft by a length, at a radius of 20 mm, in a time, and holds it there, as 2mm:0.5s; it begins
-    /// with command 600 [default: nobody holds the shaft]
+    /// Hand that turns the shaft by a length at a radius of 20 mm, from command 600 on, and holds it, as 2mm:0.5s
+    /// [default: free shaft]
     #[arg(long, value_name = "LENGTH:TIME", value_parser = turn)]
     turn: Option<Hand>,
 }
