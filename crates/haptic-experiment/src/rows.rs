@@ -56,6 +56,8 @@ const ROWS_MOST: usize = 24;
 const NUMBERS_MOST: usize = 8;
 /// Ends of keys of what stands beside a value.
 const BESIDE: [&str; 5] = ["_reason", "_from_s", "_to_s", "_samples", "_unit"];
+/// Ends of keys of the frequency at which a value stands: `gain_up_rad_s` beside `gain_up`.
+const FREQUENCIES: [&str; 2] = ["_rad_s", "_hz"];
 /// Files come last.
 const FILES: [&str; 9] = [
     "log",
@@ -261,8 +263,11 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
                 }
             };
             let items = inner.iter().filter(|(_, value)| !value.is_null());
-            let items = items
-                .map(|(name, value)| format!("{} {}", label(name), text(&of(name), value, own)));
+            // A column's unit is that of its own numbers.
+            let own = |name: &str| own.filter(|_| !says_unit(name));
+            let items = items.map(|(name, value)| {
+                format!("{} {}", label(name), text(&of(name), value, own(name)))
+            });
             items.collect::<Vec<_>>().join(", ")
         }
     }
@@ -292,7 +297,8 @@ fn is_short(object: &Map<String, Value>) -> bool {
 /// What a key stands beside, if its end says so and the object has that.
 fn stands_beside(object: &Map<String, Value>, key: &str) -> bool {
     let mut stems = BESIDE.iter().filter_map(|end| key.strip_suffix(end));
-    stems.any(|stem| has_stem(object, stem))
+    let mut values = FREQUENCIES.iter().filter_map(|end| key.strip_suffix(end));
+    stems.any(|stem| has_stem(object, stem)) || values.any(|stem| object.contains_key(stem))
 }
 
 /// True if a key is this, or this and a unit.
@@ -330,6 +336,10 @@ fn reason(object: &Map<String, Value>, key: &str) -> String {
         return reason.clone();
     }
     let mut of = Vec::new();
+    for name in FREQUENCIES.map(|end| format!("{key}{end}")) {
+        let frequency = object.get(&name).filter(|at| !at.is_null());
+        of.extend(frequency.map(|at| format!("at {}", text(&name, at, None))));
+    }
     if let (Some(from), Some(to)) = (beside("_from_s"), beside("_to_s")) {
         of.push(format!(
             "from {} to {}",
@@ -417,6 +427,20 @@ mod tests {
                 "1|alpha|0.5|",
                 "0|log|a.mcap|",
             ]
+        );
+    }
+
+    #[test]
+    fn a_value_stands_with_its_frequency_and_a_cell_keeps_its_units() {
+        let report = json!({
+            "peak": 1.25, "peak_rad_s": 5.0, "gain_up": null, "gain_up_rad_s": null, "crossover_rad_s": 3.0,
+        });
+        let lines = ["0|peak|1.25|at 5 rad/s", "0|crossover|3 rad/s|"];
+        assert_eq!(said(&report), lines);
+        let steps = json!({ "steps": [{ "shape": { "overshoot": 0.25, "rise_time_s": 0.5 } }] });
+        assert_eq!(
+            said(&steps),
+            ["steps: shape: overshoot 0.25, rise time 500 ms"]
         );
     }
 
