@@ -66,16 +66,16 @@ const KEYS: &[Key] = keys! {
     "brake_force_n" in parameters::BRAKE_FORCE.range() => c.limits.brake_force_n,
         "Largest braking force meanwhile";
     "stuck_force_n" in parameters::STUCK_FORCE.range() => c.limits.stuck_force_n,
-        "Fault if the force rises by this much while the position is frozen; 0 for never";
+        "Fault if the force rises by this on a frozen position; 0 for never";
     "stuck_time_s" in parameters::STUCK_TIME.range() => c.limits.stuck_time_s,
         "How long the position has to be frozen for that";
     "jump_m" in parameters::JUMP.range() => c.limits.jump_m,
-        "Fault if a tick moves this much further than the speed limit allows; 0 for never";
+        "Fault if a tick moves this much beyond the speed limit; 0 for never";
     "guard", "Keep the loop from feeding the device energy: off, observer or energy-bounding";
     "device_mass_kg" in parameters::DEVICE_MASS.range().or_0() => c.limits.device_mass_kg,
         "Mass of a real device, for guard=observer and braking; 0 for unknown";
     "device_damping_n_s_per_m", "Its damping, for guard=energy-bounding, as are the next three";
-    "device_delay_s", "Its delay from a measurement to the effect of the force, or an interval, as 0.2ms:1ms";
+    "device_delay_s", "From a measurement to the effect of its force, as 1ms or 0.2ms:1ms";
     "device_lag_s", "Time constant of its force";
     "device_noise_m", "Standard deviation of its position noise [default: 0]";
     "mass_kg" in parameters::MASS.range() => c.simulation.mass_kg, "Mass of a simulated device";
