@@ -100,6 +100,20 @@ impl Lines {
         let reason = reason(places[0], key);
         match value {
             Value::Null if reason.is_empty() => (),
+            Value::Object(inner) if is_of_alike(inner) => {
+                let named = inner.iter().map(|(name, inner)| {
+                    let mut row = Map::from_iter([("name".to_owned(), name.as_str().into())]);
+                    row.extend(
+                        inner
+                            .as_object()
+                            .into_iter()
+                            .flatten()
+                            .map(|(k, v)| (k.clone(), v.clone())),
+                    );
+                    Value::Object(row)
+                });
+                self.table(level, key, &named.collect::<Vec<_>>(), places);
+            }
             Value::Object(inner) if !is_short(inner) => {
                 self.row(level, key, String::new(), reason);
                 self.object(inner, places[0], level + 1);
@@ -108,7 +122,7 @@ impl Lines {
             Value::Array(items) if items.iter().all(Value::is_object) => {
                 self.table(level, key, items, places);
             }
-            Value::Array(items) if items.iter().any(Value::is_string) => {
+            Value::Array(items) if items.iter().any(|item| item.is_string() || item.is_array()) => {
                 for (index, item) in items.iter().enumerate() {
                     let label = if index == 0 {
                         label(key)
@@ -162,7 +176,9 @@ impl Lines {
         let mut keys: Vec<&String> = Vec::new();
         for object in &objects {
             for (key, value) in *object {
-                if !value.is_null() && !keys.contains(&key) && !is_unit(object, key) {
+                // What would be a table in a cell is in JSON alone.
+                let shown = !value.is_null() && !value.as_object().is_some_and(is_of_objects);
+                if shown && !keys.contains(&key) && !is_unit(object, key) {
                     keys.push(key);
                 }
             }
@@ -292,6 +308,22 @@ fn is_short(object: &Map<String, Value>) -> bool {
         && object
             .values()
             .all(|value| value.is_number() || value.is_null())
+}
+
+/// True of several things with the same keys, each by its name: a table.
+fn is_of_alike(object: &Map<String, Value>) -> bool {
+    let mut keys = object.values().map(|value| {
+        let keys = value
+            .as_object()
+            .filter(|inner| !inner.values().any(|v| v.is_object() || v.is_array()));
+        keys.map(|inner| inner.keys().collect::<Vec<_>>())
+    });
+    let first = keys.next().flatten();
+    object.len() > 1 && first.is_some_and(|first| keys.all(|keys| keys.as_ref() == Some(&first)))
+}
+
+fn is_of_objects(object: &Map<String, Value>) -> bool {
+    !object.is_empty() && object.values().all(Value::is_object)
 }
 
 /// What a key stands beside, if its end says so and the object has that.
@@ -442,6 +474,26 @@ mod tests {
             said(&steps),
             ["steps: shape: overshoot 0.25, rise time 500 ms"]
         );
+    }
+
+    #[test]
+    fn things_with_names_are_a_table_and_a_matrix_is_a_row_a_line() {
+        let parameters = json!({
+            "order": { "value": 0.5, "unit": "1" },
+            "modulus": { "value": 2000.0, "unit": "Pa" },
+        });
+        let report = json!({
+            "parameters": parameters,
+            "candidates": [{ "model": "zener", "parameters": parameters }],
+            "correlation": [[1.0, 0.5], [0.5, null]],
+        });
+        let lines = [
+            "parameters: name,value,unit: order,0.5,1;modulus,2000,Pa",
+            "candidates: model: zener",
+            "0|correlation|1, 0.5|",
+            "0||0.5, –|",
+        ];
+        assert_eq!(said(&report), lines);
     }
 
     #[test]
