@@ -1,18 +1,18 @@
 //! What `device set` changes: `KEY=VALUE`, read before the device is asked.
 
+use super::key_value::{self, in_range, key_and_value, keys_help, refused};
 use crate::command::words::{order, parse_scheme};
 use crate::output::note;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::device::Loop;
 use haptic_experiment::failure::Failure;
-use haptic_experiment::input::short;
 use haptic_experiment::parameters::{self, Range, range};
 use haptic_experiment::refused::single;
 use haptic_experiment::remote::guard_of;
 use haptic_experiment::safety::{GuardedDevice, speed, workspace};
 use haptic_experiment::{GuardChoice, Named};
 use haptic_link::{Configuration, Guard, Limits, LoopMode, SimulationKind};
-use haptic_quantity::{parse_for_key, without_unit, written};
+use haptic_quantity::{parse_for_key, without_unit};
 use haptic_remote::{operator_shape, wire_guard};
 use std::collections::BTreeSet;
 
@@ -87,18 +87,13 @@ const KEYS: &[Key] = keys! {
 };
 
 /// The help of all keys.
-pub(super) fn keys_help() -> String {
-    let lines = KEYS
-        .iter()
-        .map(|Key { key, help, .. }| format!("\n  {:<18} {help}", without_unit(key)));
-    lines.collect()
+pub(super) fn help() -> String {
+    keys_help(KEYS.iter().map(|key| (key.key, key.help)))
 }
 
 /// The key that is called like an option: of `force-limit` `force_limit`.
 pub fn key_like(option: &str) -> Option<&'static str> {
-    let name = option.replace('-', "_");
-    let mut keys = KEYS.iter().map(|key| without_unit(key.key));
-    keys.find(|key| *key == name)
+    key_value::key_like(option, KEYS.iter().map(|key| key.key))
 }
 
 /// What is set, in SI units.
@@ -131,21 +126,13 @@ impl Changes {
     pub(super) fn read(words: &[String]) -> Result<Self, Failure> {
         let mut changes = Self::default();
         for word in words {
-            let refused = |why: &str| Failure::bad_input(format_args!("{} {why}", short(word)));
-            let (name, text) = word
-                .split_once('=')
-                .ok_or_else(|| refused("is not KEY=VALUE, as in force_limit=2N"))?;
-            let name = name.trim().replace('-', "_");
-            let key = KEYS
-                .iter()
-                .find(|key| [key.key, without_unit(key.key)].contains(&name.as_str()));
-            let key = key.ok_or_else(|| {
-                refused("does not name a parameter: host-cli device set --help lists them")
-            })?;
-            if !changes.given.insert(key.key) {
-                return Err(refused("is given twice: keep one"));
+            let (name, text) = key_and_value(word, KEYS.iter().map(|key| key.key), "set")?;
+            if !changes.given.insert(name) {
+                return Err(refused(word, "is given twice: keep one"));
             }
-            changes.set(key, text.trim()).map_err(|why| refused(&why))?;
+            for key in KEYS.iter().filter(|key| key.key == name) {
+                changes.set(key, text).map_err(|why| refused(word, &why))?;
+            }
         }
         for (key, needed) in [
             ("sample_time_s", "order"),
@@ -353,17 +340,6 @@ impl Changes {
     }
 }
 
-/// A number in a range.
-fn in_range(key: &str, range: Range, text: &str) -> Result<f64, String> {
-    let value = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
-    let [low, high] = range.ends().map(|end| written(key, end));
-    match (range.contains(value), range) {
-        (true, _) => Ok(value),
-        (false, Range::Within(..)) => Err(format!("is not from {low} to {high}")),
-        (false, Range::AboveUpTo(..)) => Err(format!("is not above {low} and at most {high}")),
-    }
-}
-
 /// A text as one of the names of a type.
 fn named<T: Named>(text: &str) -> Result<T, String> {
     let names = T::CHOICES.iter().map(|choice| choice.1);
@@ -420,7 +396,7 @@ mod tests {
             ("stiffness", "is not KEY=VALUE"),
             ("stifness=1", "does not name a parameter"),
             ("stiffness=1 stiffness_n_per_m=2", "is given twice"),
-            ("mass=1e9kg", "is not above 0 kg and at most 100 kg"),
+            ("mass=1e9kg", "is not above 0 and at most 100 kg"),
             ("watchdog=1ms", "is not from 5 ms to 1 s"),
             ("watchdog=5.5ms", "is not a whole number of milliseconds"),
             ("late_ticks=-1", "is not a whole number from 0 to 65535"),

@@ -1,7 +1,8 @@
 //! `device emulate`.
 
-use super::emulate_haply::HaplyArguments;
-use super::emulate_moteus::{self, MoteusArguments};
+use super::emulate_haply::{Haply, hand, version};
+use super::emulate_moteus::{self, turn};
+use super::key_value::{self, in_range, key_and_value, keys_help, refused};
 use super::port::duration;
 use crate::choice::choice;
 use crate::command::device_model::DeviceModelArguments;
@@ -11,6 +12,7 @@ use crate::within::{number_within, within};
 use clap::Args;
 use haptic_devices::haply::HaplyName;
 use haptic_devices::moteus::MoteusName;
+use haptic_devices::moteus::emulated::Hand;
 use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
@@ -31,7 +33,7 @@ Emulates a device: the firmware's state machine and a simulated plant behind a p
 command with --device serial:PATH can use it. With --device-model it has that file's mass, damping, friction, delay, lag \
 and sensors, to rehearse a run; without, it is an ideal mass, as heavy as the run takes it for.
 
-The line can be made bad: frames lost, damaged, repeated, out of order, late or stalled, the same for the same --line-seed.
+The line can be made bad: frames lost, damaged, repeated, out of order, late or stalled, the same for the same line_seed.
 
 --kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; the makers' own programs take \
 them for real. Both run in real time, and their line's chances are those of single bytes.";
@@ -70,9 +72,9 @@ impl Kind {
 /// Arguments of `device emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
+    after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
                   serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
-                  host-cli relax --device haply:2diy --duration 20s"
+                  host-cli relax --device haply:2diy --duration 20s\n\nKeys:{}", keys_help(KEYS))
 )]
 pub struct Arguments {
     /// Device to emulate [default: own]
@@ -95,83 +97,105 @@ pub struct Arguments {
     /// Stop after this time [default: run until Ctrl-C]
     #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
-    #[command(flatten)]
-    faults: LineArguments,
-    #[command(flatten)]
-    haply: HaplyArguments,
-    #[command(flatten)]
-    moteus: MoteusArguments,
+    /// The line and the hand, as in drop=1%; the keys are below
+    #[arg(value_name = "KEY=VALUE")]
+    values: Vec<String>,
 }
 
-/// What the line does to frames.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Bad line")]
-pub struct LineArguments {
-    /// Chance of a lost frame, as 1%
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    drop: f64,
-    /// Chance of flipped bits in a frame
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    corrupt: f64,
-    /// Chance of a repeated frame
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    duplicate: f64,
-    /// Chance that a frame comes after the next
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    reorder: f64,
-    /// Longest delay of a frame
-    #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "0s", allow_hyphen_values = true)]
-    delay: Time,
-    /// Chance that the line stalls at a frame
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    stall: f64,
-    /// Length of a stall
-    #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "50ms", allow_hyphen_values = true)]
-    stall_time: Time,
-    /// Seed of the damage
-    #[arg(long = "line-seed", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
+/// Keys of the line, of a 2DIY, and of a servo.
+const KEYS: [(&str, &str); 12] = [
+    ("drop", "Chance of a lost frame, as 1%"),
+    ("corrupt", "Chance of flipped bits in a frame"),
+    ("duplicate", "Chance of a repeated frame"),
+    ("reorder", "Chance that a frame comes after the next"),
+    ("delay_s", "Longest delay of a frame"),
+    ("stall", "Chance that the line stalls at a frame"),
+    ("stall_time_s", "Length of a stall [default: 50ms]"),
+    ("line_seed", "Seed of the damage [default: 1]"),
+    ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
+    (
+        "hand",
+        "2DIY: strokes (along y from 85 mm to 100 mm in 4 s, the default), free, at:X:Y, or fixed:X:Y",
+    ),
+    ("servo_id", "Servo: number on its bus [default: 1]"),
+    (
+        "turn",
+        "Servo: a hand turns the shaft at 20 mm from command 600 on, and holds it, as 2mm:0.5s",
+    ),
+];
+
+/// The key that is called like an option.
+pub fn key_like(option: &str) -> Option<&'static str> {
+    key_value::key_like(option, KEYS.map(|(key, _)| key))
+}
+
+/// What the keys say.
+#[derive(Debug)]
+struct Details {
+    faults: LineFaults,
     seed: u64,
+    haply: Haply,
+    servo_id: Option<u8>,
+    turn: Option<Hand>,
 }
 
-impl LineArguments {
-    /// Faults of the line, and the seed.
-    ///
-    /// # Errors
-    /// A chance or time outside its range.
-    pub fn faults(&self) -> Result<(LineFaults, u64), Failure> {
-        let &Self {
-            drop,
-            corrupt,
-            duplicate,
-            reorder,
-            delay,
-            stall,
-            stall_time,
-            seed,
-        } = self;
-        let (delay_s, stall_s) = (delay.0, stall_time.0);
-        let faults = LineFaults {
-            drop,
-            corrupt,
-            duplicate,
-            reorder,
-            delay_s,
-            stall,
-            stall_s,
+impl Details {
+    fn read(words: &[String]) -> Result<Self, Failure> {
+        let mut details = Self {
+            faults: LineFaults {
+                stall_s: 0.05,
+                ..LineFaults::default()
+            },
+            seed: 1,
+            haply: Haply::default(),
+            servo_id: None,
+            turn: None,
         };
-        faults.check().map_err(Failure::input)?;
-        Ok((faults, seed))
+        for word in words {
+            let (key, text) = key_and_value(word, KEYS.map(|(key, _)| key), "emulate")?;
+            details.set(key, text).map_err(|why| refused(word, &why))?;
+        }
+        details.faults.check().map_err(Failure::input)?;
+        Ok(details)
+    }
+
+    fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
+        let faults = &mut self.faults;
+        match key {
+            "drop" => faults.drop = chance(text)?,
+            "corrupt" => faults.corrupt = chance(text)?,
+            "duplicate" => faults.duplicate = chance(text)?,
+            "reorder" => faults.reorder = chance(text)?,
+            "delay_s" => faults.delay_s = in_range(key, range::LINE_TIMES, text)?,
+            "stall" => faults.stall = chance(text)?,
+            "stall_time_s" => faults.stall_s = in_range(key, range::LINE_TIMES, text)?,
+            "line_seed" => {
+                self.seed = text
+                    .parse()
+                    .map_err(|_| "is not a whole number, 0 or more")?
+            }
+            "hardware" => self.haply.hardware = Some(version(text)?),
+            "hand" => self.haply.hand = Some(hand(text)?),
+            "servo_id" => {
+                let id = text
+                    .parse()
+                    .map_err(|_| "is not a whole number from 0 to 255")?;
+                self.servo_id = Some(id);
+            }
+            _ => self.turn = Some(turn(text)?),
+        }
+        Ok(())
     }
 }
 
 /// A chance: a number in [0, 1], or per cent.
 fn chance(text: &str) -> Result<f64, String> {
-    let value = match text.trim().strip_suffix('%') {
+    let value = match text.strip_suffix('%') {
         Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
-        None => text.trim().parse(),
+        None => text.parse(),
     };
     let chance = value.ok().filter(|value| (0.0..=1.0).contains(value));
-    chance.ok_or_else(|| format!("\"{text}\" is not a chance: give 0 to 1, or 0% to 100%"))
+    chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
 }
 
 /// The device's end of the line.
@@ -222,11 +246,12 @@ impl Arguments {
             )));
         }
         let kind = self.kind.unwrap_or_default();
-        self.check_kind(kind)?;
+        let details = Details::read(&self.values)?;
+        self.check_kind(kind, &details)?;
         let body = self.model.read()?.as_ref().map(body);
-        let servo = self.moteus.servo()?;
+        let servo = emulate_moteus::servo(details.servo_id, details.turn)?;
         let duration = duration(self.duration)?;
-        let (faults, seed) = self.faults.faults()?;
+        let (faults, seed) = (details.faults, details.seed);
         let stop = crate::command::stop::stop_on_interrupt()?;
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
         let started = Started {
@@ -237,7 +262,9 @@ impl Arguments {
         let line = port.line().map_err(failed)?;
         let damage = (faults, seed);
         if kind == Kind::Haply2Diy {
-            return (self.haply).run(line, damage, duration, stop, output.quiet);
+            return details
+                .haply
+                .run(line, damage, duration, stop, output.quiet);
         }
         if kind == Kind::Moteus {
             return emulate_moteus::run(line, servo, damage, duration, stop, output.quiet);
@@ -260,11 +287,13 @@ impl Arguments {
 
 impl Arguments {
     /// Refuses options of another kind.
-    fn check_kind(&self, kind: Kind) -> Result<(), Failure> {
-        let refusal = if kind != Kind::Haply2Diy && self.haply.is_given() {
-            "--hardware and --hand apply only to a 2DIY: add --kind haply-2diy"
-        } else if kind != Kind::Moteus && self.moteus.is_given() {
-            "--servo-id and --turn apply only to a servo: add --kind moteus"
+    fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
+        let refusal = if kind != Kind::Haply2Diy
+            && (details.haply.hardware.is_some() || details.haply.hand.is_some())
+        {
+            "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
+        } else if kind != Kind::Moteus && (details.servo_id.is_some() || details.turn.is_some()) {
+            "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: a 2DIY has two axes, a servo one; omit --axes"
         } else if kind != Kind::Own && self.model.is_given() {

@@ -6,6 +6,7 @@ pub mod emulate_haply;
 pub mod emulate_moteus;
 pub mod flash;
 pub mod info;
+mod key_value;
 pub mod list;
 mod loosened;
 pub mod measure;

@@ -1,6 +1,6 @@
 //! `device get` and `device set`.
 
-use super::changes::{Changes, keys_help};
+use super::changes::{self, Changes};
 use super::loosened::loosened;
 use super::parameters::Parameters;
 use super::port::PortArguments;
@@ -21,7 +21,7 @@ pub struct GetArguments {
 #[derive(Debug, Args)]
 #[command(after_help = format!(
     "Example: host-cli device set --device serial:/dev/ttyACM0 force_limit=0.5N workspace=-10mm:20mm\n\nKeys:{}",
-    keys_help()
+    changes::help()
 ))]
 pub struct SetArguments {
     #[command(flatten)]

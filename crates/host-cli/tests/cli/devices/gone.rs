@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 const KINDS: [(&str, &str); 3] = [
     ("", "serial:device"),
     ("--kind moteus", "moteus:device,watchdog=1s"),
-    ("--kind haply-2diy --hand free", "haply:device"),
+    ("--kind haply-2diy hand=free", "haply:device"),
 ];
 
 #[test]

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 const KINDS: [(&str, &str); 3] = [
     ("", "serial:device"),
     ("--kind moteus", "moteus:device"),
-    ("--kind haply-2diy --hand free", "haply:device"),
+    ("--kind haply-2diy hand=free", "haply:device"),
 ];
 
 #[test]
