@@ -57,6 +57,8 @@ const ROWS_OF_MANY: usize = 12;
 const NUMBERS_MOST: usize = 8;
 /// Ends of keys of what stands beside a value.
 const BESIDE: [&str; 5] = ["_reason", "_from_s", "_to_s", "_samples", "_unit"];
+/// Ends of keys of the frequency at which a value stands: `gain_up_rad_s` beside `gain_up`.
+const FREQUENCIES: [&str; 2] = ["_rad_s", "_hz"];
 /// Files come last.
 const FILES: [&str; 9] = [
     "log",
@@ -99,6 +101,20 @@ impl Lines {
         let reason = reason(places[0], key);
         match value {
             Value::Null if reason.is_empty() => (),
+            Value::Object(inner) if is_of_alike(inner) => {
+                let named = inner.iter().map(|(name, inner)| {
+                    let mut row = Map::from_iter([("name".to_owned(), name.as_str().into())]);
+                    row.extend(
+                        inner
+                            .as_object()
+                            .into_iter()
+                            .flatten()
+                            .map(|(k, v)| (k.clone(), v.clone())),
+                    );
+                    Value::Object(row)
+                });
+                self.table(level, key, &named.collect::<Vec<_>>(), places);
+            }
             Value::Object(inner) if !is_short(inner) => {
                 self.row(level, key, String::new(), reason);
                 self.object(inner, places[0], level + 1);
@@ -107,7 +123,7 @@ impl Lines {
             Value::Array(items) if items.iter().all(Value::is_object) => {
                 self.table(level, key, items, places);
             }
-            Value::Array(items) if items.iter().any(Value::is_string) => {
+            Value::Array(items) if items.iter().any(|item| item.is_string() || item.is_array()) => {
                 for (index, item) in items.iter().enumerate() {
                     let label = if index == 0 {
                         label(key)
@@ -169,7 +185,9 @@ impl Lines {
         let mut keys: Vec<&String> = Vec::new();
         for object in &objects {
             for (key, value) in *object {
-                if !value.is_null() && !keys.contains(&key) && !is_unit(object, key) {
+                // What would be a table in a cell is in JSON alone.
+                let shown = !value.is_null() && !value.as_object().is_some_and(is_of_objects);
+                if shown && !keys.contains(&key) && !is_unit(object, key) {
                     keys.push(key);
                 }
             }
@@ -266,7 +284,7 @@ impl<'a> Column<'a> {
     fn cell(&self, object: &Map<String, Value>) -> String {
         match object.get(self.key) {
             None | Some(Value::Null) => "–".to_owned(),
-            Some(Value::Number(number)) if !is_whole(number) => {
+            Some(Value::Number(number)) if !is_count(self.key, number) => {
                 self.unit.number(number.as_f64().unwrap_or(f64::NAN))
             }
             Some(value) => text(self.key, value, Some("")),
@@ -302,8 +320,11 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
                 }
             };
             let items = inner.iter().filter(|(_, value)| !value.is_null());
-            let items = items
-                .map(|(name, value)| format!("{} {}", label(name), text(&of(name), value, own)));
+            // A column's unit is that of its own numbers.
+            let own = |name: &str| own.filter(|_| !says_unit(name));
+            let items = items.map(|(name, value)| {
+                format!("{} {}", label(name), text(&of(name), value, own(name)))
+            });
             items.collect::<Vec<_>>().join(", ")
         }
     }
@@ -330,14 +351,32 @@ fn is_short(object: &Map<String, Value>) -> bool {
             .all(|value| value.is_number() || value.is_null())
 }
 
+/// True of several things with the same keys, each by its name: a table.
+fn is_of_alike(object: &Map<String, Value>) -> bool {
+    let mut keys = object.values().map(|value| {
+        let keys = value
+            .as_object()
+            .filter(|inner| !inner.values().any(|v| v.is_object() || v.is_array()));
+        keys.map(|inner| inner.keys().collect::<Vec<_>>())
+    });
+    let first = keys.next().flatten();
+    object.len() > 1 && first.is_some_and(|first| keys.all(|keys| keys.as_ref() == Some(&first)))
+}
+
+fn is_of_objects(object: &Map<String, Value>) -> bool {
+    !object.is_empty() && object.values().all(Value::is_object)
+}
+
 /// What a key stands beside, if its end says so and the object has that.
 fn stands_beside(object: &Map<String, Value>, key: &str) -> bool {
     let stem = BESIDE.iter().find_map(|end| key.strip_suffix(end));
-    stem.is_some_and(|stem| match key.strip_prefix(stem) {
+    let is_beside = stem.is_some_and(|stem| match key.strip_prefix(stem) {
         Some("_unit") => true,
         Some("_samples") => object.contains_key(&format!("{stem}_from_s")),
         _ => has_stem(object, stem),
-    })
+    });
+    let mut values = FREQUENCIES.iter().filter_map(|end| key.strip_suffix(end));
+    is_beside || values.any(|stem| object.contains_key(stem))
 }
 
 /// True if a key is this, or this and a unit.
@@ -375,6 +414,10 @@ fn reason(object: &Map<String, Value>, key: &str) -> String {
         return reason.clone();
     }
     let mut of = Vec::new();
+    for name in FREQUENCIES.map(|end| format!("{key}{end}")) {
+        let frequency = object.get(&name).filter(|at| !at.is_null());
+        of.extend(frequency.map(|at| format!("at {}", text(&name, at, None))));
+    }
     if let (Some(from), Some(to)) = (beside("_from_s"), beside("_to_s")) {
         of.push(format!(
             "from {} to {}",
@@ -463,6 +506,40 @@ mod tests {
                 "0|log|a.mcap|",
             ]
         );
+    }
+
+    #[test]
+    fn a_value_stands_with_its_frequency_and_a_cell_keeps_its_units() {
+        let report = json!({
+            "peak": 1.25, "peak_rad_s": 5.0, "gain_up": null, "gain_up_rad_s": null, "crossover_rad_s": 3.0,
+        });
+        let lines = ["0|peak|1.25|at 5 rad/s", "0|crossover|3 rad/s|"];
+        assert_eq!(said(&report), lines);
+        let steps = json!({ "steps": [{ "shape": { "overshoot": 0.25, "rise_time_s": 0.5 } }] });
+        assert_eq!(
+            said(&steps),
+            ["steps: shape: overshoot 0.25, rise time 500 ms"]
+        );
+    }
+
+    #[test]
+    fn things_with_names_are_a_table_and_a_matrix_is_a_row_a_line() {
+        let parameters = json!({
+            "order": { "value": 0.5, "unit": "1" },
+            "modulus": { "value": 2000.0, "unit": "Pa" },
+        });
+        let report = json!({
+            "parameters": parameters,
+            "candidates": [{ "model": "zener", "parameters": parameters }],
+            "correlation": [[1.0, 0.5], [0.5, null]],
+        });
+        let lines = [
+            "parameters: name,value,unit: order,0.5,1;modulus,2000,Pa",
+            "candidates: model: zener",
+            "0|correlation|1, 0.5|",
+            "0||0.5, –|",
+        ];
+        assert_eq!(said(&report), lines);
     }
 
     #[test]

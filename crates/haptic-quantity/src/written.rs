@@ -25,6 +25,26 @@ pub struct WrittenUnit {
     /// Its symbol, as `kN/m`; empty for a pure number.
     pub symbol: String,
     per_number: f64,
+    toward: Toward,
+}
+
+/// What is needed is not rounded down, and what is allowed not up: who takes the number that is written is on the safe side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Toward {
+    Nearest,
+    Up,
+    Down,
+}
+
+impl Toward {
+    fn of_key(key: &str) -> Self {
+        match parts_of_key(key).0 {
+            stem if stem.starts_with("required_") || stem.ends_with("_required") => Self::Up,
+            stem if stem.starts_with("largest_") => Self::Down,
+            "alpha_max" | "beta_max" | "stiffness_max" => Self::Down,
+            _ => Self::Nearest,
+        }
+    }
 }
 
 impl WrittenUnit {
@@ -47,6 +67,7 @@ impl WrittenUnit {
         Self {
             symbol: format!("{letter}{}", end.unit),
             per_number: end.per_unit / 10_f64.powi(power),
+            toward: Toward::of_key(key),
         }
     }
 
@@ -60,7 +81,7 @@ impl WrittenUnit {
                 let decimals = (1.0 - off.log10()).ceil().min(15.0) as usize;
                 digits(format!("{value:.decimals$}").parse().unwrap_or(value), 17)
             }
-            _ => digits(value * self.per_number, 4),
+            _ => rounded(value * self.per_number, 4, self.toward),
         }
     }
 }
@@ -88,8 +109,26 @@ pub fn written(key: &str, value: f64) -> String {
 /// A number in so many significant digits at most, without zeros that say nothing; with an exponent where it would be long.
 #[must_use]
 pub fn digits(value: f64, most: usize) -> String {
+    rounded(value, most, Toward::Nearest)
+}
+
+fn rounded(value: f64, most: usize, toward: Toward) -> String {
     let decimals = most.clamp(1, 17) - 1;
-    let rounded: f64 = format!("{value:.decimals$e}").parse().unwrap_or(value);
+    let nearest = |value: f64| -> f64 { format!("{value:.decimals$e}").parse().unwrap_or(value) };
+    let mut rounded = nearest(value);
+    // A unit of the last digit; what is this near to a number of so many digits is that number.
+    let last = 10_f64.powf(value.abs().log10().floor() - decimals as f64);
+    let off = match toward {
+        Toward::Nearest => 0.0,
+        Toward::Up => value - rounded,
+        Toward::Down => rounded - value,
+    };
+    if off > 1e-9 * last {
+        rounded = nearest(match toward {
+            Toward::Down => rounded - last,
+            _ => rounded + last,
+        });
+    }
     match rounded.abs() {
         // −0 is 0.
         0.0 => "0".to_owned(),
@@ -123,6 +162,11 @@ mod tests {
             ("ratio", 1.000_000_12, "1.00000012"),
             ("ratio", 1.0, "1"),
             ("ratio", f64::INFINITY, "inf"),
+            ("required_delta", 0.189_612, "0.1897"),
+            ("required_delta", 0.25, "0.25"),
+            ("required_damping_n_s_per_m", 0.0, "0 N·s/m"),
+            ("largest_stiffness_n_per_m", 9.9999e3, "9.999 kN/m"),
+            ("alpha_max", -0.123_41, "-0.1235"),
         ] {
             assert_eq!(written(key, value), text, "{key} {value}");
         }

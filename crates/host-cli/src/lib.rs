@@ -11,7 +11,6 @@ pub mod keys;
 pub mod log_plot;
 pub mod options;
 pub mod output;
-pub mod pair;
 pub mod picture;
 pub mod picture_file;
 pub mod whole;

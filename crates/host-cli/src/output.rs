@@ -27,6 +27,18 @@ impl Output {
         self.text(report, |out| print_lines(out, &lines(report)))
     }
 
+    /// Prints JSON of a report, or the lines of `shown`, which has less.
+    ///
+    /// # Errors
+    /// As [`report`](Self::report).
+    pub fn report_as<T: Serialize, S: Serialize>(
+        self,
+        report: &T,
+        shown: &S,
+    ) -> Result<(), Failure> {
+        self.text(report, |out| print_lines(out, &lines(shown)))
+    }
+
     /// Prints the report of what left something behind: nothing for a quiet person.
     ///
     /// # Errors

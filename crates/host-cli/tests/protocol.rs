@@ -171,7 +171,7 @@ fn a_python_host_gets_every_sample_over_a_good_line() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_python_host_survives_a_bad_line_and_counts_what_is_missing() {
-    let line = "--corrupt 2% --drop 1% --duplicate 1% --line-seed 1";
+    let line = "corrupt=2% drop=1% duplicate=1% line_seed=1";
     let Some((summary, emulator)) = client(line, TICKS, "--stiffness 500") else {
         return;
     };

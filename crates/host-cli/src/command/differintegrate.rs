@@ -19,8 +19,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv\n\
-                  The file needs a header; of its columns the one named x is taken, or that of --column. The \
-                  signal counts as zero before its first sample, unless --caputo is given."
+                  The file needs a header. The signal is zero before its first sample, unless --caputo is given."
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
@@ -32,13 +31,13 @@ pub struct Arguments {
     /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
-    /// Act on x minus its first value: the Caputo derivative for an order between 0 and 1
+    /// Subtract the first value: the Caputo derivative for an order between 0 and 1
     #[arg(long)]
     caputo: bool,
-    /// Column of the file to take
+    /// Column to take
     #[arg(long, value_name = "NAME", default_value = "x")]
     column: String,
-    /// CSV file; standard input if absent or `-`
+    /// CSV file; `-` for standard input, the default
     file: Option<PathBuf>,
 }
 
@@ -75,8 +74,7 @@ impl Arguments {
         let y = y.map_err(Failure::input)?;
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {
             return Err(Failure::bad_input(format_args!(
-                "the result of row {} below the header is beyond the largest number of 64 bits, 1.8e308: scale the \
-                 column down, or give a longer --sample-time",
+                "the result of row {} is beyond 1.8e308: scale the column down, or give a longer --sample-time",
                 n + 1
             )));
         }

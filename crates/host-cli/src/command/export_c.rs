@@ -4,7 +4,7 @@ mod tissue;
 
 use super::words::{order, parse_order, parse_scheme, rate};
 use crate::choice::choice;
-use crate::output::{Output, short};
+use crate::output::Output;
 use crate::within::within;
 use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
@@ -14,7 +14,7 @@ use haptic_experiment::folder::write_text;
 use haptic_experiment::modelled::operator;
 use haptic_experiment::parameters::range;
 use haptic_experiment::{Named as _, Precision};
-use haptic_quantity::Time;
+use haptic_quantity::{Time, digits, written};
 use serde::Serialize;
 use std::path::PathBuf;
 use tissue::{Tissue, TissueArguments};
@@ -22,12 +22,10 @@ use tissue::{Tissue, TissueArguments};
 /// Arguments of `export-c`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
-                  \x20         host-cli export-c --tissue fish-muscle --sample-time 1ms --name muscle --out muscle.h\n\
-                  The header needs no heap, no libm and no other file than stdint.h, and gives the same bits as the \
-                  crate fracdiff with these coefficients: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) for each sample. \
-                  A tissue has muscle_force(&h, x) too, its force in N at a displacement in m, and muscle_push(&h, x), the same behind a surface at 0, with \
-                  muscle_advance(&h, muscle_depth(x)) after it. \
+    after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
+                  The header needs only stdint.h, no heap and no libm, and gives the same bits as the crate fracdiff: half_init(&h), then \
+                  y = half_output(&h, x) and half_advance(&h, x) per sample. A tissue also has muscle_force(&h, x), N at a displacement in m, and \
+                  muscle_push(&h, x) behind a surface at 0, with muscle_advance(&h, muscle_depth(x)) after it. \
                   Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
 )]
 pub struct Arguments {
@@ -48,13 +46,13 @@ pub struct Arguments {
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]
     precision: Precision,
-    /// Begins all names in the header
+    /// Prefix of all names in the header
     #[arg(long, default_value = "operator_d")]
     name: String,
-    /// The header; standard output if absent
+    /// Header to write [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Write over a header that is there
+    /// Replace an existing header
     #[arg(long, requires = "out")]
     overwrite: bool,
 }
@@ -146,12 +144,7 @@ impl Arguments {
         if let Some(header) = exported.header.as_deref().filter(|_| !output.json) {
             return output.text(&exported, |out| out.write_all(header.as_bytes()));
         }
-        output.text_summary(&exported, |out| {
-            exported
-                .file
-                .iter()
-                .try_for_each(|file| writeln!(out, "written: {file}, {coefficients} coefficients"))
-        })
+        output.summary(&exported)
     }
 
     /// The horizon, s.
@@ -164,7 +157,7 @@ impl Arguments {
         let full = matches!(self.scheme, Scheme::Full { .. });
         if self.horizon.is_some() && !full {
             return Err(Failure::bad_input(format_args!(
-                "a horizon has no effect on scheme {}, which has none: leave --horizon out",
+                "--horizon has no effect on scheme {}: omit it",
                 self.scheme
             )));
         }
@@ -173,10 +166,10 @@ impl Arguments {
             return Ok(samples);
         }
         Err(Failure::bad_input(format_args!(
-            "horizon {} s at a sample time of {} s is {} samples, which is not in [1, 1e12]: give --horizon, as in 1h",
-            short(self.horizon_s()),
-            short(self.sample_time.0),
-            short(samples)
+            "horizon {} at a sample time of {} is {} samples, not 1 to 1e12: give --horizon, as in 1h",
+            written("horizon_s", self.horizon_s()),
+            written("sample_time_s", self.sample_time.0),
+            digits(samples, 4)
         )))
     }
 
@@ -188,7 +181,7 @@ impl Arguments {
             .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
         let list: OperatorList<F> = operator.list().ok_or_else(|| {
             Failure::bad_input(format_args!(
-                "scheme {} has no form in C: give --scheme full, or another one",
+                "scheme {} cannot be exported: give another, as --scheme full",
                 self.scheme
             ))
         })?;

@@ -2,8 +2,8 @@
 
 mod choices;
 mod draw;
-mod print;
 mod read;
+mod report;
 mod tissue;
 
 use self::choices::{KindChoice, ModelChoice, WeightChoice};
@@ -21,45 +21,43 @@ use haptic_tissue::identify::{Options, identify};
 use std::path::PathBuf;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Finds a tissue in a measured record: fits fractional models to it, says how sure each parameter is and which model the \
-record asks for, and writes a tissue file that relax --tissue takes.
+Fits fractional models to a measured record, tells how sure each parameter is and which model the record supports, and writes \
+a tissue file for relax --tissue.
 
-DATA is a table with a header, CSV or TSV, or a log of this program (*.mcap). Headers that need no word: time_s, \
-relaxation_modulus_pa, creep_compliance_per_pa, strain, stress_pa, force_n, position_m, omega_rad_s, storage_modulus_pa, \
-loss_modulus_pa; and the usual ones of rheometers and testing machines, as Time [s], G' (kPa), Storage Modulus, Frequency (Hz). \
-Lines that begin with # are passed over.
+DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: time_s, relaxation_modulus_pa, creep_compliance_per_pa, \
+strain, stress_pa, force_n, position_m, omega_rad_s, storage_modulus_pa, loss_modulus_pa, and those of rheometers and testing \
+machines, as Time [s], G' (kPa), Storage Modulus. Lines that begin with # are skipped.
 
-The fit is by least squares: in the logarithm of the modulus or compliance for relaxation, creep and oscillation, in the stress for \
-any other motion, whose strain is taken as it really was.";
+The fit is least squares: in the logarithm of modulus or compliance for relaxation, creep and oscillation, in the stress for \
+any other motion, with its strain as it was.";
 
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli identify relaxation.tsv\n  host-cli identify relaxation.csv --strain 5% --area 4cm2 \
-                  --out my-tissue.toml\n  host-cli identify sweep.csv --model fractional-maxwell --bootstrap 500 --json"
+    after_help = "Example: host-cli identify relaxation.csv --strain 5% --area 4cm2 --out my-tissue.toml"
 )]
 pub struct Arguments {
-    /// The record: CSV or TSV with a header, or a log of this program (*.mcap)
+    /// CSV or TSV with a header, or a log (*.mcap)
     #[arg(value_name = "DATA")]
     data: PathBuf,
-    /// Kind of the record [default: by its columns]
+    /// Kind of record [default: by its columns]
     #[arg(long, value_parser = choice::<KindChoice>())]
     kind: Option<KindChoice>,
-    /// Model to fit; auto takes the one that the record asks for
+    /// Model to fit; auto selects by the record
     #[arg(long, value_parser = choice::<ModelChoice>(), default_value = "auto")]
     model: ModelChoice,
     #[command(flatten)]
     table: read::TableArguments,
-    /// Held strain of a relaxation, which turns stress into modulus
+    /// Held strain of a relaxation
     #[arg(long, value_parser = within::<Strain>(parameters::STRAIN.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     strain: Option<Strain>,
-    /// Held stress of a creep test, which turns strain into compliance
+    /// Held stress of a creep test
     #[arg(long, value_parser = within::<Stress>(parameters::STRESS.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     stress: Option<Stress>,
-    /// Area of the specimen, which turns force into stress
+    /// Area of the specimen, to turn force into stress
     #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     area: Option<Area>,
-    /// Thickness of the specimen, which turns position into strain
+    /// Thickness of the specimen, to turn position into strain
     #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     thickness: Option<Length>,
     #[command(flatten)]
@@ -78,10 +76,10 @@ struct FitArguments {
     /// Weights of the samples
     #[arg(long, value_parser = choice::<WeightChoice>(), default_value = "equal")]
     weights: WeightChoice,
-    /// Starts for each model
+    /// Starts per model
     #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(Options::STARTS_ALLOWED))]
     starts: u32,
-    /// Records drawn for bootstrap intervals; 0 for intervals by the standard errors
+    /// Bootstrap records for the intervals; 0 uses the standard errors
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
     /// Seed of the bootstrap [default: 1]
@@ -97,7 +95,7 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         if (1..BOOTSTRAP_LEAST).contains(&self.fit.bootstrap) {
             return Err(Failure::bad_input(format_args!(
-                "{} records make no interval: give --bootstrap of at least {BOOTSTRAP_LEAST}, as in 500, or leave it out",
+                "{} records give no interval: give --bootstrap at least {BOOTSTRAP_LEAST}, as in 500, or omit it",
                 self.fit.bootstrap
             )));
         }
@@ -133,10 +131,7 @@ impl Arguments {
         for warning in &found.warnings {
             warn(warning);
         }
-        let result = print::Report::new(&found, &understood.notes, written);
-        output.text_summary(&result, |out| {
-            print::print(out, &found, &understood.notes, &result)
-        })?;
+        output.summary(&report::Report::new(&found, &understood.notes, written))?;
         planned.map_or(Ok(()), tissue::Planned::close)
     }
 }

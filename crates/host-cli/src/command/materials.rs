@@ -3,13 +3,13 @@
 mod export;
 pub(super) mod folder;
 
-use crate::output::{Output, short};
+use crate::output::Output;
 use clap::Subcommand;
 use folder::Folder;
 use haptic_experiment::failure::Failure;
+use haptic_quantity::written;
 use haptic_tissue::{Material, ValidRange};
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// Tasks with the library.
 #[derive(Debug, Subcommand)]
@@ -17,20 +17,19 @@ pub enum Command {
     /// List all tissues
     #[command(after_help = "Example: host-cli materials list --library my-tissues")]
     List(Folder),
-    /// Show one tissue, with its source
+    /// Show a tissue with its source
     #[command(
         after_help = "Example: host-cli materials show prostate-cancerous > my-tissue.toml\n\
-                            A tissue that comes with the program is printed as its file, to start \
-                            one of your own from."
+                            Prints its file, to start your own from."
     )]
     Show {
-        /// A name from the list, or the path of a TOML file
+        /// Name from the list, or TOML file
         name: String,
         /// Folder with more tissues
         #[command(flatten)]
         folder: Folder,
     },
-    /// Turn a tissue into a Prony series for ANSYS, Abaqus or FEBio
+    /// Export a Prony series for ANSYS, Abaqus or FEBio
     Export(export::Arguments),
 }
 
@@ -38,6 +37,22 @@ pub enum Command {
 #[derive(Serialize)]
 struct List<'a> {
     materials: &'a [Material],
+}
+
+/// What of the list is shown without `--json`.
+#[derive(Serialize)]
+struct ShownList<'a> {
+    materials: Vec<Shown<'a>>,
+}
+
+#[derive(Serialize)]
+struct Shown<'a> {
+    name: &'a str,
+    model: &'static str,
+    valid_for: String,
+    checked: bool,
+    description: &'a str,
+    source: &'a str,
 }
 
 impl Command {
@@ -50,25 +65,8 @@ impl Command {
             Self::List(folder) => {
                 let library = folder.load()?;
                 let materials = library.materials();
-                output.text(&List { materials }, |out| {
-                    print_row(
-                        out,
-                        [
-                            "name",
-                            "model",
-                            "valid for",
-                            "checked",
-                            "description [source]",
-                        ],
-                    )?;
-                    for m in materials {
-                        let what = format!("{} [{}]", m.description, m.source.citation);
-                        let checked = if m.source.checked { "yes" } else { "no" };
-                        let model = m.model.kind().name();
-                        print_row(out, [&m.name, model, &valid_for(&m.range), checked, &what])?;
-                    }
-                    Ok(())
-                })
+                let shown = materials.iter().map(Shown::of).collect();
+                output.report_as(&List { materials }, &ShownList { materials: shown })
             }
             Self::Show { name, folder } => {
                 let material = folder.load()?.find(&name).map_err(Failure::input)?;
@@ -79,32 +77,38 @@ impl Command {
     }
 }
 
-fn print_row(out: &mut dyn Write, row: [&str; 5]) -> io::Result<()> {
-    let [name, model, range, checked, what] = row;
-    writeln!(
-        out,
-        "{name:<20} {model:<27} {range:<22} {checked:<7} {what}"
-    )
+impl<'a> Shown<'a> {
+    fn of(material: &'a Material) -> Self {
+        Self {
+            name: &material.name,
+            model: material.model.kind().name(),
+            valid_for: valid_for(&material.range),
+            checked: material.source.checked,
+            description: &material.description,
+            source: &material.source.citation,
+        }
+    }
 }
 
 /// The times, frequencies and strains of the measurement, as far as they are known.
 fn valid_for(range: &ValidRange) -> String {
-    let span = |from: Option<f64>, to: Option<f64>, unit: &str| match (from, to) {
-        (Some(from), Some(to)) => Some(format!("{} to {} {unit}", short(from), short(to))),
-        (None, Some(to)) => Some(format!("up to {} {unit}", short(to))),
-        (Some(from), None) => Some(format!("from {} {unit}", short(from))),
-        (None, None) => None,
+    let span = |key: &str, from: Option<f64>, to: Option<f64>| {
+        let [from, to] = [from, to].map(|end| end.map(|end| written(key, end)));
+        match (from, to) {
+            (Some(from), Some(to)) => Some(format!("{from} to {to}")),
+            (None, Some(to)) => Some(format!("up to {to}")),
+            (Some(from), None) => Some(format!("from {from}")),
+            (None, None) => None,
+        }
     };
-    let strain = range.strain_to;
     let known = [
-        span(range.time_from_s, range.time_to_s, "s"),
-        span(range.omega_from_rad_s, range.omega_to_rad_s, "rad/s"),
-        strain.map(|strain| format!("strain up to {}", short(strain))),
+        span("time_s", range.time_from_s, range.time_to_s),
+        span("omega_rad_s", range.omega_from_rad_s, range.omega_to_rad_s),
+        span("strain", None, range.strain_to).map(|strain| format!("strain {strain}")),
     ];
     let known: Vec<String> = known.into_iter().flatten().collect();
-    if known.is_empty() {
-        "not stated".to_owned()
-    } else {
-        known.join(", ")
+    match known.is_empty() {
+        true => "not stated".to_owned(),
+        false => known.join(", "),
     }
 }

@@ -15,8 +15,7 @@ use serde::Serialize;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli weights --order 0.5 --scheme grunwald:5 --count 5\n\
-                  The response is that of P in D^mu = T^(-mu) P, so without unit; for the scheme \
-                  exact it is the series of (1 - w)^mu."
+                  The response is that of P in D^mu = T^(-mu) P, without a unit."
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2
@@ -28,7 +27,7 @@ pub struct Arguments {
     /// Number of weights
     #[arg(long, default_value_t = 10, allow_hyphen_values = true, value_parser = whole::<u64>(1..=10_000_000))]
     count: u64,
-    /// Sample time; needed only for a scheme with frequencies in Hz
+    /// Sample time, for a scheme with frequencies in Hz
     #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
     sample_time: Option<Time>,
 }

@@ -12,7 +12,7 @@ fn sorted<const N: usize>(mut keys: [&str; N]) -> Vec<&str> {
 }
 
 /// Keys of the report of a design.
-const OF_A_DESIGN: [&str; 20] = [
+const OF_A_DESIGN: [&str; 21] = [
     "plant",
     "sample_time_s",
     "scheme",
@@ -20,6 +20,7 @@ const OF_A_DESIGN: [&str; 20] = [
     "specification",
     "margins",
     "stable",
+    "notes",
     "coarse",
     "stable_gain_low",
     "stable_gain_high",
@@ -97,7 +98,7 @@ fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
     let ended = place.run(&line).failed(1);
     let said = ended.error();
     assert!(
-        said.contains("not met: largest |S|") && said.contains("in place of 1.01 (+"),
+        said.contains("not met: largest |S|") && said.contains("instead of 1.01 (+"),
         "{said}"
     );
     // The report is there all the same, and the file says so.
@@ -132,6 +133,7 @@ fn a_plant_comes_back_from_its_own_step() {
             "fit",
             "bic",
             "unstable_poles",
+            "unstable_poles_reason",
             "numbers",
             "candidates",
             "plant_file",

@@ -237,7 +237,7 @@ fn the_long_help_of_a_command_is_all_of_it() {
     for (line, words) in cases(
         "
         run --help => [coupler], to be given: | object_stiffness_n_per_m = 500, from 0 to 1e8
-        device emulate --help => the same state machine as in the firmware | --line-seed
+        device emulate --help => the firmware's state machine | line_seed
         identify --help => relaxation | Usage: host-cli identify
         ",
     ) {

@@ -83,7 +83,7 @@ fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
 fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
     let device = Emulated::new("");
     let place = &device.place;
-    device.json("device set --device serial:device --force-limit 2N --rise-time 0s");
+    device.json("device set --device serial:device force_limit=2N rise_time=0s");
     // The tissue asks for 50 times as much. A machine that is too busy for the loop ends it: what was logged until then counts.
     let line = "relax --device serial:device --loop host --contact rigid --area 100cm2 --thickness 5cm --strain 50% \
                 --duration 1s --ramp-time 0.5s watchdog=1s max_age_ticks=1000 --out run --json";
@@ -106,8 +106,7 @@ fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
 fn parameters_are_set_as_a_whole_and_read_back() {
     let device = Emulated::new("");
     let on = "--device serial:device";
-    let set =
-        format!("device set {on} --stiffness 2N/mm --order 0.5 --dissipation 20 --watchdog 50ms");
+    let set = format!("device set {on} stiffness=2N/mm order=0.5 dissipation=20 watchdog=50ms");
     let after = device.json(&set);
     assert_eq!(number(&after, "/stiffness_n_per_m"), 2000.0);
     assert_eq!(number(&after, "/watchdog_s"), 0.05);
@@ -115,8 +114,12 @@ fn parameters_are_set_as_a_whole_and_read_back() {
     assert_eq!(device.json(&format!("device get {on}")), after);
     device
         .place
-        .run(&format!("device set {on} --watchdog 1ms"))
-        .refused(2, &["watchdog", "from 0.005 to 1 s", "--watchdog"]);
+        .run(&format!("device set {on} watchdog=1ms"))
+        .refused(2, &["watchdog=1ms is not from 5 ms to 1 s"]);
+    device
+        .place
+        .run(&format!("device set {on} --watchdog 50ms"))
+        .refused(2, &["write watchdog=VALUE"]);
     assert_eq!(device.json(&format!("device get {on}")), after);
 }
 
@@ -132,12 +135,12 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
          duration_s = 1\n",
     );
     let set = device.place.run(
-        "device set --device serial:device --stiffness 123N/m --order 0.5 --dissipation 2 --rise-time 0.2s",
+        "device set --device serial:device stiffness=123N/m order=0.5 dissipation=2 rise_time=0.2s",
     );
     // What was loosened, and by how much.
     assert!(
         set.stderr
-            .contains("warning: loosened: rise time from 0.5 s to 0.2 s"),
+            .contains("warning: loosened: rise time from 500 ms to 200 ms"),
         "{set}"
     );
     assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");

@@ -74,8 +74,8 @@ impl Emulated {
     /// Limits that no experiment here reaches.
     pub(crate) fn loosen(&self) {
         self.json(
-            "device set --device serial:device --force-limit 100N --force-rate-limit 200kN/s --rise-time 0s \
-             --start-force 0N --speed-limit 0m/s",
+            "device set --device serial:device force_limit=100N force_rate_limit=200kN/s rise_time=0s \
+             start_force=0N speed_limit=0m/s",
         );
     }
 

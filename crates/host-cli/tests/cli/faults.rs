@@ -103,7 +103,7 @@ fn stop_in_the_middle(device: &Emulated, options: &str) -> Option<Value> {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
     for (options, emulated) in [
-        ("", "--drop 8% --line-seed 5"),
+        ("", "drop=8% line_seed=5"),
         ("--loop host max_age_ticks=1000", ""),
     ] {
         let device = Emulated::new(emulated);

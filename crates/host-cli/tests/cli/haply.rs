@@ -18,7 +18,7 @@ fn makers_host(
     force: [f64; 2],
 ) -> Option<(serde_json::Value, String)> {
     let number = version.number();
-    let mut emulated = board(&format!("--hardware {number} --hand {hand}"));
+    let mut emulated = board(&format!("hardware={number} hand={hand}"));
     let script = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../tests/conformance/haply_2diy.py"
@@ -194,7 +194,7 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
     // A byte in 1000, of 19 a tick: one is lost within some 50 ticks, in the run or while it is opened.
-    let mut emulated = board("--drop 0.1%");
+    let mut emulated = board("drop=0.1%");
     let ended = emulated.place.run(RELAX);
     let ended = ended.failed(3);
     if emulated.place.path("run/relax.mcap").exists() {

@@ -3,8 +3,8 @@
 use super::controller::ControllerArguments;
 use super::draw::{draw_loop, draw_plant};
 use super::plant::{NamedPlant, PlantArguments};
-use super::print::{MarginReport, written};
-use super::words::{decibel, digits, law, refused, verdict};
+use super::reports::MarginReport;
+use super::words::{decibel, refused, verdict};
 use crate::command::analyze::Files;
 use crate::output::Output;
 use clap::Args;
@@ -15,23 +15,14 @@ use haptic_experiment::failure::Failure;
 use serde::Serialize;
 
 pub(super) const LONG_ABOUT: &str = "\
-Judges the loop that is really run: the controller's weights, the hold, the dead time. The verdict, stable or not, is a proof, and a \
-sentence says why it is so; of a stable loop the margins say how far it is from changing. Without a controller: the poles of the plant, and whether \
-they decay. An answer is an answer, also that a loop is unstable: the exit code is 0, `stable` in the JSON has it.
-
-JSON: plant, controller, sample_time_s, scheme, stable (null where coarse is a number: nothing is proved), unstable_poles (null on the boundary, and \
-there), distance, reason, coarse (how many times as short, at least, the sample time has to be for the verdict to hold for the plant; null where \
-it does), margins{crossover_rad_s, \
-crossovers, phase_margin_deg, gain_up, gain_up_rad_s, gain_down, gain_down_rad_s, delay_margin_s, sensitivity_peak, \
-sensitivity_peak_rad_s, complementary_peak, complementary_peak_rad_s} (null unless stable), files; of a plant alone: plant, stable, unstable_poles, \
-commensurate_order, poles[{re, im}], files.";
+Judges the loop as it runs: the controller's weights, the hold, the dead time. The verdict is a proof, with its reason; margins say how \
+far a stable loop is from instability. Without a controller: the poles of the plant. The exit code is 0 for an unstable loop too.";
 
 /// Arguments of `control analyze`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller '20.5+3.7343s^1.15' --sample-time 1ms \
-                  --out loop\n  host-cli control analyze --plant plant.toml --controller design/controller.toml\n  \
-                  host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)'"
+    after_help = "Example: host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller '20.5+3.7343s^1.15' --sample-time 1ms \
+                  --out loop"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -68,6 +59,10 @@ struct PlantReport {
     stable: bool,
     unstable_poles: Option<usize>,
     commensurate_order: Option<f64>,
+    /// The verdict in words.
+    reason: &'static str,
+    /// Why no poles are listed.
+    poles_reason: Option<&'static str>,
     poles: Vec<Pole>,
     files: Vec<String>,
 }
@@ -76,6 +71,9 @@ struct PlantReport {
 struct Pole {
     re: f64,
     im: f64,
+    omega_rad_s: f64,
+    /// Null at s = 0.
+    damping_ratio: Option<f64>,
 }
 
 /// A row of the table of a loop.
@@ -158,28 +156,14 @@ impl Arguments {
                 .then(|| (&analysis.margins).into()),
             files,
         };
-        output.text(&report, |out| {
-            writeln!(out, "plant       {}", report.plant)?;
-            writeln!(
-                out,
-                "controller  {}, T = {} s, {}",
-                law(file),
-                report.sample_time_s,
-                report.scheme
-            )?;
-            writeln!(out, "{}", report.reason)?;
-            if let Some(margins) = &report.margins {
-                margins.print(out)?;
-            }
-            written(out, &report.files)
-        })?;
+        output.report(&report)?;
         place.close(Ok(()))
     }
 
     fn alone(&self, plant: &NamedPlant, output: Output) -> Result<(), Failure> {
         if plant.is_measured() {
             return Err(Failure::bad_input(
-                "a measured response has no poles: give --controller in a design (host-cli control design), or a transfer function",
+                "a measured response has no poles: give a transfer function, or tune to it with host-cli control design",
             ));
         }
         let mut place = self.files.look("plant")?;
@@ -198,22 +182,18 @@ impl Arguments {
             stable,
             unstable_poles: unstable,
             commensurate_order: found.as_ref().and_then(|found| found.commensurate_order),
-            poles: all
-                .unwrap_or_default()
-                .iter()
-                .map(|pole| Pole {
-                    re: pole.re,
-                    // A real pole, but for rounding.
-                    im: if pole.im.abs() < 1e-12 * pole.norm() {
-                        0.0
-                    } else {
-                        pole.im
-                    },
-                })
-                .collect(),
+            reason: in_words(stable, unstable),
+            poles_reason: match &found {
+                None => Some("the orders have no common multiple that is large enough"),
+                Some(found) if found.poles.is_empty() => {
+                    Some("none on the principal branch: the plant only creeps")
+                }
+                Some(_) => None,
+            },
+            poles: all.unwrap_or_default().iter().map(pole).collect(),
             files,
         };
-        output.text(&report, |out| report.print(out))?;
+        output.report(&report)?;
         place.close(Ok(()))
     }
 }
@@ -231,54 +211,28 @@ fn corner(poles: &[Complex<f64>]) -> f64 {
     (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }
 
-impl PlantReport {
-    fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
-        writeln!(out, "plant  {}", self.plant)?;
-        match (self.stable, self.unstable_poles) {
-            (true, _) => writeln!(out, "Stable: all that is in it decays.")?,
-            (false, None) | (false, Some(0)) => writeln!(
-                out,
-                "On the boundary: a pole at s = 0 or on the imaginary axis does not decay. Close the loop with --controller."
-            )?,
-            (false, Some(1)) => writeln!(
-                out,
-                "Unstable: one pole grows. Close the loop with --controller."
-            )?,
-            (false, Some(poles)) => writeln!(
-                out,
-                "Unstable: {poles} poles grow. Close the loop with --controller."
-            )?,
+fn pole(pole: &Complex<f64>) -> Pole {
+    let size = pole.norm();
+    Pole {
+        re: pole.re,
+        // A real pole, but for rounding.
+        im: if pole.im.abs() < 1e-12 * size {
+            0.0
+        } else {
+            pole.im
+        },
+        omega_rad_s: size,
+        damping_ratio: (size > 0.0).then_some(0.0 - pole.re / size),
+    }
+}
+
+/// What becomes of a plant by itself.
+const fn in_words(stable: bool, unstable_poles: Option<usize>) -> &'static str {
+    match (stable, unstable_poles) {
+        (true, _) => "Stable.",
+        (false, None | Some(0)) => {
+            "On the boundary: a pole at s = 0 or on the imaginary axis does not decay. Close the loop with --controller."
         }
-        match self.commensurate_order {
-            Some(order) if self.poles.is_empty() => writeln!(
-                out,
-                "No pole on the principal branch (orders are multiples of {}): it only creeps.",
-                digits(order)
-            )?,
-            Some(order) => {
-                writeln!(out, "poles (orders are multiples of {}):", digits(order))?;
-                for pole in &self.poles {
-                    let size = pole.re.hypot(pole.im);
-                    write!(
-                        out,
-                        "  s = {:>12} {} {}j",
-                        digits(pole.re + 0.0),
-                        if pole.im < 0.0 { "-" } else { "+" },
-                        digits(pole.im.abs()),
-                    )?;
-                    if size > 0.0 {
-                        let damping = digits(0.0 - pole.re / size);
-                        writeln!(out, "   {} rad/s, damping {damping}", digits(size))?;
-                    } else {
-                        writeln!(out, "   at rest: it adds up")?;
-                    }
-                }
-            }
-            None => writeln!(
-                out,
-                "Its poles are not listed: the orders are multiples of no common order that is large enough."
-            )?,
-        }
-        written(out, &self.files)
+        (false, Some(_)) => "Unstable. Close the loop with --controller.",
     }
 }

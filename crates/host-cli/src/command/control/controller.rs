@@ -1,7 +1,7 @@
 //! The controller of a loop: a file, or notation.
 
 use super::plant::sample_time;
-use super::words::{digits, in_degrees};
+use super::words::in_degrees;
 use crate::command::words::{parse_number, parse_scheme};
 use crate::within::in_range;
 use crate::within::within;
@@ -12,20 +12,20 @@ use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::input::short;
 use haptic_experiment::parameters::range;
-use haptic_quantity::Time;
+use haptic_quantity::{Time, digits};
 use std::path::Path;
 
 /// Options of the controller.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Controller")]
 pub(super) struct ControllerArguments {
-    /// Controller file (*.toml), or a controller on the error, as in '2+3/s^0.9+0.1s^0.5'
+    /// Controller file (*.toml), or notation, as in '2+3/s^0.9+0.1s^0.5'
     #[arg(long, value_name = "FILE|FUNCTION", allow_hyphen_values = true)]
     controller: Option<String>,
     /// Sample time [default: that of the controller file]
     #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), value_name = "TIME", allow_hyphen_values = true)]
     sample_time: Option<Time>,
-    /// Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE] [default: that of the controller file, else full-bdf2]
+    /// Scheme: full or full-bdf2, each with :TOLERANCE [default: that of the controller file, else full-bdf2]
     #[arg(long, value_parser = controller_scheme)]
     scheme: Option<Scheme>,
     /// Limits of the command [default: those of the controller file, else none]
@@ -63,7 +63,7 @@ impl ControllerArguments {
                 (Some(_), Some(_)) => "--output-limits and --scheme have",
             };
             return Err(Failure::bad_input(format_args!(
-                "{option} no effect without a controller: give --controller too, or leave it out"
+                "{option} no effect without a controller: give --controller too, or omit it"
             )));
         };
         let path = Path::new(text);
@@ -114,7 +114,7 @@ pub(super) fn controller_scheme(text: &str) -> Result<Scheme, String> {
         Scheme::FullBdf2 { .. } => Ok(scheme),
         Scheme::Full { .. } if text.starts_with("full") => Ok(scheme),
         _ => Err(format!(
-            "scheme \"{scheme}\" is none of a controller: give full or full-bdf2"
+            "scheme \"{scheme}\" is not for a controller: give full or full-bdf2"
         )),
     }
 }
@@ -136,7 +136,7 @@ pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
     }
     Err(format!(
         "the low limit {} is not below the high limit {}",
-        digits(low),
-        digits(high)
+        digits(low, 4),
+        digits(high, 4)
     ))
 }

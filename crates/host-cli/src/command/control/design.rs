@@ -8,7 +8,7 @@ use self::report::Report;
 use super::controller::{Limits, controller_scheme, parse_limits};
 use super::draw::{design_columns, draw_design};
 use super::plant::{NamedPlant, PlantArguments, sample_time};
-use super::words::{digits, refused};
+use super::words::refused;
 use crate::files::{Place, save_picture};
 use crate::output::Output;
 use crate::within::{number_within, within};
@@ -23,21 +23,15 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
-use haptic_quantity::{Angle, AngularFrequency, Time};
+use haptic_quantity::{Angle, AngularFrequency, Time, digits};
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
-Tunes a PI^lambda D^mu to wishes: crossover and phase margin exactly, a phase that stays flat there (so that the overshoot stays when the \
-gain of the plant changes), and bounds of |S| and |T| as well as can be. Beside it stands the PID of order 1 that comes closest. Both are run \
-and judged: the verdict is a proof for the sampled loop with its dead time, and for every gain of the plant in an interval, which is said. A \
-loop whose interval does not reach from half to double is shown with a warning.
+Tunes a PI^lambda D^mu: crossover and phase margin exactly, a flat phase there (so that the overshoot stays when the plant's gain \
+changes), and bounds on |S| and |T| as well as possible, compared with the closest PID of order 1. Both are run; the verdict on the \
+sampled loop is a proof, for an interval of plant gains, with a warning if that does not reach from half to double.
 
-Ends with 1 if a wish is not met within 1 %: the table says which, and by how much. Wishes that contradict each other are refused by name.
-
-JSON: plant, sample_time_s, scheme, controller{the keys of a controller file}, specification[{name, wanted, reached, met, integer_reached}], \
-margins and coarse (as in analyze; margins null unless stable), stable (null of a measured plant, and where coarse is a number: nothing is proved), stable_gain_low, stable_gain_high, robust, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
-margins, stable, stable_gain_low, stable_gain_high, robust, overshoot_spread, robustness, shape, limited_share} (null without one), integer_reason, step[{time_s, output, command}], \
-controller_file, files.";
+Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.";
 
 /// Samples in the time 1/crossover, if no sample time is given.
 const SAMPLES_A_RADIAN: f64 = 50.0;
@@ -45,17 +39,14 @@ const SAMPLES_A_RADIAN: f64 = 50.0;
 /// Arguments of `control design`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover 0.1rad/s --phase-margin 65deg --out oven\n  \
-                  host-cli control design --plant plant.toml --crossover 2Hz --phase-margin 60deg --sensitivity-peak 1.6 --noise 300rad/s:-20dB\n  \
-                  host-cli control design --mass 65g --damping 3.5 --delay 1ms --crossover 60rad/s --phase-margin 55deg --sample-time 1ms \
-                  --output-limits -3.3:3.3 --step 0.01 --out arm"
+    after_help = "Example: host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover 0.1rad/s --phase-margin 65deg --out oven"
 )]
 pub struct Arguments {
     #[command(flatten)]
     plant: PlantArguments,
     #[command(flatten)]
     wishes: WishArguments,
-    /// Sample time [default: about a fiftieth of 1/crossover]
+    /// Sample time [default: about 1/(50 crossover)]
     #[arg(
         long, value_parser = within::<Time>(range::SAMPLE_TIMES),
         value_name = "TIME",
@@ -63,13 +54,13 @@ pub struct Arguments {
         help_heading = "Controller"
     )]
     sample_time: Option<Time>,
-    /// Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE]
+    /// Scheme: full or full-bdf2, each with :TOLERANCE
     #[arg(long, value_parser = controller_scheme, default_value = parameters::CONTROLLER_SCHEME.shown, help_heading = "Controller")]
     scheme: Scheme,
     /// Limits of the command [default: none]
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits, allow_hyphen_values = true, help_heading = "Controller")]
     output_limits: Option<Limits>,
-    /// Height of the step that is shown with the limits
+    /// Height of the simulated step
     #[arg(long, value_parser = number_within(range::NUMBERS), default_value = "1", allow_hyphen_values = true)]
     step: f64,
     /// Length of the steps [default: 60 times 1/crossover]
@@ -78,7 +69,7 @@ pub struct Arguments {
     /// Folder for controller.toml, the steps as CSV, and a picture
     #[arg(long, value_name = "DIR", help_heading = "Files")]
     out: Option<PathBuf>,
-    /// Replace the files of an earlier design in the folder
+    /// Replace existing files
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
 }
@@ -87,10 +78,10 @@ pub struct Arguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
-    /// Frequency at which the gain of the open loop is 1, in rad/s or Hz: about 1.6/rise time
+    /// Crossover in rad/s or Hz: about 1.6/rise time
     #[arg(long, value_parser = within::<AngularFrequency>(range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY", allow_hyphen_values = true)]
     crossover: AngularFrequency,
-    /// Phase margin there, as in 60deg
+    /// Phase margin, as in 60deg
     #[arg(
         long,
         value_name = "ANGLE",
@@ -98,19 +89,19 @@ struct WishArguments {
         allow_hyphen_values = true
     )]
     phase_margin: Angle,
-    /// Give up the flat phase: the overshoot may change with the gain
+    /// Without flat phase: the overshoot may change with the gain
     #[arg(long)]
     not_flat: bool,
-    /// Largest |S|: how many times errors may grow at any frequency
+    /// Largest |S|: how much errors may grow
     #[arg(long, value_name = "GAIN", value_parser = parse_peak, allow_hyphen_values = true)]
     sensitivity_peak: Option<f64>,
     /// Largest |T|
     #[arg(long, value_name = "GAIN", value_parser = parse_peak, allow_hyphen_values = true)]
     complementary_peak: Option<f64>,
-    /// Noise of the measurement: largest |T| from this frequency on, as in 10rad/s:-20dB
+    /// Noise: largest |T| above a frequency, as in 10rad/s:-20dB
     #[arg(long, value_name = "FREQUENCY:GAIN", value_parser = parse_bound, allow_hyphen_values = true)]
     noise: Option<Bound>,
-    /// Disturbances: largest |S| up to this frequency, as in 0.01rad/s:0.1
+    /// Disturbance: largest |S| below a frequency, as in 0.01rad/s:0.1
     #[arg(long, value_name = "FREQUENCY:GAIN", value_parser = parse_bound, allow_hyphen_values = true)]
     disturbance: Option<Bound>,
 }
@@ -130,8 +121,11 @@ impl WishArguments {
     /// The wishes as a line of the controller file.
     fn words(&self) -> String {
         let mut words = vec![
-            format!("crossover {} rad/s", digits(self.crossover.0)),
-            format!("phase margin {}°", digits(self.phase_margin.0.to_degrees())),
+            format!("crossover {} rad/s", digits(self.crossover.0, 4)),
+            format!(
+                "phase margin {}°",
+                digits(self.phase_margin.0.to_degrees(), 4)
+            ),
         ];
         if !self.not_flat {
             words.push("flat phase".to_owned());
@@ -140,14 +134,14 @@ impl WishArguments {
             ("|S|", self.sensitivity_peak),
             ("|T|", self.complementary_peak),
         ] {
-            words.extend(most.map(|most| format!("{name} ≤ {}", digits(most))));
+            words.extend(most.map(|most| format!("{name} ≤ {}", digits(most, 4))));
         }
         for (name, side, bound) in [
             ("|T|", "from", self.noise),
             ("|S|", "up to", self.disturbance),
         ] {
             words.extend(bound.map(|bound| {
-                let (most, omega) = (digits(bound.at_most), digits(bound.omega_rad_s));
+                let (most, omega) = (digits(bound.at_most, 4), digits(bound.omega_rad_s, 4));
                 format!("{name} ≤ {most} {side} {omega} rad/s")
             }));
         }
@@ -176,7 +170,7 @@ fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
         return Ok(sample_time_s);
     }
     Err(Failure::bad_input(format_args!(
-        "crossover {} rad/s is not from {} to {} rad/s, for which there is a sample time of a fiftieth of 1/crossover: change --crossover",
+        "crossover {} rad/s is not from {} to {} rad/s: change --crossover, or give --sample-time",
         Shown(crossover_rad_s),
         Shown(high),
         Shown(low)
@@ -191,7 +185,7 @@ fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
         None => Ok(()),
         Some(gain) => Err(Failure::bad_input(format_args!(
             "the plant's gain {} at --crossover {} rad/s is not from {} to {}: give the plant in other units, or change --crossover",
-            digits(gain),
+            digits(gain, 4),
             Shown(crossover_rad_s),
             Shown(1.0 / most),
             Shown(most)
@@ -216,7 +210,7 @@ impl Arguments {
         })?;
         let mut report = Report::new(&design, &answer);
         self.write(&plant, &answer, &mut report, &mut place);
-        output.text_summary(&report, |out| report.print(out))?;
+        output.summary(&report)?;
         place.close(report.judge())
     }
 
@@ -245,7 +239,7 @@ impl Arguments {
         if !(2.0..=SAMPLES_MOST).contains(&samples) {
             return Err(Failure::bad_input(format_args!(
                 "{} samples of {sample_time_s} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
-                digits(samples),
+                digits(samples, 4),
                 sample_time_s = Shown(sample_time_s)
             )));
         }

@@ -4,11 +4,12 @@ mod bode;
 mod steps;
 
 use super::plant::NamedPlant;
-use super::words::{digits, law};
+use super::words::law;
 pub(super) use bode::{draw_loop, draw_plant};
 use fractional_control::Response;
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_quantity::written;
 pub(super) use steps::{design_columns, draw_design};
 
 type Points = Vec<(f64, f64)>;
@@ -16,10 +17,10 @@ type Points = Vec<(f64, f64)>;
 /// Plant, controller and sample time in a line each.
 fn subtitle(plant: &NamedPlant, file: &ControllerFile) -> String {
     format!(
-        "plant {}\ncontroller {} · T = {} s · {}",
+        "plant {}\ncontroller {} · T = {} · {}",
         plant.words,
         law(file),
-        digits(file.sample_time_s),
+        written("sample_time_s", file.sample_time_s),
         file.scheme
     )
 }

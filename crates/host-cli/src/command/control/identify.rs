@@ -4,7 +4,7 @@ mod report;
 
 use self::report::{DIGITS, Report, rounded, with_digits};
 use super::draw::draw_identified;
-use super::words::{digits, refused};
+use super::words::refused;
 use crate::column;
 use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
@@ -18,29 +18,24 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::input::short;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
-use haptic_quantity::Time;
+use haptic_quantity::{Time, digits, written};
 use haptic_tissue::open_file;
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
-Fits a fractional transfer function to a record of input and output that begins at rest: coefficients and orders together, by least squares \
-of the output, with the whole history. Writes a plant file that the other commands of control take.
+Fits a fractional transfer function, coefficients and orders together, to a CSV record that begins at rest, with time in equal steps. \
+Writes a plant file for the other commands of control.
 
-DATA is a CSV with a header; the time runs in equal steps. Without --model, functions of whole orders up to four poles are fitted, whether they \
-decay, swing, grow or add up, and functions of one and two powers of s with free orders, all begun from the record itself; the one with the least BIC is taken. With --model the terms and \
-the first values are yours. A warning says what the function leaves unexplained, and which numbers the record does not determine.
-
-JSON: function, delay_s, samples, sample_time_s, rms_residual, fit, bic, unstable_poles (null with one that neither grows nor decays), numbers[{name, value, standard_error, \
-determined}], candidates[{function, rms_residual, bic}] (the best six), plant_file, files, warnings.";
+Without --model it tries whole orders up to four poles, and one and two powers of s with free orders, and takes the least BIC. Warnings \
+name what the function leaves unexplained, and the numbers that the record does not determine.";
 
 /// Arguments of `control identify`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli control identify step.csv --out plant.toml\n  host-cli control identify record.csv --input valve --output \
-                  temperature --delay 2s --model '2/(30s^0.9+1)' --subtract-start"
+    after_help = "Example: host-cli control identify record.csv --input valve --output temperature --delay 2s --out plant.toml"
 )]
 pub struct Arguments {
-    /// The record: CSV with a header
+    /// CSV with a header
     #[arg(value_name = "DATA")]
     data: PathBuf,
     /// Column of the time, s
@@ -67,13 +62,13 @@ pub struct Arguments {
         help_heading = "Table"
     )]
     output: String,
-    /// Count input and output from their first row: the record begins at rest, but not at 0
+    /// Subtract the first row: the record begins at rest, but not at 0
     #[arg(long, help_heading = "Table")]
     subtract_start: bool,
-    /// The input is smooth between its samples; without this it is held, as a command is
+    /// The input is smooth between samples, not held
     #[arg(long, help_heading = "Table")]
     smooth: bool,
-    /// Terms and first values, as in '2/(30s^0.9+1)' [default: found from the record]
+    /// Terms and first values as in '2/(30s^0.9+1)' [default: found from the record]
     #[arg(long, value_name = "FUNCTION", allow_hyphen_values = true)]
     model: Option<String>,
     /// Known dead time
@@ -84,10 +79,10 @@ pub struct Arguments {
         allow_hyphen_values = true
     )]
     delay: Time,
-    /// Plant file to write, *.toml; a picture of the same name goes beside it
+    /// Plant file to write, with a picture beside it
     #[arg(long, value_name = "FILE.toml", help_heading = "Files")]
     out: Option<PathBuf>,
-    /// Replace the files of an earlier identification
+    /// Replace existing files
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
 }
@@ -98,8 +93,8 @@ const LONG: usize = 200_000;
 const A_SAMPLE_S: f64 = 6e-5;
 
 const NONE_FITS: &str = "\
-none of the functions that are tried fits the record: look whether a row is far from the others; give --delay if there is a dead time, \
---subtract-start if the record does not begin at 0, or --model with terms and first values";
+no function fits the record: look for outliers; give --delay for a dead time, --subtract-start for a record that does not begin at 0, \
+or --model with terms and first values";
 
 /// Terms and first values.
 fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
@@ -109,7 +104,7 @@ fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
     let guess: FractionalTransferFunction = text.parse().map_err(|error| refused(&error))?;
     if guess.denominator().degree() == 0.0 {
         return Err(refused(
-            &"it has no power of s below, so there is no motion to fit: give one, as in 2/(30s^0.9+1)",
+            &"its denominator has no power of s: give one, as in 2/(30s^0.9+1)",
         ));
     }
     Ok(guess)
@@ -125,9 +120,9 @@ impl Arguments {
         let record = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
-                "{} samples take about {:.0} s; fewer, as every tenth, say nearly as much of a plant that is slow against them",
+                "{} samples take about {}; every tenth may tell as much of a slow plant",
                 record.time_s.len(),
-                A_SAMPLE_S * record.time_s.len() as f64
+                written("time_s", A_SAMPLE_S * record.time_s.len() as f64)
             );
             note("note", words);
         }
@@ -155,7 +150,7 @@ impl Arguments {
         for warning in &report.warnings {
             warn(warning);
         }
-        output.text_summary(&report, |out| report.print(out))?;
+        output.summary(&report)?;
         place.close(Ok(()))
     }
 
@@ -233,7 +228,7 @@ impl Arguments {
             note: format!(
                 "identified from {name}, {} samples, rms {}",
                 report.samples,
-                digits(report.rms_residual)
+                digits(report.rms_residual, 4)
             ),
         };
         let picture = || {

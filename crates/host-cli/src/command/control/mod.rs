@@ -6,7 +6,7 @@ mod design;
 mod draw;
 mod identify;
 mod plant;
-mod print;
+mod reports;
 mod simulate;
 mod words;
 
@@ -17,16 +17,16 @@ use haptic_experiment::failure::Failure;
 /// The task.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// A fractional PID for a plant and wishes, beside the best PID of order 1
+    /// Tune a fractional PID, compared with the best PID of order 1
     #[command(long_about = design::LONG_ABOUT)]
     Design(design::Arguments),
-    /// The step, or any record, through a loop or a plant alone
+    /// Run a step or a record through a loop, or a plant alone
     #[command(long_about = simulate::LONG_ABOUT)]
     Simulate(simulate::Arguments),
-    /// Is this loop stable, why, and by how much? Without a controller: the poles of a plant
+    /// Stability of a loop, why and by how much; or the poles of a plant
     #[command(long_about = analyze::LONG_ABOUT)]
     Analyze(analyze::Arguments),
-    /// A fractional transfer function from a record of input and output
+    /// Fit a fractional transfer function to a record
     #[command(long_about = identify::LONG_ABOUT)]
     Identify(identify::Arguments),
 }

@@ -21,17 +21,17 @@ pub(super) struct PlantArguments {
         long,
         value_name = "FUNCTION|FILE",
         allow_hyphen_values = true,
-        help = "Transfer function, as in '0.55exp(-s)/(62s+1)' or '1/(0.8s^2.2+0.5s^0.9+1)'; or a plant file (*.toml); or a measured \
-                response (*.csv with omega_rad_s, gain and phase_deg)"
+        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or measured response (*.csv with omega_rad_s, gain \
+                and phase_deg)"
     )]
     plant: Option<String>,
-    /// Mass of a device, in place of --plant: force in, position out
+    /// Mass of a device instead of --plant: force in, position out
     #[arg(long, value_parser = within::<Mass>(parameters::MASS.range()), conflicts_with = "plant", allow_hyphen_values = true)]
     mass: Option<Mass>,
     /// Viscous damping of the device
     #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), requires = "mass", allow_hyphen_values = true)]
     damping: Option<Damping>,
-    /// Stiffness of the hand that holds it
+    /// Stiffness of the hand
     #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), requires = "mass", allow_hyphen_values = true)]
     hand_stiffness: Option<Stiffness>,
     /// Time constant of the actuator's current
@@ -42,7 +42,7 @@ pub(super) struct PlantArguments {
         allow_hyphen_values = true
     )]
     current_lag: Option<Time>,
-    /// Dead time, beside that of the plant
+    /// Additional dead time
     #[arg(long, value_parser = within::<Time>(parameters::DEAD_TIME.range()), value_name = "TIME", allow_hyphen_values = true)]
     delay: Option<Time>,
 }
@@ -134,8 +134,7 @@ pub(super) fn say_loose_factor(what: &str, text: &str) {
     note(
         "warning",
         format_args!(
-            "{what} \"{}\": what follows \"{}\" multiplies the whole, it does not divide; if \"{}\" belongs to the denominator, put \
-             brackets round all of that",
+            "{what} \"{}\": what follows \"{}\" multiplies; if \"{}\" belongs to the denominator, put brackets around all of it",
             short(text),
             short(before.trim_end()),
             short(factor)

@@ -3,8 +3,8 @@
 use super::controller::ControllerArguments;
 use super::draw::{draw_run, run_subtitle};
 use super::plant::{NamedPlant, PlantArguments};
-use super::print::{ShapeReport, table, written};
-use super::words::{digits, in_degrees, law, percent, refused};
+use super::reports::ShapeReport;
+use super::words::{in_degrees, refused};
 use crate::column;
 use crate::command::analyze::Files;
 use crate::files::Place;
@@ -20,19 +20,15 @@ use haptic_experiment::control::run::{
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
-use haptic_quantity::Time;
+use haptic_quantity::{Time, digits};
 use haptic_tissue::open_file;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
-Runs the loop of a plant and a controller from rest, as it would be run: sampled, held, with dead time, limits and exact anti-windup. The \
-reference is a step, or the column of a CSV. A fractional controller is shown beside the PID of order 1 with the same crossover and \
-phase margin. Without a controller: the plant alone. A plant of fractional order is run by the rule of its powers: it answers in the \
-sample of a step already, one of whole orders one sample later.
-
-JSON: plant, controller, sample_time_s, scheme, stable (null where nothing is proved, as in analyze), shape{overshoot, rise_time_s, settling_time_s, final_error} (null for a record), \
-limited_share, integer{controller, shape, limited_share} (null where there is none), step[{time_s, reference, output, command}], files.";
+Runs a loop from rest as on hardware: sampled, held, with dead time, limits and exact anti-windup. The reference is a step or a CSV \
+column. A fractional controller is compared with the PID of order 1 of the same crossover and phase margin. Without a controller: the \
+plant alone.";
 
 /// The PID of order 1 with the same crossover and phase margin, and its run; said if there is none.
 fn baseline(
@@ -73,9 +69,9 @@ fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
     let [low, high] = range::DURATIONS.ends();
     let shortest = range::SAMPLE_TIMES.ends()[0] * SAMPLES_ALONE;
     Err(Failure::bad_input(format_args!(
-        "duration {} s is not from {} to {} s, of which {SAMPLES_ALONE} samples are shown: lengthen --duration",
+        "duration {} s is not from {} to {} s, shown in {SAMPLES_ALONE} samples: change --duration",
         Shown(duration_s),
-        digits(shortest.max(low)),
+        digits(shortest.max(low), 4),
         Shown(high)
     )))
 }
@@ -83,22 +79,20 @@ fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
 /// Arguments of `control simulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller design/controller.toml --out run\n  \
-                  host-cli control simulate --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller '20.5+3.7343s^1.15' --sample-time 1ms \
-                  --duration 5s\n  host-cli control simulate --plant plant.toml --controller controller.toml --reference ramp.csv"
+    after_help = "Example: host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller design/controller.toml --out run"
 )]
 pub struct Arguments {
     #[command(flatten)]
     plant: PlantArguments,
     #[command(flatten)]
     controller: ControllerArguments,
-    /// How long [default: 60 times 1/crossover]
+    /// Length [default: 60 times 1/crossover]
     #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
     /// Height of the step [default: 1]
     #[arg(long, value_parser = number_within(range::NUMBERS), allow_hyphen_values = true)]
     step: Option<f64>,
-    /// A record as the reference in place of a step: a CSV with a time and a reference, held between its rows
+    /// CSV with time_s and reference, instead of a step
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
     reference: Option<PathBuf>,
     #[command(flatten)]
@@ -110,9 +104,6 @@ pub struct Arguments {
 struct Report {
     plant: String,
     controller: Option<String>,
-    /// Both in five digits, for people.
-    #[serde(skip)]
-    shown: [Option<String>; 2],
     sample_time_s: f64,
     scheme: Option<String>,
     /// Null where nothing is proved, as in `analyze`.
@@ -174,15 +165,14 @@ impl Arguments {
             Some(true) => {}
             Some(false) => note(
                 "warning",
-                "the loop is unstable: host-cli control analyze says why",
+                "the loop is unstable: see host-cli control analyze",
             ),
             None => note(
                 "warning",
-                "the loop is too fast for the samples of this plant, which follow a rule: the plant may do otherwise; host-cli control analyze says \
-                 more",
+                "the loop is too fast for the sampled model of this plant, which may behave differently: see host-cli control analyze",
             ),
         }
-        output.text_summary(&report, |out| report.print(out))?;
+        output.summary(&report)?;
         place.close(Ok(()))
     }
 
@@ -213,7 +203,6 @@ impl Arguments {
         Ok(Report {
             plant: plant.words.clone(),
             controller: Some(file.law_in_words()),
-            shown: [Some(law(file)), integer.as_ref().map(|(file, _)| law(file))],
             sample_time_s: t,
             scheme: Some(file.scheme.to_string()),
             stable: own.coarse.is_none().then_some(own.verdict.stable),
@@ -235,7 +224,7 @@ impl Arguments {
             (None, Some(duration)) => sample_time_of(duration.0)?,
             (None, None) => {
                 return Err(Failure::bad_input(
-                    "a plant alone has neither sample time nor crossover: give --duration, as in 20s, or --controller",
+                    "a plant alone has no crossover: give --duration, as in 20s, or --controller",
                 ));
             }
         };
@@ -249,7 +238,6 @@ impl Arguments {
         Ok(Report {
             plant: plant.words.clone(),
             controller: None,
-            shown: [None, None],
             sample_time_s: t,
             scheme: None,
             stable: Some(true),
@@ -284,7 +272,7 @@ impl Arguments {
         if !(2.0..=SAMPLES_MOST).contains(&samples) {
             return Err(Failure::bad_input(format_args!(
                 "{} samples of {sample_time_s} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
-                digits(samples)
+                digits(samples, 4)
             )));
         }
         let times = (0..samples as usize).map(|n| n as f64 * sample_time_s);
@@ -350,50 +338,5 @@ impl Record {
         let t = first + t + 1e-9 * t.abs();
         let after = self.time_s.partition_point(|time| *time <= t);
         self.value.get(after.max(1) - 1).copied().unwrap_or(0.0)
-    }
-}
-
-impl Report {
-    fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
-        writeln!(out, "plant       {}", self.plant)?;
-        let [own, integer] = &self.shown;
-        if let (Some(controller), Some(scheme)) = (own, &self.scheme) {
-            writeln!(
-                out,
-                "controller  {controller}, T = {} s, {scheme}",
-                self.sample_time_s
-            )?;
-        }
-        if let Some(integer) = integer {
-            writeln!(out, "PID         {integer}")?;
-        }
-        if let Some(shape) = &self.shape {
-            let beside = self.integer.as_ref();
-            let other = beside.and_then(|integer| integer.shape);
-            let mut rows = vec![vec![String::new(), "this".to_owned()]];
-            let others = other.map(|shape| shape.cells());
-            if others.is_some() {
-                rows[0].push("PID of order 1".to_owned());
-            }
-            for (n, (name, cell)) in shape.cells().into_iter().enumerate() {
-                let mut row = vec![name.to_owned(), cell];
-                row.extend(others.as_ref().map(|cells| cells[n].1.clone()));
-                rows.push(row);
-            }
-            let mut row = vec!["command at a limit".to_owned(), percent(self.limited_share)];
-            row.extend(other.and(beside).map(|own| percent(own.limited_share)));
-            rows.push(row);
-            table(out, &rows)?;
-        } else if let Some(last) = self.step.last() {
-            writeln!(
-                out,
-                "at {} s: output {}",
-                digits(last.time_s),
-                Some(digits(last.output))
-                    .filter(|_| last.output.is_finite())
-                    .unwrap_or_else(|| "beyond 1e308".to_owned())
-            )?;
-        }
-        written(out, &self.files)
     }
 }

@@ -1,13 +1,12 @@
 //! Errors and verdicts as sentences, angles in degrees.
 
-use crate::output::short;
 use core::f64::consts::PI;
 use fractional_control::{ControlError, Crossing, Margins};
 use haptic_experiment::control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
-use haptic_quantity::Key;
+use haptic_quantity::{Key, digits, written};
 
 /// What the tuning is asked for.
 const CROSSOVER: Key = Key("crossover_rad_s");
@@ -28,20 +27,20 @@ pub(super) fn in_degrees(error: &ControlError) -> String {
         ControlError::Range(range) if range.unit == "rad" => format!(
             "{} {}° is not {}: give {PHASE_MARGIN}, as in 60deg",
             range.what,
-            digits(range.value.to_degrees()),
+            digits(range.value.to_degrees(), 4),
             range.allowed.replace('π', "180°")
         ),
         ControlError::Range(range)
             if range.what == "crossover" && range.allowed.contains("sample") =>
         {
-            format!("{range}; shorten {SAMPLE_TIME}, or lower {CROSSOVER}")
+            format!("{range}; shorten {SAMPLE_TIME} or lower {CROSSOVER}")
         }
         ControlError::Range(range) if range.what == "crossover" => {
             format!("{range}: give {CROSSOVER}")
         }
         ControlError::Range(range) if range.what == "dead time" && range.unit == "samples" => {
             format!(
-                "dead time of {} samples is not {}: lengthen {SAMPLE_TIME}, or shorten the dead time ({DELAY}, or that of the plant)",
+                "dead time of {} samples is not {}: lengthen {SAMPLE_TIME}, or shorten {DELAY} or the plant's dead time",
                 range.value, range.allowed
             )
         }
@@ -73,16 +72,10 @@ pub(super) fn in_degrees(error: &ControlError) -> String {
 /// The value of a wish with its unit.
 fn with_unit(name: &str, value: f64) -> String {
     match name {
-        "phase_margin_rad" => format!("{}°", digits(value.to_degrees())),
-        "crossover_rad_s" => format!("{} rad/s", digits(value)),
-        _ => digits(value),
+        "phase_margin_rad" => format!("{}°", digits(value.to_degrees(), 4)),
+        "crossover_rad_s" => format!("{} rad/s", digits(value, 4)),
+        _ => digits(value, 4),
     }
-}
-
-/// Five digits, without an exponent where few are needed.
-pub(super) fn digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-    short(rounded)
 }
 
 /// The controller in notation, its numbers in five digits.
@@ -90,7 +83,7 @@ pub(super) fn law(file: &ControllerFile) -> String {
     let Some(mut pid) = file.pid() else {
         return file.law_in_words();
     };
-    let few = |value: &mut f64| *value = digits(*value).parse().unwrap_or(*value);
+    let few = |value: &mut f64| *value = digits(*value, 5).parse().unwrap_or(*value);
     for value in [
         &mut pid.proportional,
         &mut pid.integral,
@@ -103,19 +96,6 @@ pub(super) fn law(file: &ControllerFile) -> String {
     pid.to_string()
 }
 
-/// A share as a percentage; one that left the numbers, as of a loop that grew for long, in words.
-pub(super) fn percent(share: f64) -> String {
-    if !share.is_finite() {
-        return "beyond 1e308 %".to_owned();
-    }
-    let percent = 100.0 * share;
-    if percent.abs() < 1e6 {
-        format!("{percent:.1} %")
-    } else {
-        format!("{percent:.1e} %")
-    }
-}
-
 /// An amplitude ratio in decibel.
 pub(super) fn decibel(size: f64) -> f64 {
     20.0 * size.log10()
@@ -123,26 +103,27 @@ pub(super) fn decibel(size: f64) -> f64 {
 
 /// The verdict on a stable loop, and what would end that.
 fn stable(margins: &Margins) -> String {
-    let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
     let times = |gain: &Crossing, words: &str| {
-        format!("{} {words} (at {} rad/s)", digits(gain.value), at(gain))
+        format!("{} {words} (at {} rad/s)", digits(gain.value, 4), at(gain))
     };
     let up = margins.gain_up.map(|gain| times(&gain, "times the gain"));
     let down = margins.gain_down.map(|gain| times(&gain, "of the gain"));
-    let delay = margins
-        .delay_s
-        .map(|delay| times(&delay, "s more dead time"));
+    let delay = margins.delay_s.map(|delay| {
+        let longer = written("delay_s", delay.value);
+        format!("{longer} more dead time (at {} rad/s)", at(&delay))
+    });
     let ways: Vec<String> = [up, down, delay].into_iter().flatten().collect();
     let nearest = &margins.sensitivity;
     let text = format!(
-        "Stable, and proved: every pole of the sampled loop decays. It comes nearest to the boundary at {} rad/s, where errors are {} times as large",
+        "Stable, and proved. It comes closest to the boundary at {} rad/s, where errors grow {} times",
         at(nearest),
-        digits(nearest.value)
+        digits(nearest.value, 4)
     );
     if ways.is_empty() {
-        return format!("{text}; neither more gain nor more dead time ends that.");
+        return format!("{text}; neither more gain nor more dead time makes it unstable.");
     }
-    format!("{text}; it ends at {}.", ways.join(", or at "))
+    format!("{text}; it becomes unstable at {}.", ways.join(", or at "))
 }
 
 /// The verdict, its root and the way to the boundary, in sentences.
@@ -157,9 +138,9 @@ pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
         None => text,
     };
     format!(
-        "{text} The loop is too fast for the samples of this plant, which follow a rule (an order that is not whole): the plant may do otherwise. \
-         Give a sample time at least {} times as short.",
-        digits(times)
+        "{text} The loop is too fast for the sampled model of this fractional plant: the plant may behave differently. Shorten the \
+         sample time at least {} times.",
+        digits(times, 4)
     )
 }
 
@@ -179,25 +160,24 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
         Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
-            "On the boundary: as far as can be told, a pole neither decays nor grows within 1e8 samples. Where an integral meets a factor s, one in \
-             the controller and one in the plant, leave one of both out, or add a proportional part; else take more gain, or a longer sample time."
+            "On the boundary: a pole neither decays nor grows within 1e8 samples. If an integral of the controller meets a factor s of the plant, \
+             or the reverse, omit one or add a proportional part; else raise the gain or the sample time."
                 .to_owned()
         }
         Cause::Boundary => format!(
-            "On the boundary: as far as can be told, {poles} at {} rad/s. Change the gain a little.",
-            digits(analysis.verdict.omega_rad_s)
+            "On the boundary: {poles} at {} rad/s. Change the gain a little.",
+            digits(analysis.verdict.omega_rad_s, 4)
         ),
         Cause::Cancelled => format!(
-            "On the boundary: as far as can be told, {poles} at {} rad/s, whatever the gain. There a zero of plant or controller cancels a pole: \
-             leave both out, or move the zero.",
-            digits(analysis.verdict.omega_rad_s)
+            "On the boundary: {poles} at {} rad/s, whatever the gain, as a zero cancels a pole there: omit both, or move the zero.",
+            digits(analysis.verdict.omega_rad_s, 4)
         ),
         Cause::TooLarge => {
-            "Not decided: a number of this loop is larger than 1e308 or smaller than 1e-308. Give plant and controller in other units."
+            "Not decided: a number of this loop is above 1e308 or below 1e-308. Give plant and controller in other units."
                 .to_owned()
         }
         Cause::NearWhole(order) => format!(
-            "Not decided: the order {order} is next to {}, and a memory of samples cannot tell the two apart. Write the whole order.",
+            "Not decided: order {order} is too close to {}. Write the whole order.",
             order.round()
         ),
         cause => format!("Unstable, and proved: {poles}{}", why_unstable(analysis, cause)),
@@ -206,42 +186,39 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
 
 /// The reason of an unstable loop, behind its poles, and the remedy.
 fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
-    let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
     match cause {
         Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
-            ", because the gain is too high. At {} rad/s the loop turns errors over and makes them {} times as large; \
-             {} of the gain it is stable.",
+            ": the gain is too high. At {} rad/s the loop inverts errors and grows them {} times; it is stable {} of the gain.",
             at(&edge),
-            digits(1.0 / edge.value),
+            digits(1.0 / edge.value, 4),
             end.map_or_else(
-                || format!("below {}", digits(edge.value)),
-                |end| format!("between {} and {}", digits(end), digits(edge.value))
+                || format!("below {}", digits(edge.value, 4)),
+                |end| format!("between {} and {}", digits(end, 4), digits(edge.value, 4))
             )
         ),
         Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
-            ", because the gain is too low to hold the plant (at {} rad/s). {} times the gain it is stable.",
+            ": the gain is too low to hold the plant (at {} rad/s). It is stable {} times the gain.",
             at(&edge),
             end.map_or_else(
-                || format!("Above {}", digits(edge.value)),
-                |end| format!("Between {} and {}", digits(edge.value), digits(end))
+                || format!("above {}", digits(edge.value, 4)),
+                |end| format!("between {} and {}", digits(edge.value, 4), digits(end, 4))
             )
         ),
         Cause::WrongSign(gain) => format!(
-            ", because the sign is wrong: with the opposite sign of the controller's gains, or of the plant's, {}it is \
-             stable.",
+            ": the sign is wrong. With the opposite sign of the controller's gains, or of the plant's, {}it is stable.",
             match gain {
                 1.0 => String::new(),
-                gain => format!("and {} times as much gain, ", digits(gain)),
+                gain => format!("and {} times as much gain, ", digits(gain, 4)),
             }
         ),
         Cause::DeadTime(delay) => format!(
-            ", because of the dead time. Without it the loop is stable, and up to {} s of it (at {} rad/s).",
-            digits(delay.value),
+            ": the dead time is too long. The loop is stable up to {} of it (at {} rad/s).",
+            written("delay_s", delay.value),
             at(&delay)
         ),
         _ => format!(
-            ". Neither a hundred times more or less gain nor less dead time makes it stable: it takes another \
-             controller{} or faster samples.",
+            ". Neither 100 times more or less gain nor less dead time makes it stable: change the controller{} or sample faster.",
             (analysis.margins.phase.as_ref()).map_or_else(String::new, |crossover| {
                 format!(" (more phase near {} rad/s)", at(crossover))
             })

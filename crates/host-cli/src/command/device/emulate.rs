@@ -1,7 +1,8 @@
 //! `device emulate`.
 
-use super::emulate_haply::HaplyArguments;
-use super::emulate_moteus::{self, MoteusArguments};
+use super::emulate_haply::{Haply, hand, version};
+use super::emulate_moteus::{self, turn};
+use super::key_value::{self, in_range, key_and_value, keys_help, refused};
 use super::port::duration;
 use crate::choice::choice;
 use crate::command::device_model::DeviceModelArguments;
@@ -11,6 +12,7 @@ use crate::within::{number_within, within};
 use clap::Args;
 use haptic_devices::haply::HaplyName;
 use haptic_devices::moteus::MoteusName;
+use haptic_devices::moteus::emulated::Hand;
 use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
@@ -27,18 +29,14 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
-Imitates a device: the same state machine as in the firmware, with a simulated plant, behind a \
-pseudo-terminal whose path is printed. Any command that takes --device serial:PATH can talk to it.
+Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal, whose path is printed. Any \
+command with --device serial:PATH can use it. With --device-model it has that file's mass, damping, friction, delay, lag \
+and sensors, to rehearse a run; without, it is an ideal mass, as heavy as the run takes it for.
 
-With --device-model it is the device of that file: its mass, damping, friction, delay, lag and sensors, so that a run can be \
-rehearsed on it; the hand is that of the run. Without, it is an ideal mass, as heavy as a run takes it for.
+The line can be made bad: frames lost, damaged, repeated, out of order, late or stalled, the same for the same line_seed.
 
-The line can be made as bad as real ones: frames lost, damaged, repeated, out of order, late, held \
-up. The same --line-seed gives the same damage for the same frames.
-
-With --kind haply-2diy it is the board of a Haply 2DIY, which the maker's own programs take for a real \
-one. With --kind moteus it is a moteus servo behind an adapter for CAN, which the maker's own programs take for \
-a real one too. Both live in real time, and the chances of their line are those of single bytes.";
+--kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; the makers' own programs take \
+them for real. Both run in real time, and their line's chances are those of single bytes.";
 
 /// A device to imitate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,110 +72,130 @@ impl Kind {
 /// Arguments of `device emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
-                  serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%\n  host-cli device emulate --device-model device.toml --link device &\n  host-cli device \
-                  emulate --kind haply-2diy --link 2diy &\n  host-cli relax --device haply:2diy --duration 20s\n  \
-                  host-cli device emulate --kind moteus --link servo --turn 1mm:1s &\n  host-cli relax --device \
-                  moteus:servo,radius=20mm --duration 20s"
+    after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
+                  serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
+                  host-cli relax --device haply:2diy --duration 20s\n\nKeys:{}", keys_help(KEYS))
 )]
 pub struct Arguments {
-    /// The device to imitate [default: own]
+    /// Device to emulate [default: own]
     #[arg(long, value_parser = choice::<Kind>())]
     kind: Option<Kind>,
-    /// Make a symbolic link to the pseudo-terminal, so that its path is known beforehand
+    /// Symbolic link to the pseudo-terminal
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Listen at a Unix socket of this path instead of a pseudo-terminal, whose bytes may come late on a busy machine
+    /// Unix socket instead of a pseudo-terminal, which may be late on a busy machine
     #[arg(long, value_name = "PATH", conflicts_with = "link")]
     socket: Option<PathBuf>,
-    /// Axes of the device: 2 or 3 take a [touch], for which they are a mass with a hand that pushes along the first
+    /// Axes; 2 or 3 for a [touch], with a hand that pushes along the first
     #[arg(long, value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
     #[command(flatten)]
     model: DeviceModelArguments,
-    /// Seconds of the device in a second; the host's silence is measured in real time
+    /// Device seconds per second; the watchdog stays in real time
     #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0, allow_hyphen_values = true)]
     speed: f64,
-    /// End after this time [default: when stopped by Ctrl-C]
+    /// Stop after this time [default: run until Ctrl-C]
     #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
-    #[command(flatten)]
-    faults: LineArguments,
-    #[command(flatten)]
-    haply: HaplyArguments,
-    #[command(flatten)]
-    moteus: MoteusArguments,
+    /// The line and the hand, as in drop=1%; the keys are below
+    #[arg(value_name = "KEY=VALUE")]
+    values: Vec<String>,
 }
 
-/// What the line does to frames.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Bad line")]
-pub struct LineArguments {
-    /// Chance that a frame is lost, as 1% or 0.01
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    drop: f64,
-    /// Chance that bits of a frame are flipped
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    corrupt: f64,
-    /// Chance that a frame comes twice
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    duplicate: f64,
-    /// Chance that a frame comes after the next one
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    reorder: f64,
-    /// Longest delay of a frame
-    #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "0s", allow_hyphen_values = true)]
-    delay: Time,
-    /// Chance that the line stands still from a frame on
-    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
-    stall: f64,
-    /// For how long it stands still then
-    #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "50ms", allow_hyphen_values = true)]
-    stall_time: Time,
-    /// Seed of the damage
-    #[arg(long = "line-seed", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
+/// Keys of the line, of a 2DIY, and of a servo.
+const KEYS: [(&str, &str); 12] = [
+    ("drop", "Chance of a lost frame, as 1%"),
+    ("corrupt", "Chance of flipped bits in a frame"),
+    ("duplicate", "Chance of a repeated frame"),
+    ("reorder", "Chance that a frame comes after the next"),
+    ("delay_s", "Longest delay of a frame"),
+    ("stall", "Chance that the line stalls at a frame"),
+    ("stall_time_s", "Length of a stall [default: 50ms]"),
+    ("line_seed", "Seed of the damage [default: 1]"),
+    ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
+    (
+        "hand",
+        "2DIY: strokes (along y from 85 mm to 100 mm in 4 s, the default), free, at:X:Y, or fixed:X:Y",
+    ),
+    ("servo_id", "Servo: number on its bus [default: 1]"),
+    (
+        "turn",
+        "Servo: a hand turns the shaft at 20 mm from command 600 on, and holds it, as 2mm:0.5s",
+    ),
+];
+
+/// The key that is called like an option.
+pub fn key_like(option: &str) -> Option<&'static str> {
+    key_value::key_like(option, KEYS.map(|(key, _)| key))
+}
+
+/// What the keys say.
+#[derive(Debug)]
+struct Details {
+    faults: LineFaults,
     seed: u64,
+    haply: Haply,
+    servo_id: Option<u8>,
+    turn: Option<Hand>,
 }
 
-impl LineArguments {
-    /// Faults of the line, and the seed.
-    ///
-    /// # Errors
-    /// A chance or time outside its range.
-    pub fn faults(&self) -> Result<(LineFaults, u64), Failure> {
-        let &Self {
-            drop,
-            corrupt,
-            duplicate,
-            reorder,
-            delay,
-            stall,
-            stall_time,
-            seed,
-        } = self;
-        let (delay_s, stall_s) = (delay.0, stall_time.0);
-        let faults = LineFaults {
-            drop,
-            corrupt,
-            duplicate,
-            reorder,
-            delay_s,
-            stall,
-            stall_s,
+impl Details {
+    fn read(words: &[String]) -> Result<Self, Failure> {
+        let mut details = Self {
+            faults: LineFaults {
+                stall_s: 0.05,
+                ..LineFaults::default()
+            },
+            seed: 1,
+            haply: Haply::default(),
+            servo_id: None,
+            turn: None,
         };
-        faults.check().map_err(Failure::input)?;
-        Ok((faults, seed))
+        for word in words {
+            let (key, text) = key_and_value(word, KEYS.map(|(key, _)| key), "emulate")?;
+            details.set(key, text).map_err(|why| refused(word, &why))?;
+        }
+        details.faults.check().map_err(Failure::input)?;
+        Ok(details)
+    }
+
+    fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
+        let faults = &mut self.faults;
+        match key {
+            "drop" => faults.drop = chance(text)?,
+            "corrupt" => faults.corrupt = chance(text)?,
+            "duplicate" => faults.duplicate = chance(text)?,
+            "reorder" => faults.reorder = chance(text)?,
+            "delay_s" => faults.delay_s = in_range(key, range::LINE_TIMES, text)?,
+            "stall" => faults.stall = chance(text)?,
+            "stall_time_s" => faults.stall_s = in_range(key, range::LINE_TIMES, text)?,
+            "line_seed" => {
+                self.seed = text
+                    .parse()
+                    .map_err(|_| "is not a whole number, 0 or more")?
+            }
+            "hardware" => self.haply.hardware = Some(version(text)?),
+            "hand" => self.haply.hand = Some(hand(text)?),
+            "servo_id" => {
+                let id = text
+                    .parse()
+                    .map_err(|_| "is not a whole number from 0 to 255")?;
+                self.servo_id = Some(id);
+            }
+            _ => self.turn = Some(turn(text)?),
+        }
+        Ok(())
     }
 }
 
 /// A chance: a number in [0, 1], or per cent.
 fn chance(text: &str) -> Result<f64, String> {
-    let value = match text.trim().strip_suffix('%') {
+    let value = match text.strip_suffix('%') {
         Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
-        None => text.trim().parse(),
+        None => text.parse(),
     };
     let chance = value.ok().filter(|value| (0.0..=1.0).contains(value));
-    chance.ok_or_else(|| format!("\"{text}\" is no chance: give 0 to 1, or 0% to 100%"))
+    chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
 }
 
 /// The device's end of the line.
@@ -228,29 +246,25 @@ impl Arguments {
             )));
         }
         let kind = self.kind.unwrap_or_default();
-        self.check_kind(kind)?;
+        let details = Details::read(&self.values)?;
+        self.check_kind(kind, &details)?;
         let body = self.model.read()?.as_ref().map(body);
-        let servo = self.moteus.servo()?;
+        let servo = emulate_moteus::servo(details.servo_id, details.turn)?;
         let duration = duration(self.duration)?;
-        let (faults, seed) = self.faults.faults()?;
+        let (faults, seed) = (details.faults, details.seed);
         let stop = crate::command::stop::stop_on_interrupt()?;
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
         let started = Started {
             path: port.path().display().to_string(),
             device: format!("{}:{}", kind.scheme(), port.path().display()),
         };
-        output.text(&started, |out| {
-            writeln!(out, "{}", started.path)?;
-            writeln!(
-                out,
-                "an emulated device: use it with --device {}, stop it with Ctrl-C",
-                started.device
-            )
-        })?;
+        output.report(&started)?;
         let line = port.line().map_err(failed)?;
         let damage = (faults, seed);
         if kind == Kind::Haply2Diy {
-            return (self.haply).run(line, damage, duration, stop, output.quiet);
+            return details
+                .haply
+                .run(line, damage, duration, stop, output.quiet);
         }
         if kind == Kind::Moteus {
             return emulate_moteus::run(line, servo, damage, duration, stop, output.quiet);
@@ -273,17 +287,19 @@ impl Arguments {
 
 impl Arguments {
     /// Refuses options of another kind.
-    fn check_kind(&self, kind: Kind) -> Result<(), Failure> {
-        let refusal = if kind != Kind::Haply2Diy && self.haply.is_given() {
-            "--hardware and --hand are those of a 2DIY: add --kind haply-2diy"
-        } else if kind != Kind::Moteus && self.moteus.is_given() {
-            "--servo-id and --turn are those of a servo: add --kind moteus"
+    fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
+        let refusal = if kind != Kind::Haply2Diy
+            && (details.haply.hardware.is_some() || details.haply.hand.is_some())
+        {
+            "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
+        } else if kind != Kind::Moteus && (details.servo_id.is_some() || details.turn.is_some()) {
+            "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
-            "--axes is of the device of this program: a 2DIY has two, and a servo one; leave --axes away"
+            "--axes applies only to --kind own: a 2DIY has two axes, a servo one; omit --axes"
         } else if kind != Kind::Own && self.model.is_given() {
-            "--device-model is of the device of this program: a 2DIY and a servo are what they are; leave --device-model away"
+            "--device-model applies only to --kind own: omit it"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
-            "an emulated device of another maker lives in real time: leave --speed away"
+            "an emulated device of another maker runs in real time: omit --speed"
         } else {
             return Ok(());
         };

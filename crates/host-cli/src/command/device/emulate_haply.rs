@@ -1,12 +1,10 @@
 //! `device emulate --kind haply-2diy`.
 
+use super::key_value::in_range;
 use crate::output::note;
-use crate::within::in_range;
-use clap::Args;
 use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
-use haptic_quantity::Length;
 use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;
 use std::sync::atomic::AtomicBool;
@@ -15,66 +13,49 @@ use std::time::Duration;
 /// What a stroking hand does: from here, this far, in this time.
 const STROKES: (f64, f64, f64) = (0.085, 0.015, 4.0);
 
-/// Options of an emulated 2DIY.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Haply 2DIY")]
-pub struct HaplyArguments {
-    /// Version of the hardware, 2 or 3 [default: 3]
-    #[arg(long, value_name = "VERSION", value_parser = version)]
-    hardware: Option<Version>,
-    /// What a hand does once the board is configured: `strokes`, `free`, `at:X:Y`, or `fixed:X:Y` whatever the motors do
-    /// [default: strokes, along y from 85 mm to 100 mm and back in 4 s]
-    #[arg(long, value_name = "HAND", value_parser = hand)]
-    hand: Option<Held>,
+/// An emulated 2DIY.
+#[derive(Debug, Default)]
+pub(super) struct Haply {
+    pub(super) hardware: Option<Version>,
+    pub(super) hand: Option<Held>,
 }
 
 /// A hand as it is named; the middle of the workspace is that of the hardware.
 #[derive(Clone, Copy, Debug)]
-enum Held {
+pub(super) enum Held {
     Strokes,
     Free,
     At([f64; 2]),
     Fixed([f64; 2]),
 }
 
-fn version(text: &str) -> Result<Version, String> {
+pub(super) fn version(text: &str) -> Result<Version, String> {
     let found = Version::ALL
         .into_iter()
         .find(|version| version.number().to_string() == text);
-    found.ok_or_else(|| format!("\"{text}\" is no version of a 2DIY: 2 or 3"))
+    found.ok_or_else(|| "is not a version of a 2DIY: give 2 or 3".to_owned())
 }
 
-fn hand(text: &str) -> Result<Held, String> {
-    let place = |text: &str| {
-        let (x, y) = text.split_once(':')?;
-        let metres = |text: &str| text.parse::<Length>().ok();
-        Some([metres(x)?, metres(y)?])
-    };
-    let in_reach = |[x, y]: [Length; 2]| -> Result<[f64; 2], String> {
-        Ok([
-            in_range(x, range::ARM_PLACES)?.0,
-            in_range(y, range::ARM_PLACES)?.0,
-        ])
+pub(super) fn hand(text: &str) -> Result<Held, String> {
+    let place = |text: &str| -> Result<Option<[f64; 2]>, String> {
+        let end = |text| in_range("place_m", range::ARM_PLACES, text);
+        let both = text.split_once(':');
+        both.map(|(x, y)| Ok([end(x)?, end(y)?])).transpose()
     };
     let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
     let held = match (kind, rest) {
         ("strokes", "") => Some(Held::Strokes),
         ("free", "") => Some(Held::Free),
-        ("at", rest) => place(rest).map(in_reach).transpose()?.map(Held::At),
-        ("fixed", rest) => place(rest).map(in_reach).transpose()?.map(Held::Fixed),
+        ("at", rest) => place(rest)?.map(Held::At),
+        ("fixed", rest) => place(rest)?.map(Held::Fixed),
         _ => None,
     };
     held.ok_or_else(|| {
-        format!("\"{text}\" is no hand: strokes, free, at:X:Y or fixed:X:Y, as fixed:19mm:90mm")
+        ("is not a hand: give strokes, free, at:X:Y or fixed:X:Y, as in fixed:19mm:90mm").to_owned()
     })
 }
 
-impl HaplyArguments {
-    /// True if any of them was given.
-    pub(super) const fn is_given(&self) -> bool {
-        self.hardware.is_some() || self.hand.is_some()
-    }
-
+impl Haply {
     /// Runs the board until it is stopped or its time is over.
     pub(super) fn run(
         &self,

@@ -1,14 +1,11 @@
 //! `device emulate --kind moteus`.
 
+use super::key_value::in_range;
 use crate::output::note;
-use crate::whole::whole;
-use crate::within::in_range;
-use clap::Args;
 use haptic_devices::moteus::MoteusSettings;
 use haptic_devices::moteus::emulated::{Emulated, EmulatedServo, Hand, Shaft, emulate};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
-use haptic_quantity::{Length, Time};
 use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;
 use std::sync::atomic::AtomicBool;
@@ -17,49 +14,27 @@ use std::time::Duration;
 /// Ticks: longer than a force takes to rise to its full size at 1 kHz.
 const WAIT_COMMANDS: u32 = 600;
 
-/// Options of an emulated servo.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "moteus")]
-pub struct MoteusArguments {
-    /// Number of the servo on its bus [default: 1]
-    #[arg(long, value_name = "ID", value_parser = whole::<u8>(0..=u8::MAX))]
-    servo_id: Option<u8>,
-    /// A hand that turns the shaft by a length, at a radius of 20 mm, in a time, and holds it there, as 2mm:0.5s; it begins
-    /// with command 600 [default: nobody holds the shaft]
-    #[arg(long, value_name = "LENGTH:TIME", value_parser = turn)]
-    turn: Option<Hand>,
-}
-
-fn turn(text: &str) -> Result<Hand, String> {
-    let read = |text: &str| {
-        let (length, time) = text.split_once(':')?;
-        Some((length.parse::<Length>().ok()?, time.parse::<Time>().ok()?))
-    };
-    let (length, time) =
-        read(text).ok_or_else(|| format!("\"{text}\" is not LENGTH:TIME, as in 2mm:0.5s"))?;
+/// A hand that turns the shaft: `LENGTH:TIME`.
+pub(super) fn turn(text: &str) -> Result<Hand, String> {
+    let (length, time) = text
+        .split_once(':')
+        .ok_or("is not LENGTH:TIME, as in 2mm:0.5s")?;
     Ok(Hand {
         wait_commands: WAIT_COMMANDS,
-        turn_rev: in_range(length, range::ARM_PLACES)?.0
+        turn_rev: in_range("turn_m", range::ARM_PLACES, length)?
             / MoteusSettings::DEFAULT.metres_per_revolution(),
-        ramp_time_s: in_range(time, range::DURATIONS)?.0,
+        ramp_time_s: in_range("turn_s", range::DURATIONS, time)?,
     })
 }
 
-impl MoteusArguments {
-    /// True if any of them was given.
-    pub(super) const fn is_given(&self) -> bool {
-        self.servo_id.is_some() || self.turn.is_some()
-    }
-
-    /// The servo.
-    pub(super) fn servo(&self) -> Result<EmulatedServo, Failure> {
-        let shaft = Shaft {
-            hand: self.turn,
-            ..Shaft::LEVER
-        };
-        let id = self.servo_id.unwrap_or(MoteusSettings::DEFAULT.id);
-        EmulatedServo::new(id, shaft).map_err(Failure::input)
-    }
+/// A servo with this number on its bus, and this hand.
+pub(super) fn servo(id: Option<u8>, hand: Option<Hand>) -> Result<EmulatedServo, Failure> {
+    let shaft = Shaft {
+        hand,
+        ..Shaft::LEVER
+    };
+    let id = id.unwrap_or(MoteusSettings::DEFAULT.id);
+    EmulatedServo::new(id, shaft).map_err(Failure::input)
 }
 
 /// Runs the servo until it is stopped or its time is over.

@@ -10,9 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 pub(super) const LONG_ABOUT: &str = "\
-Builds the firmware for a board and programs it over a debug probe with probe-rs, then greets the \
-device and compares its board and version with those of the image. probe-rs is a program of its own: \
-https://probe.rs.";
+Builds the firmware, programs a board over a debug probe with probe-rs (https://probe.rs), and checks that the device \
+then answers with the image's board and version.";
 
 /// A board of `firmware/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -51,10 +50,10 @@ pub struct Arguments {
     /// The board
     #[arg(long, value_enum, default_value = "nucleo-f446re")]
     board: Board,
-    /// An image that is built already [default: build it from --source]
+    /// Image to program [default: build it from --source]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// Folder of the firmware's sources
+    /// Folder of the firmware
     #[arg(long, value_name = "DIR", default_value = "firmware")]
     source: PathBuf,
     #[command(flatten)]
@@ -82,7 +81,7 @@ impl Arguments {
         };
         if !image.is_file() {
             return Err(Failure::bad_input(format_args!(
-                "there is no image `{}`: give --image, or --source for the folder to build it from",
+                "no image `{}`: change --image, or give --source to build it",
                 image.display()
             )));
         }
@@ -106,20 +105,14 @@ impl Arguments {
             firmware: firmware_version(link.hello()),
             device: link.name(),
         };
-        output.text_summary(&flashed, |out| {
-            writeln!(
-                out,
-                "board {} at {} runs firmware {}",
-                flashed.board, flashed.device, flashed.firmware
-            )
-        })
+        output.summary(&flashed)
     }
 
     fn build(&self, output: Output) -> Result<PathBuf, Failure> {
         let manifest = self.source.join("Cargo.toml");
         if !manifest.is_file() {
             return Err(Failure::bad_input(format_args!(
-                "`{}` does not hold the firmware: run this in the project's folder, or give --source",
+                "`{}` does not hold the firmware: run this in the project folder, or give --source",
                 self.source.display()
             )));
         }
@@ -135,7 +128,7 @@ impl Arguments {
         run(
             cargo,
             "cargo",
-            "install Rust from https://rustup.rs and the target with rustup target add thumbv7em-none-eabihf",
+            "install Rust from https://rustup.rs, then rustup target add thumbv7em-none-eabihf",
         )?;
         Ok(self
             .source
@@ -193,8 +186,8 @@ impl Identity {
             return Ok(());
         }
         Err(Failure::Device(anyhow::anyhow!(
-            "what answers is {device}, but the image is for {self}: is it the port of the board that was \
-             programmed? Name it with --device serial:PATH, or unplug the board and plug it in again"
+            "{device} answers, but the image is for {self}: name the programmed board's port with --device serial:PATH, \
+             or unplug the board and plug it in again"
         )))
     }
 }
@@ -209,13 +202,13 @@ fn read_identity(board: Board, image: &Path) -> Result<Option<Identity>, Failure
         None => note(
             "warning",
             format_args!(
-                "`{}` does not say what it is, so board and version are not compared: build it anew",
+                "`{}` does not say what it is, so board and version are not checked: rebuild it",
                 image.display()
             ),
         ),
         Some(identity) if identity.board != board.name() => {
             return Err(Failure::bad_input(format_args!(
-                "`{}` is for {identity}, not for {}: give the --image of that board, or leave --image away",
+                "`{}` is for {identity}, not for {}: give the --image of that board, or omit --image",
                 image.display(),
                 board.name()
             )));
@@ -234,9 +227,8 @@ fn require_probe_rs() -> Result<(), Failure> {
     match Command::new("probe-rs").arg("--version").output() {
         Ok(_) => Ok(()),
         Err(error) => Err(Failure::Device(anyhow::anyhow!(
-            "probe-rs, which programs boards, is not installed ({error}): get it with \
-             `cargo install probe-rs-tools --locked` or from https://probe.rs, plug the board in by its \
-             debug port, and try again"
+            "probe-rs is not installed ({error}): run `cargo install probe-rs-tools --locked` or see \
+             https://probe.rs, then plug in the board's debug port and try again"
         ))),
     }
 }
@@ -249,7 +241,7 @@ fn program(board: Board, image: &Path, output: Output) -> Result<(), Failure> {
     run(
         probe,
         "probe-rs",
-        "is the board plugged in by its debug port? `probe-rs list` shows the probes",
+        "is the debug port plugged in? `probe-rs list` shows the probes",
     )?;
     let mut reset = Command::new("probe-rs");
     reset.args(["reset", "--chip", board.chip()]);

@@ -9,7 +9,6 @@ use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::SerialLink;
 use serde::Serialize;
-use std::io::{self, Write};
 use std::time::Duration;
 
 /// Arguments of `device info`.
@@ -44,22 +43,22 @@ struct Info {
     faults: u16,
     latency_ms: Option<u32>,
     round_trip_us: RoundTrip,
-    statistics: Counted,
+    round_trip_reason: Option<&'static str>,
+    #[serde(with = "Counted")]
+    statistics: Statistics,
 }
 
-/// From a request to its answer.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct RoundTrip {
-    /// Median.
-    pub p50: u64,
-    /// 99 of 100.
-    pub p99: u64,
-    /// The longest.
-    pub max: u64,
-}
-
-/// The device's counters.
+/// Quantiles from a request to its answer.
 #[derive(Serialize)]
+struct RoundTrip {
+    p50: u64,
+    p99: u64,
+    max: u64,
+}
+
+/// The device's counters, with names that say what is counted.
+#[derive(Serialize)]
+#[serde(remote = "Statistics")]
 struct Counted {
     ticks: u32,
     overruns: u32,
@@ -67,43 +66,27 @@ struct Counted {
     tick_cycles_last: u32,
     stale_forces: u32,
     samples_dropped: u32,
-    frames_sent: u32,
-    frames_received: u32,
-    frames_corrupt: u32,
-    frames_oversize: u32,
-    frames_foreign: u32,
-    frames_lost: u32,
-    frames_duplicate: u32,
-    frames_late: u32,
+    #[serde(rename = "frames_sent")]
+    sent: u32,
+    #[serde(rename = "frames_received")]
+    received: u32,
+    #[serde(rename = "frames_corrupt")]
+    corrupt: u32,
+    #[serde(rename = "frames_oversize")]
+    oversize: u32,
+    #[serde(rename = "frames_foreign")]
+    foreign: u32,
+    #[serde(rename = "frames_lost")]
+    lost: u32,
+    #[serde(rename = "frames_duplicate")]
+    duplicate: u32,
+    #[serde(rename = "frames_late")]
+    late: u32,
     bytes_overrun: u32,
-    frames_of_strangers: u32,
+    #[serde(rename = "frames_of_strangers")]
+    strangers: u32,
     unanswered: u32,
     forces_not_taken: u32,
-}
-
-impl From<Statistics> for Counted {
-    fn from(s: Statistics) -> Self {
-        Self {
-            ticks: s.ticks,
-            overruns: s.overruns,
-            tick_cycles_max: s.tick_cycles_max,
-            tick_cycles_last: s.tick_cycles_last,
-            stale_forces: s.stale_forces,
-            samples_dropped: s.samples_dropped,
-            frames_sent: s.sent,
-            frames_received: s.received,
-            frames_corrupt: s.corrupt,
-            frames_oversize: s.oversize,
-            frames_foreign: s.foreign,
-            frames_lost: s.lost,
-            frames_duplicate: s.duplicate,
-            frames_late: s.late,
-            bytes_overrun: s.bytes_overrun,
-            frames_of_strangers: s.strangers,
-            unanswered: s.unanswered,
-            forces_not_taken: s.forces_not_taken,
-        }
-    }
 }
 
 impl Arguments {
@@ -113,8 +96,7 @@ impl Arguments {
     /// Exit code 3: no port, no device, no answer.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let link = self.port.connect_any()?;
-        let info = info(&link)?;
-        output.text(&info, |out| print(out, &info))
+        output.report(&info(&link)?)
     }
 }
 
@@ -122,7 +104,7 @@ impl Arguments {
 pub fn fault_in_words(status: Status) -> Option<String> {
     (status.fault > 0).then(|| {
         Fault::from_code(status.fault).map_or_else(
-            || format!("fault {}, which this program does not know", status.fault),
+            || format!("unknown fault {}", status.fault),
             |fault| fault.to_string(),
         )
     })
@@ -159,64 +141,7 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
             p99: round_trip.value_at_quantile(0.99),
             max: round_trip.max(),
         },
-        statistics: statistics.into(),
+        round_trip_reason: (round_trip.max() == 0).then_some("not measured, no answer came"),
+        statistics,
     })
-}
-
-fn print(out: &mut dyn Write, info: &Info) -> io::Result<()> {
-    writeln!(
-        out,
-        "{} · board {}{} · firmware {}",
-        info.device,
-        info.board,
-        if info.simulated { " (simulated)" } else { "" },
-        info.firmware
-    )?;
-    write!(out, "  state             {}", info.state)?;
-    match (&info.fault, &info.fault_reason) {
-        (Some(fault), Some(reason)) => writeln!(out, ": {fault}: {reason}")?,
-        (Some(fault), None) => writeln!(out, ": {fault}")?,
-        (None, _) => writeln!(out, ", {} faults since power-up", info.faults)?,
-    }
-    writeln!(
-        out,
-        "  tick              {} µs to {} µs",
-        (1e6 * info.sample_time_min_s).round(),
-        (1e6 * info.sample_time_max_s).round()
-    )?;
-    writeln!(
-        out,
-        "  force             at most {} N, {} N/s",
-        info.force_max_n, info.force_rate_max_n_per_s
-    )?;
-    writeln!(
-        out,
-        "  operator          {} coefficients, {} modes, degree {}",
-        info.coefficients_max, info.modes_max, info.degree_max
-    )?;
-    writeln!(
-        out,
-        "  round trip        {}",
-        haptic_experiment::remote::round_trip([
-            info.round_trip_us.p50,
-            info.round_trip_us.p99,
-            info.round_trip_us.max
-        ])
-    )?;
-    let counted = &info.statistics;
-    writeln!(
-        out,
-        "  ticks             {}, {} late, longest {} cycles",
-        counted.ticks, counted.overruns, counted.tick_cycles_max
-    )?;
-    writeln!(
-        out,
-        "  frames            {} sent, {} received, {} damaged, {} lost, {} repeated, {} late",
-        counted.frames_sent,
-        counted.frames_received,
-        counted.frames_corrupt + counted.frames_oversize + counted.frames_foreign,
-        counted.frames_lost,
-        counted.frames_duplicate,
-        counted.frames_late
-    )
 }

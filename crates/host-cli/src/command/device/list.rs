@@ -1,6 +1,6 @@
 //! `device list`.
 
-use crate::output::Output;
+use crate::output::{Output, note};
 use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::device::firmware_version;
@@ -12,10 +12,10 @@ use serde::Serialize;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli device list --probe")]
 pub struct Arguments {
-    /// Greet whatever is at each port; opening a port resets some boards that are no devices of ours
+    /// Ask what is at each port; opening a port resets some foreign boards
     #[arg(long)]
     probe: bool,
-    /// Speed at which to greet [default: 460800 and 921600 in turn]
+    /// Baud rate to ask at [default: 460800, then 921600]
     #[arg(long, value_name = "BAUD", value_parser = whole::<u32>(1200..=12_000_000))]
     baud: Option<u32>,
 }
@@ -29,13 +29,15 @@ struct Listed {
 struct Port {
     path: String,
     description: String,
+    /// Vendor and product, as `lsusb` writes them.
+    usb: Option<String>,
     usb_vendor_id: Option<u16>,
     usb_product_id: Option<u16>,
     latency_ms: Option<u32>,
-    /// Board of the device there; null if nobody was asked.
+    /// Board of the device there; null without `--probe`.
     board: Option<String>,
     firmware: Option<String>,
-    /// Why there is no device of ours.
+    /// Why no device answered.
     problem: Option<String>,
 }
 
@@ -62,6 +64,9 @@ impl Arguments {
             Port {
                 path: port.path,
                 description: port.description,
+                usb: port
+                    .usb
+                    .map(|(vendor, product)| format!("{vendor:04x}:{product:04x}")),
                 usb_vendor_id: port.usb.map(|(vendor, _)| vendor),
                 usb_product_id: port.usb.map(|(_, product)| product),
                 latency_ms: port.latency_ms,
@@ -73,27 +78,12 @@ impl Arguments {
         let listed = Listed {
             ports: listed.collect(),
         };
-        output.text(&listed, |out| {
-            if listed.ports.is_empty() {
-                return writeln!(
-                    out,
-                    "no serial port: plug a device in, or imitate one with host-cli device emulate"
-                );
-            }
-            for port in &listed.ports {
-                write!(out, "{:<20} {}", port.path, port.description)?;
-                if let (Some(vendor), Some(product)) = (port.usb_vendor_id, port.usb_product_id) {
-                    write!(out, " ({vendor:04x}:{product:04x})")?;
-                }
-                if let (Some(board), Some(firmware)) = (&port.board, &port.firmware) {
-                    write!(out, ", board {board}, firmware {firmware}")?;
-                }
-                if let Some(problem) = &port.problem {
-                    write!(out, ", no device of ours: {problem}")?;
-                }
-                writeln!(out)?;
-            }
-            Ok(())
-        })
+        if listed.ports.is_empty() {
+            note(
+                "ports",
+                "none: plug in a device, or emulate one with host-cli device emulate",
+            );
+        }
+        output.report(&listed)
     }
 }

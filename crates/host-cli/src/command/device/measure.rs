@@ -1,7 +1,6 @@
 //! `device measure`: what a device is made of, by a motion that it makes.
 
 mod draw;
-mod print;
 
 use crate::command::conduct::progress_bar;
 use crate::command::stop::stop_on_interrupt;
@@ -19,25 +18,21 @@ use haptic_experiment::measured_device::{
 use haptic_experiment::parameters::{MEASUREMENT, range};
 use haptic_experiment::plant_file::DeviceModel;
 use haptic_log::record::StartTime;
-use haptic_quantity::Time;
-use print::{Report, print};
+use haptic_quantity::{Time, digits, written};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 const LONG_ABOUT: &str = "\
-Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of the device at hand, with intervals, and writes a device \
-file that analyze, design, zwidth, relax, run and control take.
+Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device, with 95 % intervals, and \
+writes a device file that analyze, design, zwidth, relax, run and control take.
 
-Three parts: half a second without force; a force that grows slowly, one way and the other, until the device moves; a multi-sine. Never more than \
-a fifth of --force-limit, never further from the start than --box: beyond it the force falls to zero, as it does on Ctrl-C. \
-Put the device in the middle of its range, level, and let go of it; or hold it and say --held.
+The device moves by itself: half a second without force, then a slowly growing force each way until it moves, then a \
+multi-sine. The force never exceeds a fifth of --force-limit, the motion never leaves --box: there, and on Ctrl-C, the \
+force falls to zero. Put the device level, in the middle of its range, and let go; or hold it and give --held.
 
-The interval of a value has the true one in it in 95 of 100 measurements, if the device is a mass with these things and nothing else. \
-The lower half of the picture shows what the model does not explain. The delay of a serial device is its own, without the line.
-
-JSON: device, board, mass_kg, damping_n_s_per_m, friction_n, hand_stiffness_n_per_m, delay_s, current_lag_s, sensor_noise_m, bias_n (each \
-{value, low, high}), encoder_resolution_m, breakaway_n, residual_rms_m, expected_residual_rms_m, delay_lag_correlation, sample_time_s, samples, \
-lost_samples, largest_force_n, reach_low_m, reach_high_m, model, figure, warnings.";
+The intervals assume a mass with these properties and nothing else; the lower half of the picture shows what that does \
+not explain. The delay of a serial device is its own, without the line.";
 
 /// Arguments of `device measure`.
 #[derive(Debug, Args)]
@@ -50,15 +45,30 @@ lost_samples, largest_force_n, reach_low_m, reach_high_m, model, figure, warning
 pub struct Arguments {
     #[command(flatten)]
     options: Options<keys::Measure>,
-    /// Wait so long for a device that is not there yet [default: 0s]
+    /// Keep trying for this long if the device is absent [default: 0s]
     #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
     wait: Option<Time>,
-    /// Device file to write; a picture of the same name goes beside it
+    /// Device file to write, with a picture beside it
     #[arg(long, value_name = "FILE.toml", help_heading = "Files")]
     out: Option<PathBuf>,
-    /// Replace the files of an earlier measurement
+    /// Replace existing files
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
+}
+
+/// The result.
+#[derive(Serialize)]
+struct Report<'a> {
+    device: &'a str,
+    board: Option<&'a str>,
+    #[serde(flatten)]
+    found: &'a Measured,
+    encoder_resolution_reason: Option<&'static str>,
+    largest_force_n: f64,
+    reach_low_m: f64,
+    reach_high_m: f64,
+    model: Option<String>,
+    figure: Option<String>,
 }
 
 /// A motion and whose it is.
@@ -86,10 +96,20 @@ impl Arguments {
         for warning in &found.warnings {
             note("warning", warning);
         }
-        let files = write(&motion, &plan, &found, &mut place);
-        let names = (motion.device.as_str(), motion.board.as_deref());
-        let report = Report::new(names, &motion.record, &found, files);
-        output.text_summary(&report, |out| print(out, &report))?;
+        let (model, figure) = write(&motion, &plan, &found, &mut place);
+        let (reach_low_m, reach_high_m) = motion.record.reach_m();
+        output.summary(&Report {
+            device: &motion.device,
+            board: motion.board.as_deref(),
+            encoder_resolution_reason: (found.encoder_resolution_m == 0.0)
+                .then_some("no steps seen"),
+            found: &found,
+            largest_force_n: motion.record.largest_force_n(),
+            reach_low_m,
+            reach_high_m,
+            model,
+            figure,
+        })?;
         place.close(Ok(()))
     }
 }
@@ -145,15 +165,15 @@ fn write(
         .as_ref()
         .map_or(String::new(), |board| format!(", {board}"));
     let words = format!(
-        "{}{board}, {}, {} s of multi-sine at {} ms, up to {} N in a box of {} mm, hand {}, model off by {:.2} µm rms",
+        "{}{board}, {}, {} of multi-sine at {}, up to {} N in a box of {}, hand {}, model off by {} rms",
         motion.device,
         date.split('T').next().unwrap_or_default(),
-        plan.duration_s,
-        1e3 * plan.sample_time_s,
-        print::digits(plan.force_n()),
-        1e3 * plan.box_m,
+        written("duration_s", plan.duration_s),
+        written("sample_time_s", plan.sample_time_s),
+        digits(plan.force_n(), 4),
+        written("box_m", plan.box_m),
         if plan.hand { "on" } else { "off" },
-        1e6 * found.residual_rms_m
+        written("residual_m", found.residual_rms_m)
     );
     let program = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
     let text = || DeviceModel::measured(found, program, &words).to_toml();

@@ -1,18 +1,18 @@
-//! `device`: find, inspect, configure, measure, imitate, program, watch and test a device.
+//! `device`: find, inspect, configure, measure, emulate, program, watch and test a device.
 
+pub mod changes;
 pub mod emulate;
 pub mod emulate_haply;
 pub mod emulate_moteus;
 pub mod flash;
 pub mod info;
+mod key_value;
 pub mod list;
 mod loosened;
 pub mod measure;
 pub mod monitor;
-pub mod number;
 pub mod parameters;
 pub mod port;
-pub mod safety;
 pub mod selftest;
 pub mod set;
 
@@ -23,26 +23,26 @@ use haptic_experiment::failure::Failure;
 /// `device …`.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// List the serial ports, and with --probe the devices at them
+    /// List serial ports, with --probe their devices
     List(list::Arguments),
-    /// What a device is, can do, and has counted
+    /// What a device is, its limits and its counters
     Info(info::Arguments),
-    /// Print the parameters of a device
+    /// Print parameters
     Get(set::GetArguments),
-    /// Set parameters of a device, all of them or none
+    /// Set parameters, all or none
     Set(Box<set::SetArguments>),
-    /// Find mass, damping, friction, delay, lag and sensor of a device by small safe forces
+    /// Measure mass, damping, friction, delay, lag and sensor with small, safe forces
     Measure(Box<measure::Arguments>),
-    /// Imitate a device behind a pseudo-terminal
+    /// Emulate a device behind a pseudo-terminal
     #[command(long_about = emulate::LONG_ABOUT)]
     Emulate(emulate::Arguments),
-    /// Program a device over a debug probe
+    /// Program a board over a debug probe
     #[command(long_about = flash::LONG_ABOUT)]
     Flash(flash::Arguments),
-    /// Watch a device: its position and state on the terminal, every sample in a log
+    /// Show position and state, log every sample
     #[command(long_about = monitor::LONG_ABOUT)]
     Monitor(monitor::Arguments),
-    /// Try what a device promises: arm, limits, watchdog, recorder, reconnect, emergency stop
+    /// Test arm, limits, watchdog, recorder, reconnect and emergency stop
     Selftest(selftest::Arguments),
 }
 

@@ -29,31 +29,30 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 pub(super) const LONG_ABOUT: &str = "\
-Watches a device without touching what it does: position, force and state on the terminal, and every \
-sample in a log (monitor.mcap). A line that breaks, a device that reboots or a board that fails is said in one line, the log \
-is closed, and the next one (monitor-2.mcap) begins when the device is there again.";
+Shows position, force and state of a device without affecting it, and logs every sample (monitor.mcap). When the line \
+breaks, the device reboots or the board fails, the log is closed, and a new one (monitor-2.mcap) starts once the device \
+is back.";
 
 /// Arguments of `device monitor`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s\n  \
-                  host-cli device monitor --device serial:/dev/ttyACM0 --quiet"
+    after_help = "Example: host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s"
 )]
 pub struct Arguments {
     #[command(flatten)]
     port: PortArguments,
-    /// Each how manyth tick is sent
+    /// Send every Nth tick
     #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
-    /// Stop after this time [default: when stopped by Ctrl-C]
+    /// Stop after this time [default: run until Ctrl-C]
     #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
     #[command(flatten)]
     live: LiveArguments,
-    /// Folder for the logs [default: the next free results/monitor-0001]
+    /// Folder for the logs [default: next free results/monitor-0001]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace the files of an earlier run in the folder
+    /// Replace files of an earlier run
     #[arg(long)]
     overwrite: bool,
 }
@@ -91,16 +90,7 @@ impl Watched {
     /// Exit code 3 if the device is not there any more, 4 if samples were lost.
     fn report(&self, output: Output) -> Result<(), Failure> {
         let missing = self.samples_lost + self.dropped_samples;
-        output.text_summary(self, |out| {
-            writeln!(
-                out,
-                "{}: {} samples, {missing} lost, {} faults, {} new sessions",
-                self.device, self.samples, self.faults, self.reconnected
-            )?;
-            self.logs
-                .iter()
-                .try_for_each(|log| writeln!(out, "  log               {log}"))
-        })?;
+        output.summary(self)?;
         let lost = match (&self.unwritten, missing) {
             (None, 0) => None,
             (None, missing) => Some(format!("{missing} samples are missing from the logs")),
@@ -108,7 +98,7 @@ impl Watched {
         };
         match (&self.gone, lost) {
             (Some(gone), lost) => Err(Failure::Device(anyhow::anyhow!(
-                "{}: {gone}; it was not there again until the end{}",
+                "{}: {gone}; it did not come back{}",
                 self.device,
                 lost.map(|lost| format!(", and {lost}")).unwrap_or_default()
             ))),
@@ -188,7 +178,7 @@ impl Arguments {
         watch.watched.report(output)
     }
 
-    /// Tries until the device is there again; `None` when the watching is over.
+    /// Tries until the device is back; `None` when the watching is over.
     fn reconnect(&self, watch: &Watch<'_>) -> Option<SerialLink> {
         let mut pause = FIRST_PAUSE;
         while !watch.is_over() {
@@ -202,12 +192,12 @@ impl Arguments {
     }
 }
 
-/// Says that a device is there again.
+/// Says that a device is back.
 fn there_again(zeroed: bool) -> &'static str {
     match zeroed {
-        false => "the device is there again",
+        false => "the device is back",
         // A device of another maker finds its zero when it is opened.
-        true => "the device is there again, opened anew: where it stands now counts as its start",
+        true => "the device is back, reopened: its position now counts as its start",
     }
 }
 

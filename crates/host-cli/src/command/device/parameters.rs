@@ -2,7 +2,6 @@
 
 use haptic_link::{Configuration, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind};
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// A configuration with units in its keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -215,94 +214,5 @@ impl Parameters {
                 ramp_time_s: simulation.ramp_time_s,
             }),
         }
-    }
-}
-
-/// One line: what is on.
-fn print_safety(out: &mut dyn Write, s: &SafetyParameters) -> io::Result<()> {
-    let mut on = Vec::new();
-    if s.start_force_n > 0.0 {
-        on.push(format!("starts with at most {} N", s.start_force_n));
-    }
-    if s.rise_time_s > 0.0 {
-        on.push(format!("rises in {} s", s.rise_time_s));
-    }
-    if let Some([low, high]) = s.workspace_m {
-        on.push(format!("from {low} m to {high} m"));
-    }
-    if s.speed_limit_m_per_s > 0.0 {
-        on.push(format!("at most {} m/s", s.speed_limit_m_per_s));
-    }
-    if s.braking_n_s_per_m > 0.0 {
-        on.push(format!("brakes with {} N·s/m", s.braking_n_s_per_m));
-    }
-    on.push(format!("stops in {} s", s.stop_time_s));
-    if s.jump_m > 0.0 && s.speed_limit_m_per_s > 0.0 {
-        on.push(format!("no jump of {} m", s.jump_m));
-    }
-    if s.stuck_force_n > 0.0 {
-        on.push(format!(
-            "no growth of {} N on a position that stands still",
-            s.stuck_force_n
-        ));
-    }
-    if let Some(guard) = &s.guard {
-        on.push(format!(
-            "guard {} with {} N·s/m",
-            guard.kind, guard.damping_n_s_per_m
-        ));
-    }
-    writeln!(out, "  safety            {}", on.join(", "))
-}
-
-/// Writes the parameters for a person.
-pub(super) fn print(out: &mut dyn Write, p: &Parameters) -> io::Result<()> {
-    writeln!(
-        out,
-        "loop on the {}, every {} ms",
-        p.loop_mode,
-        1e3 * p.sample_time_s
-    )?;
-    writeln!(
-        out,
-        "  environment       K = {} N/m, B = {} N·s^μ/m, μ = {}{}",
-        p.stiffness_n_per_m,
-        p.dissipation_n_s_mu_per_m,
-        p.order,
-        if p.one_sided {
-            format!(", pushes from {} m on", p.surface_m)
-        } else {
-            String::new()
-        }
-    )?;
-    writeln!(
-        out,
-        "  operator          {} {}, integer part {}",
-        p.operator.coefficients.len(),
-        p.operator.form,
-        p.operator.integer
-    )?;
-    writeln!(
-        out,
-        "  limits            {} N, {} N/s, {} ms of silence, {} late ticks in a row",
-        p.force_limit_n,
-        p.force_rate_limit_n_per_s,
-        1e3 * p.watchdog_s,
-        p.late_ticks
-    )?;
-    print_safety(out, &p.safety)?;
-    match &p.simulation {
-        Some(s) => writeln!(
-            out,
-            "  simulation        {}: {} kg, {} N·s/m, hand {} N/m, push {} N, depth {} m in {} s",
-            s.kind,
-            s.mass_kg,
-            s.damping_n_s_per_m,
-            s.hand_stiffness_n_per_m,
-            s.push_n,
-            s.depth_m,
-            s.ramp_time_s
-        ),
-        None => Ok(()),
     }
 }

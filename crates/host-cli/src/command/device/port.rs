@@ -16,10 +16,10 @@ use std::time::Duration;
 /// Which device.
 #[derive(Debug, Args)]
 pub struct PortArguments {
-    /// Device: `serial:PATH[@BAUD]`, `serial:auto` for the only one that answers, or one of another maker, as `haply:PATH` or `moteus:PATH`
+    /// `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
     device: DeviceName,
-    /// Go on trying for so long while the device is not there
+    /// Keep trying for this long if the device is absent
     #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME")]
     #[arg(default_value = "0s", allow_hyphen_values = true)]
     wait: Time,
@@ -30,8 +30,7 @@ impl PortArguments {
         match &self.device {
             DeviceName::Linked(name) => Ok(name),
             DeviceName::Simulated => Err(Failure::bad_input(
-                "device \"sim\" has no port: give --device serial:PATH, for example of host-cli device \
-                 emulate",
+                "device \"sim\" has no port: give --device serial:PATH, as of host-cli device emulate",
             )),
         }
     }

@@ -1,5 +1,6 @@
 //! `device selftest`: what a device promises, tried, as a table.
 
+use super::changes::watchdog_ms;
 use super::port::PortArguments;
 use crate::choice::choice;
 use crate::command::stop::stop_on_interrupt;
@@ -9,22 +10,20 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
-use haptic_quantity::{Force, Time};
+use haptic_quantity::{Force, Time, written};
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, IsTerminal as _};
 
 const LONG_ABOUT: &str = "\
-Goes through what a device promises, whatever device it is, and prints a table of promised and seen: arm, force limit, \
-stop, finite check, watchdog, flight recorder, reconnect, emergency stop.
+Tries every promise of a device and prints promised and seen: arm, force limit, stop, finite check, watchdog, flight \
+recorder, reconnect, emergency stop. Its settings stay as they are.
 
-The loop is closed on the host without any wall, with a force of at most 0.1 N (--force-limit) whose sign changes \
-every 40 samples, 25 times a second; three times that is asked for to see it limited. Settings of the device stay as they are. It takes \
-some 4 s. A real device moves by a few millimetres: let it move freely. Somebody presses its emergency stop when told \
-to (--emergency-stop none for a device that has none).
+It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; three times that is asked \
+for once, to see it limited. A real device moves by a few millimetres: let it move freely, and press its emergency stop \
+when told (--emergency-stop none if it has none).
 
-Exit code 0 only if every promise was kept that the device makes, 1 if one was not, 3 if the link was lost, an emergency \
-stop or a fault of the electronics ended the test, or one could not be judged: this machine was too busy, or a limit of the device \
-ended the trial.";
+Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency stop or fault ended \
+the test, or a promise could not be judged: this machine was too busy, or a limit of the device ended the trial.";
 
 /// Arguments of `device selftest`.
 #[derive(Debug, Args)]
@@ -35,16 +34,16 @@ ended the trial.";
 pub struct Arguments {
     #[command(flatten)]
     port: PortArguments,
-    /// Limit of the force during the test
+    /// Force limit during the test
     #[arg(long, value_parser = within::<Force>(range::FORCE_LIMITS), value_name = "FORCE", allow_hyphen_values = true)]
     force_limit: Option<Force>,
-    /// Silence after which the device has to let go
+    /// Silence after which the device must let go
     #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), value_name = "TIME", allow_hyphen_values = true)]
     watchdog: Option<Time>,
-    /// Sample time of the trials, the nearest that the device has: longer for a slow line
+    /// Sample time; longer for a slow line
     #[arg(long, value_parser = within::<Time>(parameters::MEASURE_SAMPLE_TIME.range()), default_value = parameters::MEASURE_SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
-    /// The emergency stop [default: none on a simulated device, pressed on a real one]
+    /// Emergency stop [default: none if simulated, else pressed]
     #[arg(long, value_parser = choice::<EmergencyStop>())]
     emergency_stop: Option<EmergencyStop>,
 }
@@ -60,7 +59,9 @@ impl Arguments {
             test.force_limit_n = force.0;
         }
         if let Some(watchdog) = self.watchdog {
-            test.watchdog_ms = super::number::watchdog_ms(watchdog)?;
+            let ms = watchdog_ms(watchdog.0);
+            test.watchdog_ms =
+                ms.map_err(|why| Failure::bad_input(format_args!("--watchdog {watchdog} {why}")))?;
         }
         test.period_us = (self.sample_time.0 * 1e6).round() as u32;
         if let Some(emergency_stop) = self.emergency_stop {
@@ -71,7 +72,7 @@ impl Arguments {
             notice: &|notice| say(notice, output),
             stop: stop_on_interrupt()?,
         })?;
-        output.text_summary(&report, |out| print(out, &report))?;
+        output.summary(&report)?;
         judge(&report)
     }
 }
@@ -88,7 +89,8 @@ fn say(notice: Notice, output: Output) {
         Notice::MayMove(force_n) => note(
             "warning",
             format_args!(
-                "the device moves by itself, with at most {force_n} N: let it move freely"
+                "the device moves by itself, with at most {}: let it move freely",
+                written("force_n", force_n.into())
             ),
         ),
         Notice::Trying(promise) if is_watched(output) => note("trying", promise),
@@ -104,46 +106,18 @@ fn say(notice: Notice, output: Output) {
     }
 }
 
-fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
-    writeln!(
-        out,
-        "{} · board {}{} · firmware {}",
-        report.device,
-        report.board,
-        if report.simulated { " (simulated)" } else { "" },
-        report.firmware
-    )?;
-    for check in &report.checks {
-        let ok = match check.ok {
-            Some(true) => "ok",
-            Some(false) => "NO",
-            None if check.not_judged => "??",
-            None => "–",
-        };
-        let name = check.check.to_string();
-        let seen = &check.seen;
-        if !check.promised.is_empty() {
-            writeln!(out, "  {ok:<2}  {name:<15}  promised  {}", check.promised)?;
-            writeln!(out, "      {:<15}  seen      {seen}", "")?;
-        } else {
-            writeln!(out, "  {ok:<2}  {name:<15}  seen      {seen}")?;
-        }
-    }
-    Ok(())
-}
-
 /// # Errors
 /// A link that was lost, a fault or Ctrl-C that ended the test, else a promise that was not kept, else one that this machine was too busy to judge.
 fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     if let Some(error) = &report.link_lost {
         return Err(Failure::Device(anyhow::anyhow!(
-            "{}: {error}; the self-test ended there",
+            "{}: {error}; the self-test ended",
             report.device
         )));
     }
     if let Some(fault) = &report.ended_by_fault {
         return Err(Failure::Device(anyhow::anyhow!(
-            "{}: {fault}; the self-test ended there: mend the cause, then test again",
+            "{}: {fault}; the self-test ended: fix the cause, then test again",
             report.device
         )));
     }
@@ -164,14 +138,14 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     let of = report.checks.len();
     if !broken.is_empty() {
         return Err(Failure::Run(anyhow::anyhow!(
-            "{} of {of} promises were not kept: {}; do not use this device before that is mended",
+            "{} of {of} promises were broken: {}; do not use this device until that is fixed",
             broken.len(),
             broken.join(", ")
         )));
     }
     if !limited.is_empty() {
         return Err(Failure::Device(anyhow::anyhow!(
-            "{} of {of} promises could not be judged, as a limit of the device ended their trials: {}; what to do about it stands in the table",
+            "{} of {of} promises could not be judged, as a limit of the device ended their trials: {}; the table says what to do",
             limited.len(),
             limited.join(", ")
         )));
@@ -180,8 +154,8 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Device(anyhow::anyhow!(
-        "{} of {of} promises could not be judged, as this machine was too busy: {}; close other programs (`host-cli rt-check` says what \
-         helps), then test again",
+        "{} of {of} promises could not be judged, as this machine was too busy: {}; close other programs (see \
+         `host-cli rt-check`), then test again",
         late.len(),
         late.join(", ")
     )))

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// Options of the tissue.
 #[derive(Debug, Args)]
 pub(super) struct TissueArguments {
-    /// A tissue, by its name or the path of its file, in place of an order: any model of the library
+    /// Tissue by name or file, instead of an order
     #[arg(long, value_name = "NAME")]
     #[arg(conflicts_with = "order", help_heading = "Tissue")]
     tissue: Option<String>,

@@ -38,11 +38,7 @@ pub(super) enum ModelChoice {
 
 impl Named for ModelChoice {
     const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (
-            Self::Auto,
-            "auto",
-            "the simplest of those that the record supports best",
-        ),
+        (Self::Auto, "auto", "the simplest that the record supports"),
         Self::of(ModelKind::SpringPot),
         Self::of(ModelKind::FractionalKelvinVoigt),
         Self::of(ModelKind::FractionalMaxwell),
@@ -82,11 +78,15 @@ pub(super) struct WeightChoice(pub(super) Weighting);
 
 impl Named for WeightChoice {
     const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (Self(Weighting::Equal), "equal", "each sample counts alike"),
+        (
+            Self(Weighting::Equal),
+            "equal",
+            "all samples count the same",
+        ),
         (
             Self(Weighting::LogSpacing),
             "log-spacing",
-            "each counts as much as it covers of the logarithm of time or frequency",
+            "by spacing in log time or frequency",
         ),
     ];
 }

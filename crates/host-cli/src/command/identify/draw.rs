@@ -1,7 +1,7 @@
 //! The record over the candidates, and the residuals below.
 
-use super::print::digits;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_quantity::{digits, written};
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
 /// Points of a curve or of the record.
@@ -127,10 +127,10 @@ fn across(words: &Words, x: &[f64]) -> AxisSpec<'static> {
 
 fn name(kind: RecordKind, fit: &Fit) -> String {
     if kind == RecordKind::History {
-        format!("{}, rms {} Pa", fit.kind.name(), digits(fit.rms))
+        format!("{}, rms {}", fit.kind.name(), written("rms_pa", fit.rms))
     } else {
-        let rms = 100.0 * relative(fit.rms);
-        format!("{}, rms {rms:.2} %", fit.kind.name())
+        let rms = digits(100.0 * relative(fit.rms), 3);
+        format!("{}, rms {rms} %", fit.kind.name())
     }
 }
 
@@ -183,7 +183,7 @@ mod tests {
         let drawn = residuals(&found, &fit);
         assert!((drawn[0].1 + 67.37).abs() < 0.01, "{drawn:?}");
         assert!((drawn[1].1 - 10.0).abs() < 1e-9, "{drawn:?}");
-        assert_eq!(name(found.kind, &fit), "spring-pot, rms 206.49 %");
+        assert_eq!(name(found.kind, &fit), "spring-pot, rms 206 %");
         found.kind = RecordKind::History;
         let drawn = residuals(&found, &fit);
         assert!((drawn[1].1 - 10.0).abs() < 1e-9, "{drawn:?}");

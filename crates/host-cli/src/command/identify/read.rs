@@ -18,17 +18,17 @@ use std::path::Path;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Table")]
 pub(super) struct TableArguments {
-    /// Columns by number from 1 or by header, as in time=1,modulus=3; of time, modulus, compliance, strain, stress, force, position,
-    /// omega, storage, loss
+    /// Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress, force, position, omega, storage,
+    /// loss
     #[arg(long, value_name = "QUANTITY=COLUMN", value_delimiter = ',', value_parser = parse_column)]
     columns: Vec<(Column, Choice)>,
-    /// Units of columns whose header does not say them, as in time=ms,stress=kPa
+    /// Units that headers lack, as in time=ms,stress=kPa
     #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
     units: Vec<(Column, String)>,
-    /// Only rows from this time on; of an oscillation from this angular frequency, rad/s
+    /// First time, or angular frequency of an oscillation, rad/s
     #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES), value_name = "TIME", allow_hyphen_values = true)]
     from: Option<Time>,
-    /// Only rows up to this time, or this angular frequency
+    /// Last time or angular frequency
     #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES), value_name = "TIME", allow_hyphen_values = true)]
     to: Option<Time>,
 }
@@ -46,7 +46,7 @@ impl TableArguments {
     ) -> Result<Understood, Failure> {
         if path.to_string_lossy().ends_with(".mcap.part") {
             return Err(Failure::bad_input(format_args!(
-                "{} is the log of a run that was cut off: save what it holds with host-cli log recover, and give that",
+                "{} is the log of an interrupted run: give what host-cli log recover saves of it",
                 path.display()
             )));
         }
@@ -71,12 +71,12 @@ impl TableArguments {
     fn log(&self, path: &Path, loading: &Loading) -> Result<Columns, Failure> {
         if !self.columns.is_empty() || !self.units.is_empty() {
             return Err(Failure::bad_input(
-                "--columns and --units are of tables: leave them out with a log, whose columns are known",
+                "--columns and --units apply only to tables: omit them for a log",
             ));
         }
         if loading.area_m2.is_none() || loading.thickness_m.is_none() {
             return Err(Failure::bad_input(
-                "a log has positions and forces: give --area and --thickness of the specimen, as in --area 4cm2 --thickness 20mm",
+                "a log has positions and forces: give the specimen, as in --area 4cm2 --thickness 20mm",
             ));
         }
         let (from, to) = (self.from.map(|time| time.0), self.to.map(|time| time.0));
@@ -89,7 +89,7 @@ impl TableArguments {
                 read.outside += 1;
             } else if !read.take(&tick) {
                 return Err(Failure::bad_input(format_args!(
-                    "{}: more than {SAMPLES_MOST} samples: give --from and --to, or export it and leave out rows",
+                    "{}: more than {SAMPLES_MOST} samples: give --from and --to, or export it and omit rows",
                     path.display()
                 )));
             }
@@ -133,18 +133,16 @@ impl LogColumns {
         let mut notes =
             vec!["stress is the force against the motion, −commanded_force_n".to_owned()];
         if outside > 0 {
-            notes.push(format!(
-                "{outside} samples left out, outside the range asked for"
-            ));
+            notes.push(format!("{outside} samples outside the given range omitted"));
         }
         if limited > 0 {
             notes.push(format!(
-                "{limited} samples left out, in which the safety chain made the force"
+                "{limited} samples omitted, whose force was limited by the safety chain"
             ));
         }
         if !complete {
             notes.push(
-                "the log is cut off or damaged: only what could be read is in the record (host-cli log check)"
+                "the log is cut off or damaged (host-cli log check): the record is what could be read"
                     .to_owned(),
             );
         }

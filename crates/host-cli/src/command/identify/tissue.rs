@@ -1,11 +1,11 @@
 //! The tissue file, and its picture beside it.
 
 use super::draw::draw;
-use super::print::digits;
 use crate::files::{PlaceOfFile, overwrite_acts};
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_log::record::StartTime;
+use haptic_quantity::digits;
 use haptic_tissue::identify::{Identification, RecordKind};
 use haptic_tissue::{Material, Source, ValidRange};
 use std::path::PathBuf;
@@ -15,13 +15,13 @@ use std::time::SystemTime;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Files")]
 pub(super) struct TissueArguments {
-    /// Tissue file to write, *.toml; a picture of the same name goes beside it
+    /// Tissue file to write, with a picture beside it
     #[arg(long, value_name = "FILE.toml")]
     out: Option<PathBuf>,
-    /// Replace the files of an earlier identification
+    /// Replace existing files
     #[arg(long)]
     overwrite: bool,
-    /// Conditions of the measurement, for the tissue file: specimen, temperature, preparation
+    /// Specimen, temperature, preparation, for the tissue file
     #[arg(long, value_name = "TEXT", requires = "out")]
     conditions: Option<String>,
 }
@@ -53,8 +53,7 @@ impl TissueArguments {
             .is_some_and(|extension| extension == "toml");
         if !is_toml || name.is_empty() || !name.chars().all(plain) {
             return Err(Failure::bad_input(format_args!(
-                "`{}` is no tissue file: give --out a name of lower-case letters, digits and hyphens that ends in .toml, as in \
-                 my-tissue.toml",
+                "`{}` cannot name a tissue: give --out lower-case letters, digits and hyphens with .toml, as in my-tissue.toml",
                 path.display()
             )));
         }
@@ -93,13 +92,13 @@ impl Planned<'_> {
         let fit = &found.fits[0];
         if !fit.is_settled() {
             return Err(Failure::bad_input(format_args!(
-                "the record does not settle the parameters of {}: no tissue is written; give another --model or a longer record",
+                "the record does not determine the parameters of {}: give another --model or a longer record",
                 fit.kind
             )));
         }
         let model = fit.to_model().map_err(|error| {
             Failure::input_with_advice(
-                format_args!("the fit of {} is no tissue: {error}", fit.kind),
+                format_args!("the fit of {} is not a tissue: {error}", fit.kind),
                 "give another --model",
             )
         })?;
@@ -121,7 +120,7 @@ impl Planned<'_> {
             date: date.split('T').next().unwrap_or_default().to_owned(),
             residual: format!(
                 "rms {}{unit} in {of}, {} samples",
-                digits(fit.rms),
+                digits(fit.rms, 4),
                 found.samples
             ),
             ..Source::default()

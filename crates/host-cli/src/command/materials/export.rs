@@ -17,29 +17,28 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli materials export fish-muscle --prony 12 --horizon 1000s --format ansys --out muscle.inp\n\
-                  table: modulus in Pa and relaxation time in s of each branch. ansys: relative moduli and times for \
-                  TB,PRONY, with the instantaneous modulus. abaqus: g_i, k_i, tau_i, with MODULI=INSTANTANEOUS. febio: \
-                  g_i, t_i of the material viscoelastic, at most six, with the long-term modulus."
+                  table: modulus / Pa and relaxation time / s. ansys: TB,PRONY with the instantaneous modulus. abaqus: g_i, k_i, \
+                  tau_i with MODULI=INSTANTANEOUS. febio: g_i, t_i of viscoelastic, at most six, with the long-term modulus."
 )]
 pub struct Arguments {
-    /// A name from the list, or the path of a TOML file
+    /// Name from the list, or TOML file
     name: String,
-    /// Branches at most; 12 by default, 6 for febio
+    /// Most branches [default: 12, 6 for febio]
     #[arg(long, value_name = "N", value_parser = whole::<usize>(PronyFit::BRANCHES))]
     prony: Option<usize>,
-    /// Longest time at which the series holds
+    /// Longest time at which it holds
     #[arg(long, value_parser = within::<Time>(range::MEMORIES), allow_hyphen_values = true, default_value = "1000s")]
     horizon: Time,
-    /// Shortest time at which the series holds
+    /// Shortest time at which it holds
     #[arg(long, value_parser = within::<Time>(range::MEMORIES), allow_hyphen_values = true, default_value = "1ms")]
     shortest: Time,
-    /// Convention: table, ansys, abaqus or febio
+    /// table, ansys, abaqus or febio
     #[arg(long, value_parser = parse_format, default_value = "table")]
     format: ExportFormat,
-    /// File to write; standard output without it
+    /// File to write [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Replace the file if it exists
+    /// Replace an existing file
     #[arg(long, requires = "out")]
     overwrite: bool,
     #[command(flatten)]
@@ -101,18 +100,7 @@ impl Arguments {
         if exported.file.is_none() {
             return output.text(&exported, |out| write!(out, "{text}"));
         }
-        output.text_summary(&exported, |out| {
-            writeln!(
-                out,
-                "{}: {} branches for {}, largest relative error {:.2e} from {} s to {} s",
-                exported.file.as_deref().unwrap_or_default(),
-                exported.branch_moduli_pa.len(),
-                exported.tissue,
-                exported.max_relative_error,
-                exported.shortest_s,
-                exported.horizon_s
-            )
-        })
+        output.summary(&exported)
     }
 }
 

@@ -20,14 +20,14 @@ fn materials_are_listed_with_those_of_the_user() {
     let with_gel = names("materials list --library mine --json");
     assert_eq!(with_gel, [own[0], own[1], own[2], "gel"]);
     let text = place.run("materials list --library mine").succeeded();
-    assert_eq!(text.stdout.lines().count(), 5, "{text}");
-    let muscle = text.stdout.lines().nth(3).expect("a line");
+    assert_eq!(text.stdout.lines().count(), 6, "{text}");
+    let muscle = text.stdout.lines().nth(4).expect("a line");
     says(
         muscle,
         &[
             "fish-muscle",
             "fractional-maxwell",
-            "0.0139 to 981 s",
+            "13.9 ms to 981 s",
             "no",
             "pyRheo",
         ],
@@ -85,7 +85,7 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     let line = "materials export fish-muscle --format febio --out muscle.xml";
     let said = place.run(line).succeeded().stdout;
     assert!(
-        said.contains("muscle.xml: ") && said.contains("largest relative error"),
+        said.contains("muscle.xml") && said.contains("max relative error"),
         "{said}"
     );
     let written = std::fs::read_to_string(place.path("muscle.xml")).expect("a file");

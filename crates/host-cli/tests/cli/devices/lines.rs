@@ -8,7 +8,7 @@ use std::time::Duration;
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_bad_line_is_counted_and_survived() {
-    let device = Emulated::new("--drop 1% --corrupt 1% --duplicate 1% --reorder 1% --line-seed 3");
+    let device = Emulated::new("drop=1% corrupt=1% duplicate=1% reorder=1% line_seed=3");
     device.loosen();
     let ended = device.place.run(&format!("{RELAX} --json"));
     // Samples are missing: exit code 4, everything else is there.
@@ -48,7 +48,7 @@ fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
     // The first of these lines loses the first samples; another only if a retry on a busy machine shifts it.
     let mut lost_first = false;
     for seed in 100..120 {
-        let device = Emulated::new(&format!("--drop 40% --line-seed {seed} --speed 4"));
+        let device = Emulated::new(&format!("drop=40% line_seed={seed} --speed 4"));
         let line = RELAX.replace("--duration 4s", "--duration 1s");
         let ended = device.place.run(&format!("{line} --json"));
         // A line as bad as this may end the run, or let none begin.
@@ -127,7 +127,7 @@ fn a_host_that_is_killed_leaves_a_device_without_force() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_search_on_a_line_that_loses_samples_says_so_instead_of_a_softer_wall() {
-    let device = Emulated::new("--speed 20 --drop 10% --line-seed 7");
+    let device = Emulated::new("--speed 20 drop=10% line_seed=7");
     device.loosen();
     let line = "zwidth --orders 1 --points 2 duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet --json";
     let words = [

@@ -35,7 +35,7 @@ fn read_by_the_maker(device: &Emulated, id: u8) -> Option<Value> {
 
 #[test]
 fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
-    let device = Emulated::at_terminal("device", "--kind moteus --servo-id 5");
+    let device = Emulated::at_terminal("device", "--kind moteus servo_id=5");
     let Some(seen) = read_by_the_maker(&device, 5) else {
         return;
     };
@@ -120,7 +120,7 @@ fn last_words(said: &str) -> (f64, f64, f64) {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
-    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
+    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
     let ended = device
         .place
         .run(&format!("{} --json", relax("device", "2s")));
@@ -147,7 +147,7 @@ fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
-    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
+    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
     let ended = device.place.run(&format!("{} --json", relax("host", "2s")));
     let report = ended.ended_by_the_clock().json();
     assert_eq!(report["link"]["loop"], "host");
@@ -161,7 +161,7 @@ fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
-    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
+    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
     let mut run = under_way(&device, &relax("device", "300s"));
     run.kill().expect("can be killed");
     run.wait().expect("ends");
@@ -196,7 +196,7 @@ fn a_name_or_servo_that_cannot_be_is_said_in_one_line() {
 #[test]
 fn what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     // One line in two is damaged by it.
-    let mut device = Emulated::at_terminal("device", "--kind moteus --drop 1% --line-seed 5");
+    let mut device = Emulated::at_terminal("device", "--kind moteus drop=1% line_seed=5");
     let line = "relax --device moteus:device,lost=1000,watchdog=1s watchdog=1s late_ticks=0 --contact rigid --ramp-time 0.2s \
                 --duration 1s --sample-time 2ms --out run --json";
     // A busy machine may skip ticks too.

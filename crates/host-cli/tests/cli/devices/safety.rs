@@ -26,8 +26,8 @@ fn the_chain_of_a_device_is_set_and_shown() {
         (&before["workspace_m"], &before["guard"]),
         (&Value::Null, &Value::Null)
     );
-    let set = "device set --guard energy-bounding --workspace -10mm:20mm --speed-limit 0.75 \
-               --start-force 2N --rise-time 0.25s --braking 4";
+    let set = "device set guard=energy-bounding workspace=-10mm:20mm speed_limit=0.75 \
+               start_force=2N rise_time=0.25s braking=4";
     let after = json(&device, set)["safety"].clone();
     let numbers = [
         "start_force_n",
@@ -46,8 +46,8 @@ fn the_chain_of_a_device_is_set_and_shown() {
     // That of the plant that it simulates.
     assert_eq!(after["guard"]["kind"], "energy-bounding");
     assert_eq!(number(&after["guard"], "damping_n_s_per_m"), 3.5);
-    let line = "device set --guard off --workspace none --speed-limit 0 --braking 0 --rise-time 0 \
-                --start-force 0";
+    let line = "device set guard=off workspace=none speed_limit=0 braking=0 rise_time=0 \
+                start_force=0";
     let off = json(&device, line)["safety"].clone();
     assert_eq!(
         (&off["workspace_m"], &off["guard"]),
@@ -60,14 +60,14 @@ fn the_chain_of_a_device_is_set_and_shown() {
 fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
     let device = emulated();
     assert_eq!(number(&json(&device, "device get"), "watchdog_s"), 0.5);
-    let host = json(&device, "device set --loop host");
+    let host = json(&device, "device set loop=host");
     assert_eq!(number(&host, "watchdog_s"), 0.02);
-    let chosen = json(&device, "device set --watchdog 50ms --loop device");
+    let chosen = json(&device, "device set watchdog=50ms loop=device");
     assert_eq!(number(&chosen, "watchdog_s"), 0.05);
     // The simulated mass is known: 65 g bear 21.6 N·s/m with a tick of delay.
     let braked = json(
         &device,
-        "device set --braking 20 --stop-time 50ms --brake-force 3N",
+        "device set braking=20 stop_time=50ms brake_force=3N",
     );
     let safety = &braked["safety"];
     assert_eq!(number(safety, "braking_n_s_per_m"), 20.0);
@@ -75,7 +75,7 @@ fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
     assert!((number(safety, "stop_time_s") - 0.05).abs() < 1e-8);
     let refused = device
         .place
-        .run("device set --braking 30 --device serial:device");
+        .run("device set braking=30 --device serial:device");
     refused.refused(2, &["braking", "30"]);
 }
 

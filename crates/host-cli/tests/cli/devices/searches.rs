@@ -54,7 +54,7 @@ fn a_z_width_can_be_found_on_a_device() {
 #[test]
 fn a_fault_of_the_sensor_ends_a_search_at_once() {
     let device = Emulated::new("--speed 8");
-    device.json("device set --device serial:device --speed-limit 2mm/s --jump 1um");
+    device.json("device set --device serial:device speed_limit=2mm/s jump=1um");
     let words = [
         "the position jumped by more than the speed limit allows",
         "no more trials are made",

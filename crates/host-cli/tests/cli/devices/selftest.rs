@@ -9,7 +9,7 @@ use std::io::{BufRead as _, BufReader, Read as _};
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_emulated_device_keeps_its_promises_on_a_bad_line_too() {
     std::thread::scope(|scope| {
-        for line in ["", "--drop 1% --corrupt 1% --duplicate 1% --line-seed 3"] {
+        for line in ["", "drop=1% corrupt=1% duplicate=1% line_seed=3"] {
             scope.spawn(|| keeps_its_promises(line));
         }
     });

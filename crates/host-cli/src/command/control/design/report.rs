@@ -1,18 +1,18 @@
-//! The answer for programs and for people.
+//! The report of a design.
 
 mod said;
 
 use super::super::draw::over_time;
-use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
-use super::super::words::{decibel, digits, in_degrees, percent};
+use super::super::reports::{MarginReport, PidReport, ShapeReport};
+use super::super::words::{decibel, in_degrees};
 use fractional_control::PidParameters;
 use haptic_experiment::control::design::{
     Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
 };
 use haptic_experiment::failure::Failure;
+use haptic_quantity::digits;
 use serde::Serialize;
 use std::f64::consts::LN_10;
-use std::io::{self, Write};
 
 /// Result of `control design`.
 #[derive(Serialize)]
@@ -22,10 +22,12 @@ pub(super) struct Report {
     scheme: String,
     controller: PidReport,
     specification: Vec<WishReport>,
-    #[serde(flatten)]
-    trial: Option<TrialReport>,
     /// Null for a plant that was measured, which does not run, and where nothing is proved of the plant.
     stable: Option<bool>,
+    /// Verdict and comparison in sentences.
+    notes: Vec<String>,
+    #[serde(flatten)]
+    trial: Option<TrialReport>,
     integer: Option<IntegerReport>,
     integer_reason: Option<String>,
     step: Vec<Sample>,
@@ -81,9 +83,9 @@ struct GainReport {
 #[derive(Serialize)]
 struct IntegerReport {
     controller: PidReport,
+    stable: Option<bool>,
     #[serde(flatten)]
     trial: Option<TrialReport>,
-    stable: Option<bool>,
 }
 
 #[derive(Serialize)]
@@ -197,7 +199,7 @@ impl Report {
             });
             rows.collect()
         });
-        Self {
+        let mut report = Self {
             plant: design.plant_words.clone(),
             sample_time_s: t,
             scheme: design.scheme.to_string(),
@@ -212,9 +214,12 @@ impl Report {
             }),
             integer_reason: (integer.err()).map(in_degrees),
             step: samples.unwrap_or_default(),
+            notes: Vec::new(),
             controller_file: None,
             files: Vec::new(),
-        }
+        };
+        report.notes = report.sentences();
+        report
     }
 
     /// Wishes that are not met, and a loop that is not robust, for the controller file.
@@ -229,14 +234,14 @@ impl Report {
     fn unmet(&self) -> String {
         let missed = self.specification.iter().filter(|wish| !wish.met);
         let words = missed.map(|wish| {
-            let (wanted, reached) = (digits(wish.wanted), digits(wish.reached));
+            let (wanted, reached) = (digits(wish.wanted, 4), digits(wish.reached, 4));
             let by = if wish.wanted == 0.0 {
                 String::new()
             } else {
                 let share = 100.0 * (wish.reached / wish.wanted - 1.0);
                 format!(" ({share:+.0} %)")
             };
-            format!("{} {reached} in place of {wanted}{by}", wish.words)
+            format!("{} {reached} instead of {wanted}{by}", wish.words)
         });
         words.collect::<Vec<_>>().join(", ")
     }
@@ -245,7 +250,7 @@ impl Report {
     pub(super) fn judge(&self) -> Result<(), Failure> {
         if self.trial.as_ref().is_some_and(|own| !own.stable_by_model) {
             return Err(Failure::Run(anyhow::anyhow!(
-                "the loop that would be run is not stable: ask for a lower --crossover or a shorter --sample-time"
+                "the loop is not stable: lower --crossover or shorten --sample-time"
             )));
         }
         let unmet = self.unmet();
@@ -260,120 +265,7 @@ impl Report {
             "move --crossover, or change --phase-margin"
         };
         Err(Failure::Run(anyhow::anyhow!(
-            "not met: {unmet}; it is the best that was found: allow more, {remedies}"
+            "not met: {unmet}; this is the best found: allow more, {remedies}"
         )))
-    }
-
-    /// The table, and what it says in sentences.
-    pub(super) fn print(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(out, "plant  {}, T = {} s", self.plant, self.sample_time_s)?;
-        table(out, &self.rows())?;
-        for sentence in self.sentences() {
-            writeln!(out, "{sentence}")?;
-        }
-        let file = self.controller_file.as_slice();
-        written(out, file)?;
-        written(out, &self.files)
-    }
-
-    fn rows(&self) -> Vec<Vec<String>> {
-        let header = ["", "wanted", "PI^λD^μ", "PID of order 1"];
-        let mut rows = vec![header.map(str::to_owned).to_vec()];
-        for wish in &self.specification {
-            rows.push(vec![
-                wish.words.to_owned(),
-                digits(wish.wanted),
-                rounded(wish.reached),
-                wish.integer_reached.map_or_else(none, rounded),
-            ]);
-        }
-        rows.extend(self.rows_of_gains());
-        rows.extend(self.rows_of_steps());
-        rows
-    }
-
-    fn rows_of_gains(&self) -> Vec<Vec<String>> {
-        let gains = |own: PidReport| {
-            [
-                ("K_p", own.proportional_gain),
-                ("K_i", own.integral_gain_per_s_lambda),
-                ("λ", own.integral_order),
-                ("K_d", own.derivative_gain_s_mu),
-                ("μ", own.derivative_order),
-            ]
-        };
-        let other = self.integer.as_ref().map(|other| gains(other.controller));
-        let own = gains(self.controller).into_iter().enumerate();
-        own.map(|(n, (name, value))| {
-            pair(name, digits(value), other.map(|other| digits(other[n].1)))
-        })
-        .collect()
-    }
-
-    fn rows_of_steps(&self) -> Vec<Vec<String>> {
-        let Some(own) = &self.trial else {
-            return Vec::new();
-        };
-        let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
-        let cells = other.map(|other| other.shape.cells());
-        let shape = own.shape.cells().into_iter().enumerate();
-        let mut rows: Vec<Vec<String>> = shape
-            .map(|(n, (name, cell))| {
-                pair(name, cell, cells.as_ref().map(|cells| cells[n].1.clone()))
-            })
-            .collect();
-        let limited = |trial: &TrialReport| percent(trial.limited_share);
-        rows.push(pair("command at a limit", limited(own), other.map(limited)));
-        let gains = |trial: &TrialReport| {
-            let ends = trial.stable_gain_low.zip(trial.stable_gain_high);
-            ends.map_or_else(none, |(low, high)| {
-                format!("{} to {}", three_digits(low), three_digits(high))
-            })
-        };
-        rows.push(pair("stable at gains of", gains(own), other.map(gains)));
-        let overshoots = |trial: &TrialReport| {
-            let all = || trial.robustness.iter().map(|row| row.shape.overshoot);
-            let (low, high) = (all().fold(f64::MAX, f64::min), all().fold(0.0, f64::max));
-            match trial.robustness.iter().all(|row| row.stable) {
-                true => format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
-                false => "unstable".to_owned(),
-            }
-        };
-        rows.push(pair(
-            "overshoot over ±6 dB",
-            overshoots(own),
-            other.map(overshoots),
-        ));
-        rows
-    }
-}
-
-/// Where there is nothing.
-fn none() -> String {
-    "–".to_owned()
-}
-
-/// A row without a wish.
-fn pair(name: &str, own: String, other: Option<String>) -> Vec<String> {
-    vec![
-        name.to_owned(),
-        String::new(),
-        own,
-        other.unwrap_or_else(none),
-    ]
-}
-
-/// A gain of the plant over the nominal one.
-fn three_digits(gain: f64) -> String {
-    digits(format!("{gain:.2e}").parse().unwrap_or(gain))
-}
-
-/// A number as a table shows what was reached: what is next to 0 is 0.
-fn rounded(value: f64) -> String {
-    let rounded = (1e4 * value).round() / 1e4;
-    if rounded == 0.0 && value.abs() < 5e-5 {
-        "0".to_owned()
-    } else {
-        digits(value)
     }
 }

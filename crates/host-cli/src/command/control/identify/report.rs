@@ -1,11 +1,10 @@
-//! The function that was found, for programs and for people.
+//! The function that was found.
 
-use super::super::print::{table, written};
-use super::super::words::digits;
 use fractional_control::{FractionalTransferFunction, FreeNumber};
 use haptic_experiment::control::identification::{
     Found, InputOutput, Unexplained, settles_as_well,
 };
+use haptic_quantity::{digits, written};
 use serde::Serialize;
 
 /// The result.
@@ -20,14 +19,13 @@ pub(super) struct Report {
     bic: f64,
     /// Null with a pole at s = 0 or on the imaginary axis.
     unstable_poles: Option<usize>,
+    /// What the record does, if it does not come to rest.
+    unstable_poles_reason: Option<&'static str>,
     numbers: Vec<Number>,
     candidates: Vec<Candidate>,
     pub(super) plant_file: Option<String>,
     pub(super) files: Vec<String>,
     pub(super) warnings: Vec<String>,
-    /// True if a function that settles fits as well as one that does not.
-    #[serde(skip)]
-    in_doubt: bool,
 }
 
 #[derive(Serialize)]
@@ -107,18 +105,15 @@ fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, 
 /// Where a function leaves much that is no noise, though little of the whole record.
 fn lacking(at: &Unexplained) -> String {
     let part = if at.share > 1.0 {
-        format!("{} times the output", digits(at.share))
+        format!("{} times the output", digits(at.share, 4))
     } else {
-        format!(
-            "{} % of the output",
-            digits((1e3 * at.share).round() / 10.0)
-        )
+        format!("{} % of the output", digits(100.0 * at.share, 4))
     };
     format!(
-        "from {} to {} s the function leaves {part}, and that is no noise: it lacks something there that is small beside the rest of the record; \
-         look at the candidates, record for less long, or give --model with other terms",
-        digits(at.from_s),
-        digits(at.to_s)
+        "from {} to {} the function leaves {part}, which is not noise: look at the candidates, record a shorter time, or give --model with \
+         other terms",
+        written("from_s", at.from_s),
+        written("to_s", at.to_s)
     )
 }
 
@@ -149,25 +144,27 @@ impl Report {
             fit: own.fit,
             bic: best.bic,
             unstable_poles: own.function.unstable_poles(),
+            unstable_poles_reason: None,
             numbers: numbers.collect(),
             candidates: candidates.collect(),
             plant_file: None,
             files: Vec::new(),
             warnings: Vec::new(),
-            in_doubt: false,
         };
         let unexplained = report.unexplained(best.neighbours);
         report
             .warnings
             .extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
         report.warnings.extend(report.not_determined());
-        if report.fit >= LEAST
-            && let Some(other) = settles_as_well(found, record)
-        {
-            report.in_doubt = true;
+        if report.fit < LEAST {
+            return report;
+        }
+        report.unstable_poles_reason = nature(&own.function);
+        if let Some(other) = settles_as_well(found, record) {
+            report.unstable_poles_reason = None;
             report.warnings.push(format!(
-                "the record does not tell whether the plant comes to rest: {}, which does, fits nearly as well (BIC {:+.1}): record until the output \
-                 rests or clearly does not, and then choose with --model",
+                "the record does not tell whether the plant comes to rest: {}, which does, fits nearly as well (BIC {:+.1}): record for longer, \
+                 then choose with --model",
                 rounded(&other.identified.function),
                 other.bic - best.bic
             ));
@@ -178,27 +175,25 @@ impl Report {
     /// What is left between function and record, where it is much.
     fn unexplained(&self, neighbours: f64) -> Option<String> {
         let left = 1.0 - self.fit;
-        let share = format!("{} %", digits((1e4 * left).round() / 100.0));
+        let share = format!("{} %", digits(100.0 * left, 4));
         // What noise leaves has nothing in common from a sample to the next.
         if left > MUCH && neighbours.abs() < ALIKE {
             return Some(format!(
-                "the function leaves {share} of the variance of the output, and nothing in it is alike from a sample to the next: it is noise, or something \
-                 that is too fast for these samples"
+                "the function leaves {share} of the output's variance, uncorrelated from sample to sample: it is noise, or too fast for these samples"
             ));
         }
         let what = if left > MUCH {
-            format!("the function leaves {share} of the variance of the output unexplained")
+            format!("the function leaves {share} of the output's variance unexplained")
         } else if left > SOME && neighbours > ALIKE {
             format!(
-                "the function leaves {share} of the variance of the output, and that is no noise (neighbouring samples of it are alike, \
-                 correlation {neighbours:.2})"
+                "the function leaves {share} of the output's variance, which is not noise (correlation of neighbouring samples {neighbours:.2})"
             )
         } else {
             return None;
         };
         Some(format!(
-            "{what}: look at the picture; if there is a dead time, give --delay; if the record does not begin at 0, --subtract-start; or give \
-             --model with other terms"
+            "{what}: look at the picture; give --delay for a dead time, --subtract-start for a record that does not begin at 0, or --model with \
+             other terms"
         ))
     }
 
@@ -216,73 +211,18 @@ impl Report {
             )
         })
     }
+}
 
-    /// What to know of the function before it is used.
-    fn nature(&self, function: Option<&FractionalTransferFunction>) -> Option<&'static str> {
-        match self.unstable_poles {
-            _ if self.fit < LEAST || self.in_doubt => None,
-            Some(0) => None,
-            Some(_) => Some(
-                "The record grows: this plant does not hold itself. Close the loop with host-cli control design.",
-            ),
-            None if function.is_some_and(|own| own.denominator().lowest() == 0.0) => Some(
-                "The record swings for ever: this plant has no damping that the record shows. Close the loop with host-cli control design.",
-            ),
-            None => Some(
-                "The record does not come to rest: this plant adds up what goes in. Close the loop with host-cli control design.",
-            ),
-        }
-    }
-
-    pub(super) fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
-        let function: Option<FractionalTransferFunction> = self.function.parse().ok();
-        let shown = function
-            .as_ref()
-            .map_or_else(|| self.function.clone(), rounded);
-        let delay = match self.delay_s {
-            0.0 => String::new(),
-            delay => format!(", dead time {delay} s"),
-        };
-        writeln!(out, "{shown}{delay}")?;
-        writeln!(
-            out,
-            "{} samples, {} s apart; rms of what is left {}, {:.4} % of the variance",
-            self.samples,
-            digits(self.sample_time_s),
-            digits(self.rms_residual),
-            100.0 * (1.0 - self.fit)
-        )?;
-        if self.candidates.len() > 1 {
-            let mut rows = vec![["", "rms", "BIC"].map(str::to_owned).to_vec()];
-            for (n, candidate) in self.candidates.iter().enumerate() {
-                let mark = if n == 0 { "* " } else { "  " };
-                let function: Result<FractionalTransferFunction, _> = candidate.function.parse();
-                let function = function.map_or_else(
-                    |_| candidate.function.clone(),
-                    |function| rounded(&function),
-                );
-                rows.push(vec![
-                    format!("{mark}{function}"),
-                    digits(candidate.rms_residual),
-                    format!("{:.1}", candidate.bic),
-                ]);
-            }
-            table(out, &rows)?;
-        }
-        let mut rows = vec![
-            ["number", "value", "std. error"]
-                .map(str::to_owned)
-                .to_vec(),
-        ];
-        for number in &self.numbers {
-            let error = number.standard_error.map_or_else(|| "–".to_owned(), digits);
-            rows.push(vec![number.name.clone(), digits(number.value), error]);
-        }
-        table(out, &rows)?;
-        if let Some(sentence) = self.nature(function.as_ref()) {
-            writeln!(out, "{sentence}")?;
-        }
-        written(out, self.plant_file.as_slice())?;
-        written(out, &self.files)
+/// What to know of a function before it is used.
+fn nature(function: &FractionalTransferFunction) -> Option<&'static str> {
+    match function.unstable_poles() {
+        Some(0) => None,
+        Some(_) => Some("the record grows: close the loop with host-cli control design"),
+        None if function.denominator().lowest() == 0.0 => Some(
+            "the record oscillates without damping: close the loop with host-cli control design",
+        ),
+        None => Some(
+            "the record does not come to rest, the plant integrates: close the loop with host-cli control design",
+        ),
     }
 }

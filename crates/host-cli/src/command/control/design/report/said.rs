@@ -1,8 +1,8 @@
 //! What a design means, in sentences.
 
-use super::super::super::words::{digits, percent};
-use super::{Report, TrialReport, three_digits};
+use super::{Report, TrialReport};
 use haptic_experiment::control::design::ROBUST_GAINS;
+use haptic_quantity::digits;
 
 impl Report {
     /// The gains of the plant for which the loop is proved stable, if they do not reach from half to double.
@@ -14,9 +14,9 @@ impl Report {
             Some(_) => "stable by the sampled model, not proved,",
         };
         Some(format!(
-            "the sampled loop is {verdict} only from {} to {} times the gain of the plant, not from half to double",
-            three_digits(low),
-            three_digits(high)
+            "the sampled loop is {verdict} only from {} to {} times the plant's gain, not from half to double",
+            digits(low, 3),
+            digits(high, 3)
         ))
     }
 
@@ -24,9 +24,9 @@ impl Report {
     fn sturdier(&self) -> &'static str {
         let gains = self.trial.as_ref().and_then(|own| own.gains_by_model);
         if gains.is_some_and(|[low, _]| low > ROBUST_GAINS[0]) {
-            "Ask for a higher --crossover: a smaller gain does not hold this plant"
+            "Raise --crossover: a smaller gain does not hold this plant"
         } else {
-            "Ask for a lower --crossover or more --phase-margin, or shorten --sample-time"
+            "Lower --crossover, raise --phase-margin or shorten --sample-time"
         }
     }
 
@@ -35,16 +35,19 @@ impl Report {
         match (own.stable_by_model, self.fragile()) {
             (true, None) if own.coarse.is_some() => {
                 format!(
-                    "Warning: the sampled model is stable for every gain of the plant from half to double, but that is no proof for the plant: \
-                     {}.",
+                    "Warning: the sampled model is stable for half to double the plant's gain, which does not prove it for the plant: {}.",
                     too_fast(own)
                 )
             }
             (true, Some(fragile)) if own.coarse.is_some() => {
-                format!("Warning: {fragile}; that is no proof for the plant: {}. {}.", too_fast(own), self.sturdier())
+                format!(
+                    "Warning: {fragile}, which does not prove it for the plant: {}. {}.",
+                    too_fast(own),
+                    self.sturdier()
+                )
             }
             (true, None) => {
-                "The sampled loop is stable, and proved so for every gain of the plant from half to double.".to_owned()
+                "The sampled loop is proved stable for half to double the plant's gain.".to_owned()
             }
             (true, Some(fragile)) => {
                 format!("Warning: {fragile}. {}.", self.sturdier())
@@ -57,8 +60,8 @@ impl Report {
     pub(super) fn sentences(&self) -> Vec<String> {
         let Some(own) = &self.trial else {
             return vec![
-                "Tuned to a measured response, which does not run: stable by Nyquist's count at the frequencies that were measured, if the plant decays by itself; not proved. \
-                 Identify a transfer function (host-cli control identify) for a proof and steps."
+                "Tuned to a measured response: stable by Nyquist's count at the measured frequencies, if the plant is stable; not proved. Identify \
+                 a transfer function (host-cli control identify) for a proof and steps."
                     .to_owned(),
             ];
         };
@@ -69,28 +72,28 @@ impl Report {
             Some(other) if always(own) && always(other) => {
                 let (fractional, integer) = (own.overshoot_spread, other.overshoot_spread);
                 said.push(format!(
-                    "Over these gains its overshoot varies by {} of the step, that of the PID of order 1 by {}: {}.",
+                    "Over these gains its overshoot varies by {}, that of the PID of order 1 by {}: {}.",
                     percent(fractional),
                     percent(integer),
                     compared(fractional, integer)
                 ));
             }
             Some(other) if always(own) && !always(other) => {
-                said.push("The PID of order 1 is not stable at all of these gains.".to_owned());
+                said.push("The PID of order 1 is not stable at all these gains.".to_owned());
             }
             Some(_) => {}
             None => said.push(format!(
-                "There is no PID of order 1 with this crossover and margin: {}.",
+                "No PID of order 1 has this crossover and margin: {}.",
                 self.integer_reason.as_deref().unwrap_or("none was found")
             )),
         }
         let order = self.controller.integral_order;
         if own.stable_by_model && own.shape.settling_time_s.is_none() && order < 1.0 {
             said.push(format!(
-                "It does not settle within the time shown: what is left of an integral of order {} fades as slowly as t^-{0}. Ask for little error at low \
-                 frequency too, as with --disturbance {}rad/s:0.05.",
-                digits(order),
-                digits(0.05 * self.specification.first().map_or(1.0, |wish| wish.wanted))
+                "It does not settle in the time shown: an integral of order {} fades as t^-{0}. Limit the error at low frequency, as with \
+                 --disturbance {}rad/s:0.05.",
+                digits(order, 4),
+                digits(0.05 * self.specification.first().map_or(1.0, |wish| wish.wanted), 4)
             ));
         }
         let unmet = self.unmet();
@@ -104,19 +107,24 @@ impl Report {
 /// Why the verdict of a loop is not that of its plant.
 fn too_fast(own: &TrialReport) -> String {
     format!(
-        "the loop is too fast for the samples of this plant, which follow a rule (an order that is not whole); give a --sample-time at least {} times as short",
-        digits(own.coarse.unwrap_or(1.0))
+        "the loop is too fast for the sampled model of this fractional plant; shorten --sample-time at least {} times",
+        digits(own.coarse.unwrap_or(1.0), 4)
     )
+}
+
+/// A share of the step.
+fn percent(share: f64) -> String {
+    format!("{} %", digits(100.0 * share, 3))
 }
 
 /// One spread against another.
 fn compared(fractional: f64, integer: f64) -> String {
     let least = 1e-3;
     if fractional < least && integer < least {
-        "there is nothing between them".to_owned()
+        "no difference".to_owned()
     } else if fractional <= integer {
         format!("{:.1} times less", integer / fractional.max(1e-6))
     } else {
-        "the fractional one is no better here".to_owned()
+        "the fractional one is not better".to_owned()
     }
 }

@@ -1,10 +1,8 @@
-//! The result for programs and for people.
+//! The report.
 
-use crate::output::short;
 use haptic_tissue::identify::{Fit, Identification, RecordKind};
 use serde::Serialize;
 use serde::ser::{SerializeMap as _, Serializer};
-use std::io::{self, Write};
 
 /// Result of `identify`.
 #[derive(Serialize)]
@@ -19,6 +17,8 @@ pub(super) struct Report<'a> {
     correlation: Vec<Vec<Option<f64>>>,
     pub(super) tissue: Option<String>,
     pub(super) figure: Option<String>,
+    /// How the record was read; `warnings` has it too.
+    notes: &'a [String],
     warnings: Vec<String>,
 }
 
@@ -89,7 +89,7 @@ impl Serialize for Parameters<'_> {
 impl<'a> Report<'a> {
     pub(super) fn new(
         found: &'a Identification,
-        notes: &[String],
+        notes: &'a [String],
         (tissue, figure): (Option<String>, Option<String>),
     ) -> Self {
         let fit = &found.fits[0];
@@ -113,69 +113,8 @@ impl<'a> Report<'a> {
             correlation: fit.correlation.iter().map(finite).collect(),
             tissue,
             figure,
+            notes,
             warnings: notes.iter().chain(&found.warnings).cloned().collect(),
         }
     }
-}
-
-/// The result as a person reads it.
-pub(super) fn print(
-    out: &mut dyn Write,
-    found: &Identification,
-    notes: &[String],
-    report: &Report<'_>,
-) -> io::Result<()> {
-    for said in notes {
-        writeln!(out, "{said}")?;
-    }
-    let in_stress = found.kind == RecordKind::History;
-    writeln!(out, "{}: {} samples", found.kind.name(), found.samples)?;
-    let rms = if in_stress { "rms / Pa" } else { "rms of ln" };
-    writeln!(
-        out,
-        "  {:<28} {:>10} {:>10} {:>12} {:>12}",
-        "model", "parameters", rms, "AIC", "BIC"
-    )?;
-    for (n, fit) in found.fits.iter().enumerate() {
-        writeln!(
-            out,
-            "{} {:<28} {:>10} {:>10} {:>12.1} {:>12.1}",
-            if n == 0 { "*" } else { " " },
-            fit.kind.name(),
-            fit.parameters.len(),
-            digits(fit.rms),
-            fit.aic,
-            fit.bic
-        )?;
-    }
-    let fit = &found.fits[0];
-    writeln!(out, "{}", fit.kind.name())?;
-    writeln!(
-        out,
-        "  {:<28} {:>12} {:<8} {:>12}   95 % interval",
-        "parameter", "value", "unit", "std. error"
-    )?;
-    for p in &fit.parameters {
-        let of = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), digits);
-        writeln!(
-            out,
-            "  {:<28} {:>12} {:<8} {:>12}   {} to {}",
-            p.name,
-            digits(p.value),
-            p.unit,
-            of(p.standard_error),
-            of(p.low_95),
-            of(p.high_95)
-        )?;
-    }
-    for file in [&report.tissue, &report.figure].into_iter().flatten() {
-        writeln!(out, "written: {file}")?;
-    }
-    Ok(())
-}
-
-/// Five digits, without an exponent where few are needed.
-pub(super) fn digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-    short(rounded)
 }
