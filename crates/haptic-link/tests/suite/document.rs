@@ -183,7 +183,7 @@ fn constants_are_as_the_document_says() {
         limits.start_force_n, limits.rise_time_s
     ));
     says(format!(
-        "at most {} m/s, soft from {} m/s on",
+        "at most {} m/s, braked above {} m/s",
         limits.speed_hard_m_per_s, limits.speed_soft_m_per_s
     ));
     says(format!(

@@ -19,6 +19,32 @@ pub(super) struct Section {
     pub(super) rows: Vec<Row>,
 }
 
+fn row(offset: usize, kind: &str, name: &str) -> Row {
+    let (kind, name) = (kind.to_owned(), name.to_owned());
+    Row { offset, kind, name }
+}
+
+/// Sections of the refusals, from their one table: number, name, bytes, fields.
+fn refusals(text: &str) -> BTreeMap<String, Section> {
+    let (_, table) = text.split_once("\n## Refusals\n").expect("refusals");
+    let table = table.split("\n## ").next().unwrap_or(table);
+    let lines = table.lines().filter(|line| line.starts_with("| ")).skip(1);
+    let sections = lines.map(|line| {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let mut rows = vec![row(5, "Refusal", "refusal")];
+        let mut offset = 6;
+        for field in cells[3].split(", ").filter(|field| !field.is_empty()) {
+            let (name, kind) = field.split_once(": ").expect("a name and a type");
+            rows.push(row(offset, kind, name));
+            offset += if matches!(kind, "f32") { 4 } else { 1 };
+        }
+        let name = format!("Refusal {}, {}", cells[0], cells[1]);
+        let length = format!("{} bytes", cells[2]);
+        (name, Section { length, rows })
+    });
+    sections.collect()
+}
+
 /// The document, taken apart.
 pub(super) struct Document {
     pub(super) text: String,
@@ -49,13 +75,16 @@ impl Document {
                     kind: row[1].clone(),
                     name: row[2].clone(),
                 });
+                // The number of a message stands in its heading alone.
+                let first = (!name.starts_with("Structure ")).then(|| row(0, "u8", "number"));
                 let section = Section {
                     length: length.to_owned(),
-                    rows: rows.collect(),
+                    rows: first.into_iter().chain(rows).collect(),
                 };
                 sections.insert(name.to_owned(), section);
             }
         }
+        sections.extend(refusals(&text));
         Self {
             text,
             sections,
