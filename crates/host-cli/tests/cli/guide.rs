@@ -27,7 +27,7 @@ chapters! {
     a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
-    choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "falcon/design.toml"];
+    choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "omni-tissue/design.toml"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     devices: "devices.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]

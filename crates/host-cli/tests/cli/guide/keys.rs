@@ -12,7 +12,7 @@ use testkit::book;
 
 const FILE: &str = "experiment-keys.md";
 /// What stands above is written by hand, what stands below is made here.
-const MARK: &str = "<!-- From here on made from the tables of the program: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
+const MARK: &str = "<!-- Made from the tables: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
 /// With this in the environment the page is written, not compared.
 const UPDATE: &str = "UPDATE_GUIDE";
 
