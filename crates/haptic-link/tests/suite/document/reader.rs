@@ -4,6 +4,9 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Offset of a field that begins where the one before ends.
+const FOLLOWS: usize = usize::MAX;
+
 /// A row of a table of fields.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
@@ -12,7 +15,7 @@ pub(super) struct Row {
     pub(super) name: String,
 }
 
-/// A section `### Kind …, LENGTH` with its table.
+/// A section `### Structure …, LENGTH` with its table, or a message of a table.
 #[derive(Debug)]
 pub(super) struct Section {
     pub(super) length: String,
@@ -24,23 +27,25 @@ fn row(offset: usize, kind: &str, name: &str) -> Row {
     Row { offset, kind, name }
 }
 
-/// Sections of the refusals, from their one table: number, name, bytes, fields.
-fn refusals(text: &str) -> BTreeMap<String, Section> {
-    let (_, table) = text.split_once("\n## Refusals\n").expect("refusals");
+/// Sections of messages that share a table, which ends with bytes, fields and a meaning.
+fn listed(text: &str, kind: &str, first: &Row) -> BTreeMap<String, Section> {
+    let (_, table) = text
+        .split_once(&format!("\n## {kind}s\n"))
+        .expect("a table");
     let table = table.split("\n## ").next().unwrap_or(table);
     let lines = table.lines().filter(|line| line.starts_with("| ")).skip(1);
     let sections = lines.map(|line| {
         let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
-        let mut rows = vec![row(5, "Refusal", "refusal")];
-        let mut offset = 6;
-        for field in cells[3].split(", ").filter(|field| !field.is_empty()) {
+        let [number, name, .., bytes, fields, _] = cells[..] else {
+            panic!("not a row of messages: {line}");
+        };
+        let mut rows = vec![first.clone()];
+        for field in fields.split(", ").filter(|field| !field.is_empty()) {
             let (name, kind) = field.split_once(": ").expect("a name and a type");
-            rows.push(row(offset, kind, name));
-            offset += if matches!(kind, "f32") { 4 } else { 1 };
+            rows.push(row(FOLLOWS, kind, name));
         }
-        let name = format!("Refusal {}, {}", cells[0], cells[1]);
-        let length = format!("{} bytes", cells[2]);
-        (name, Section { length, rows })
+        let length = format!("{bytes} bytes");
+        (format!("{kind} {number}, {name}"), Section { length, rows })
     });
     sections.collect()
 }
@@ -75,16 +80,16 @@ impl Document {
                     kind: row[1].clone(),
                     name: row[2].clone(),
                 });
-                // The number of a message stands in its heading alone.
-                let first = (!name.starts_with("Structure ")).then(|| row(0, "u8", "number"));
                 let section = Section {
                     length: length.to_owned(),
-                    rows: first.into_iter().chain(rows).collect(),
+                    rows: rows.collect(),
                 };
                 sections.insert(name.to_owned(), section);
             }
         }
-        sections.extend(refusals(&text));
+        sections.extend(listed(&text, "Request", &row(0, "u8", "number")));
+        sections.extend(listed(&text, "Report", &row(0, "u8", "number")));
+        sections.extend(listed(&text, "Refusal", &row(5, "Refusal", "refusal")));
         Self {
             text,
             sections,
@@ -129,6 +134,13 @@ impl Document {
             let at = resolved
                 .last()
                 .map_or(row.offset, |r| r.offset + self.size(&r.kind));
+            let row = match row.offset {
+                FOLLOWS => &Row {
+                    offset: at,
+                    ..row.clone()
+                },
+                _ => row,
+            };
             assert_eq!(row.offset, at, "{row:?} begins where the one before ends");
             let (kind, count) = match row.kind.strip_suffix(" × n") {
                 Some(kind) => (kind, usize::from(bytes[row.offset - 1])),
