@@ -33,7 +33,7 @@ parameters! {
     /// Sample time of any loop, s.
     SAMPLE_TIME = number("sample_time_s", 1e-3, "1ms", SAMPLE_TIMES, "Sample time of the loop");
     /// Contact of the rig.
-    CONTACT = text("contact", "compliant", "Contact between indenter and tissue: stiff springs between masses, or imposed exactly");
+    CONTACT = text("contact", "compliant", "Contact between indenter and tissue");
     /// Encoder of a simulated device, m.
     ENCODER_RESOLUTION = number("encoder_resolution_m", 0.0, "0", SENSOR_STEPS,
         "Encoder resolution per count; 0 = ideal");

@@ -13,7 +13,7 @@ use haptic_teleoperation::Settings;
 parameters! {
     /// How the two are joined.
     ARCHITECTURE = text("architecture", "position-position",
-        "How the two are joined: position-position, position-force, wave or time-domain");
+        "How the two are joined");
     /// `k_c` of a coupler, N/m.
     HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", STIFFNESSES,
         "Spring of the coupler: force = spring x + damper D^mu x, x the distance between both; not of waves");
@@ -60,7 +60,7 @@ parameters! {
     /// Number of frequencies.
     FREQUENCIES = count("frequencies", 8, "8", "Number of frequencies, 1 to 100, evenly on a log scale, each with whole periods in the window");
     /// The remote place.
-    PLACE = text("place", "tissue", "What the slave touches: tissue or wall");
+    PLACE = text("place", "tissue", "What the slave touches");
     /// K of a remote wall, N/m.
     PLACE_STIFFNESS = number("wall_stiffness_n_per_m", 200.0, "200", STIFFNESSES, "K of a wall");
     /// B of a remote wall, N·s^μ/m.

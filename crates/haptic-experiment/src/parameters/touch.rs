@@ -17,7 +17,7 @@ parameters! {
     TOUCH_AXES = count("axes", 2, "2", "Number of axes, 2 or 3");
     /// The shape that is touched.
     TOUCH_SHAPE = text("shape", "ball",
-        "Shape to touch: plane, ball or hollow-ball");
+        "Shape to touch");
     /// Normal of a plane.
     TOUCH_NORMAL = list("normal", NUMBERS,
         "Plane: direction into it, one number per axis, of any length [default: along the first axis]");
@@ -41,7 +41,7 @@ parameters! {
     /// Damping of device and hand, N·s/m.
     TOUCH_DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Damping of device and hand on each axis");
     /// The hand.
-    TOUCH_HAND = text("hand", "spring", "Hand: a spring to a point on the path, or a force along it");
+    TOUCH_HAND = text("hand", "spring", "What the hand is");
     /// Stiffness of the hand, N/m.
     TOUCH_HAND_STIFFNESS = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness of that spring");
     /// Path of the hand.

@@ -7,6 +7,7 @@ use haptic_experiment::parameters::{
     PLANT_SOURCE, Parameter, Range, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
 };
 use host_cli::command::run::TABLES;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use testkit::book;
 
@@ -127,15 +128,19 @@ fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String])
 fn made() -> String {
     let all = [TABLES, CONTROLLER_FILES, PLANT_FILES].concat();
     let all = all.iter().flat_map(|(heading, parameters)| rows(heading, parameters));
-    let (mut once, mut shared) = (Vec::new(), Vec::new());
-    for (_, row) in all {
-        match once.contains(&row) {
-            true if shared.contains(&row) => {}
-            true => shared.push(row),
-            false => once.push(row),
+    let mut counts: BTreeMap<String, (&str, usize)> = BTreeMap::new();
+    for (key, row) in all {
+        counts.entry(row).or_insert((key, 0)).1 += 1;
+    }
+    // One row for each key, that of most tables.
+    let mut shared: BTreeMap<&str, (usize, String)> = BTreeMap::new();
+    for (row, (key, count)) in counts {
+        let least = shared.get(key).map_or(1, |known| known.0);
+        if count > least {
+            shared.insert(key, (count, row));
         }
     }
-    shared.sort();
+    let shared: Vec<String> = shared.into_values().map(|(_, row)| row).collect();
     let mut text = String::from("\n## Experiment files\n");
     let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
     tables(&mut text, TABLES, &shared);
