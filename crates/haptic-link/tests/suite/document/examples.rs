@@ -158,12 +158,6 @@ fn running() -> Vec<String> {
     let (device, host) = (Direction::FromDevice, Direction::FromHost);
     vec![
         framed(
-            "arm, sequence number 4",
-            &Request::Arm { faults: 0 },
-            4,
-            host,
-        ),
-        framed(
             "start, sequence number 5: run 1, 10 000 ticks, each one sent, one to a frame",
             &Request::Start(Start {
                 run: 1,
@@ -196,13 +190,6 @@ fn running() -> Vec<String> {
             301,
             device,
         ),
-        framed(
-            "keep-alive, sequence number 6",
-            &Request::KeepAlive { token: 1 },
-            6,
-            host,
-        ),
-        framed("disarm, sequence number 7", &Request::Disarm, 7, host),
     ]
 }
 
