@@ -302,7 +302,7 @@ impl Named for Loop {
         (
             Self::Host,
             "host",
-            "Here; the device reports its position and applies the force it is sent",
+            "On this computer; the device reports positions and applies forces",
         ),
     ];
 }

@@ -144,15 +144,15 @@ fn the_history_of_another_form_gives_nan_and_no_panic() {
     assert_eq!(taps.output(&history, 1.0), 1.0);
 }
 
-/// The description of the wire, which is not in the package of this crate.
-fn protocol() -> Option<String> {
-    let document = concat!(
+/// The example in Python, which is not in the package of this crate.
+fn example() -> Option<String> {
+    let file = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../docs/guide/src/protocol.md"
+        "/../../tests/protocol/full_memory.py"
     );
-    let read = std::fs::read_to_string(document);
+    let read = std::fs::read_to_string(file);
     if let Err(why) = &read {
-        let why = format!("skipped: {document}: {why}");
+        let why = format!("skipped: {file}: {why}");
         assert!(std::env::var_os("REQUIRE_ALL_CHECKS").is_none(), "{why}");
         println!("{why}");
     }
@@ -160,12 +160,7 @@ fn protocol() -> Option<String> {
 }
 
 /// Its `full_memory`, run by Python: integer part and coefficients.
-fn documented_list(document: &str, order: f64) -> (i8, Vec<f64>) {
-    let code = document
-        .split("```python\n")
-        .filter_map(|rest| rest.split("```").next())
-        .find(|code| code.contains("def full_memory"))
-        .expect("a Python example");
+fn example_list(code: &str, order: f64) -> (i8, Vec<f64>) {
     let call = format!("i, c = full_memory({order}, 1e-3, 1e-6, 200.0)\nprint(i, *c)");
     let output = std::process::Command::new("python3")
         .args(["-c", &format!("{code}\n{call}")])
@@ -182,12 +177,12 @@ fn documented_list(document: &str, order: f64) -> (i8, Vec<f64>) {
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_list_that_the_document_makes_is_a_full_memory() {
-    let Some(document) = protocol() else {
+fn the_list_that_the_example_makes_is_a_full_memory() {
+    let Some(code) = example() else {
         return;
     };
     for mu in [0.05, 0.2247, 0.5, 0.9, 1.0, 1.5, -0.5, -1.4] {
-        let (integer, values) = documented_list(&document, mu);
+        let (integer, values) = example_list(&code, mu);
         let made = Portable::<f64>::new(Form::Modes, integer, &values)
             .unwrap_or_else(|error| panic!("{mu}: {error}"));
         let exact = operator::<f64>("full:1e-10", mu);

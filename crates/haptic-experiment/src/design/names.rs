@@ -22,12 +22,12 @@ impl Named for WishName {
         (
             Self::Tissue,
             "tissue",
-            "A specimen of a tissue: does it fit, and how much larger may it be",
+            "A specimen of a tissue: does it fit, and how large may it be",
         ),
         (
             Self::Coupler,
             "coupler",
-            "The stiffest virtual coupler as felt at a frequency",
+            "The virtual coupler that feels stiffest at a frequency",
         ),
     ];
 }

@@ -53,17 +53,17 @@ parameters! {
     /// Rule and tolerance of a controller.
     CONTROLLER_SCHEME = text("scheme", "full-bdf2", "Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE]");
     /// Horizon of a controller.
-    MEMORY = optional("memory_s", MEMORIES, "Past that is remembered within the tolerance [default: 200000 samples]");
+    MEMORY = optional("memory_s", MEMORIES, "Memory within the tolerance [default: 200000 samples]");
     /// Lower limit of the command.
     OUTPUT_LOW = optional("output_low", NUMBERS, "Lowest command [default: no limit]");
     /// Upper limit of the command.
     OUTPUT_HIGH = optional("output_high", NUMBERS, "Highest command [default: no limit]");
     /// Time in which a bump fades.
-    FADE_TIME = number("fade_time_s", 1.0, "1s", DURATIONS, "Time constant in which the bump of a change fades");
+    FADE_TIME = number("fade_time_s", 1.0, "1s", DURATIONS, "Time constant of the fade after a change");
     /// Plant that a controller was made for.
-    SOURCE_PLANT = text("plant", "", "Plant that the controller was made for");
+    SOURCE_PLANT = text("plant", "", "Plant that the controller is for");
     /// Wishes that a controller was made for.
-    SOURCE_WISHES = text("wishes", "", "Wishes that it was made for");
+    SOURCE_WISHES = text("wishes", "", "Wishes that it meets");
     /// Maker of a file.
     SOURCE_PROGRAM = text("program", "", "Program that made the file");
     /// Anything worth knowing of a file.

@@ -9,7 +9,7 @@ use super::wall::{DAMPING, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, TRIAL, TRIAL_L
 parameters! {
     /// Order of a coupler.
     COUPLER_ORDER = optional("order", COUPLER_ORDERS,
-        "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps; above 1 it would give energy by itself");
+        "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps; above 1 it would generate energy");
     /// `k_c` of a coupler, N·s/m.
     COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", DAMPINGS,
         "Damper of the coupler: force = damper v + spring (integral of order mu of v), v the velocity of the deflection");
@@ -22,10 +22,10 @@ parameters! {
     OBJECT_DAMPING = number("object_damping_n_s_per_m", 1.0, "1", DAMPINGS, "Viscous damping of the object");
     /// Spring of the object, N/m.
     OBJECT_STIFFNESS = number("object_stiffness_n_per_m", 500.0, "500", STIFFNESSES,
-        "Spring between the object and the ground; 0 for an object that drifts");
+        "Spring between object and ground; 0 = the object drifts");
     /// True if a refused coupler is a failure.
     COUPLER_MUST_BE_STABLE = flag("must_be_stable",
-        "A coupler that is not stable by trial and analysis, or that Llewellyn's criterion refuses, is a failure");
+        "Fail unless trial, analysis and Llewellyn's criterion accept the coupler");
 }
 
 /// Of `[coupler]` that have to be given in a file.

@@ -17,19 +17,19 @@ parameters! {
     TOUCH_AXES = count("axes", 2, "2", "Number of axes, 2 or 3");
     /// The shape that is touched.
     TOUCH_SHAPE = text("shape", "ball",
-        "What is touched: plane, ball (a disc with two axes, a sphere with three), or hollow-ball, which keeps the hand inside");
+        "Shape to touch");
     /// Normal of a plane.
     TOUCH_NORMAL = list("normal", NUMBERS,
-        "Of a plane: direction into it, a number an axis, of any length [default: along the first axis]");
+        "Plane: direction into it, one number per axis, of any length [default: along the first axis]");
     /// Place of a plane, m.
-    TOUCH_SURFACE = number("surface_m", 0.0, "0", PLACES, "Of a plane: its distance from 0 along that direction");
+    TOUCH_SURFACE = number("surface_m", 0.0, "0", PLACES, "Plane: its distance from 0 along that direction");
     /// Centre of a ball, m.
-    TOUCH_CENTRE = list("centre_m", PLACES, "Of a ball: its centre, a number an axis [default: zeros]");
+    TOUCH_CENTRE = list("centre_m", PLACES, "Ball: its centre, one number per axis [default: zeros]");
     /// Radius of a ball, m.
-    TOUCH_RADIUS = number("radius_m", 0.02, "20mm", RADII, "Of a ball: its radius");
+    TOUCH_RADIUS = number("radius_m", 0.02, "20mm", RADII, "Ball: its radius");
     /// Tissue of the shape.
     TOUCH_TISSUE = text("tissue", "",
-        "Tissue of the shape, from `host-cli materials list` or the path of a TOML file [default: K, B and order]");
+        "Tissue of the shape: a name from `host-cli materials list`, or a TOML file [default: K, B and order]");
     /// K, N/m.
     TOUCH_STIFFNESS = number("stiffness_n_per_m", 300.0, "300", STIFFNESSES, "K of the shape, without a tissue");
     /// B, N·s^μ/m.
@@ -37,34 +37,34 @@ parameters! {
     /// μ.
     TOUCH_ORDER = number("order", 0.5, "0.5", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
     /// Mass of the device, kg.
-    TOUCH_MASS = list("mass_kg", MASSES, "Mass of the device, above 0: a number, or one an axis [default: 0.065]");
+    TOUCH_MASS = list("mass_kg", MASSES, "Mass of the device, above 0: one number, or one per axis [default: 0.065]");
     /// Damping of device and hand, N·s/m.
     TOUCH_DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Damping of device and hand on each axis");
     /// The hand.
-    TOUCH_HAND = text("hand", "spring", "spring: a spring from the device to a point that goes the path; force: a force that goes it");
+    TOUCH_HAND = text("hand", "spring", "What the hand is");
     /// Stiffness of the hand, N/m.
     TOUCH_HAND_STIFFNESS = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness of that spring");
     /// Path of the hand.
     TOUCH_WAY = list("way_points", WAY,
-        "Path of the hand: rows of time in s and a place in m, or a force in N, a number an axis, straight in between; \
-         or a circle");
+        "Path of the hand instead of a circle: rows of time in s and position in m (or force in N), one number per axis, \
+         straight in between");
     /// Centre of the circle of the hand, m.
-    TOUCH_CIRCLE_CENTRE = list("circle_centre_m", PLACES, "Of the circle: its centre [default: that of the ball, else zeros]");
+    TOUCH_CIRCLE_CENTRE = list("circle_centre_m", PLACES, "Circle: its centre [default: that of the ball, else zeros]");
     /// Radius of the circle of the hand, m.
-    TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", RADII, "Of the circle, in the plane of the first two axes: its radius");
+    TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", RADII, "Circle, in the plane of the first two axes: its radius");
     /// Radius at the start of the circle, m.
     TOUCH_CIRCLE_START = optional("circle_start_radius_m", RADII,
-        "Of the circle: radius at time 0, from which it is reached in 1 s [default: that of the ball]");
+        "Circle: radius at time 0, from which it is reached in 1 s [default: that of the ball]");
     /// Time of a turn, s.
-    TOUCH_CIRCLE_PERIOD = number("circle_period_s", 2.0, "2s", DURATIONS, "Of the circle: time of a turn");
+    TOUCH_CIRCLE_PERIOD = number("circle_period_s", 2.0, "2s", DURATIONS, "Circle: time per turn");
     /// Length of a run, s.
     TOUCH_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run, at most a million samples");
     /// Low corner of the workspace, m.
-    TOUCH_BOX_LOW = list("box_low_m", PLACES, "Low corner of a box, a number an axis; beyond the box a fault ends the run");
+    TOUCH_BOX_LOW = list("box_low_m", PLACES, "Low corner of a box, one number per axis; outside it a fault ends the run");
     /// High corner of the workspace, m.
-    TOUCH_BOX_HIGH = list("box_high_m", PLACES, "High corner of it");
+    TOUCH_BOX_HIGH = list("box_high_m", PLACES, "High corner of that box");
     /// True if energy for the hand is a failure.
-    TOUCH_MUST_BE_PASSIVE = flag("must_be_passive", "Energy given to the hand, or a force at its limit, is a failure");
+    TOUCH_MUST_BE_PASSIVE = flag("must_be_passive", "Fail if the hand gets energy or a force reaches its limit");
 }
 
 /// Mass on an axis that is not given, kg.

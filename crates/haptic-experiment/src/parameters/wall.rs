@@ -16,7 +16,7 @@ parameters! {
     /// Stiffness of the hand, N/m.
     HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds it; 0 without a hand");
     /// Delay of a simulated device, s.
-    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to the force that answers it, beside the hold");
+    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to its force, beyond the hold");
     /// Friction of a simulated device, N.
     FRICTION = number("friction_n", 0.0, "0", FORCES, "Coulomb friction");
     /// Current lag of a simulated device, s.
@@ -28,7 +28,7 @@ parameters! {
     /// Dissipation of a wall, N·s^μ/m.
     DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS, "Dissipation B of the wall, N·s^μ/m");
     /// True if a wall only pushes.
-    ONE_SIDED = flag("one_sided", "A wall that pushes but never pulls; without this it is linear, as the theory assumes");
+    ONE_SIDED = flag("one_sided", "Push but never pull; otherwise the wall is linear, as the theory assumes");
     /// Impact of a trial, m/s.
     IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
         "Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]");
@@ -37,14 +37,14 @@ parameters! {
     /// Length of a trial, s.
     TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
     /// Window of a trial, s.
-    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Window at the end that is judged");
+    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Window at the end to judge");
     /// Force limit of a trial, N.
     TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
     /// Rate limit of a trial, N/s.
     TRIAL_FORCE_RATE_LIMIT = optional("force_rate_limit_n_per_s", FORCE_RATES,
-        "Largest rate at which the force may change [default: that of a serial device, none on the simulated one]");
+        "Largest rate of change of the force [default: that of a serial device, none on the simulated one]");
     /// True if an unstable wall is a failure.
-    MUST_BE_STABLE = flag("must_be_stable", "A wall that is not stable by trial and analysis is a failure");
+    MUST_BE_STABLE = flag("must_be_stable", "Fail unless trial and analysis call the wall stable");
 }
 
 /// Of `[wall]` that have to be given in a file.

@@ -35,7 +35,7 @@ impl Named for Contact {
         (
             Self::Compliant,
             "compliant",
-            "A stiff, one-sided spring and damper between two masses, as on a real rig",
+            "A stiff one-sided spring and damper between two masses, as on a real rig",
         ),
         (Self::Rigid, "rigid", "The indentation is imposed exactly"),
     ];

@@ -31,12 +31,12 @@ impl Named for ArchitectureName {
         (
             Self(Architecture::PositionPosition),
             Architecture::PositionPosition.name(),
-            "Each side is pulled to the place of the other by a fractional coupler",
+            "A fractional coupler pulls each side to the other",
         ),
         (
             Self(Architecture::PositionForce),
             Architecture::PositionForce.name(),
-            "The slave is pulled to the master, which feels the force of that coupler",
+            "The slave is pulled to the master, which feels that force",
         ),
         (
             Self(Architecture::Wave),
@@ -46,7 +46,7 @@ impl Named for ArchitectureName {
         (
             Self(Architecture::TimeDomain),
             Architecture::TimeDomain.name(),
-            "Position-position that gives back no more energy than came: passive at any delay",
+            "Position-position with an energy account: passive at any delay",
         ),
     ];
 }

@@ -31,9 +31,9 @@ impl Named for GripName {
         (
             Self::Spring,
             "spring",
-            "A spring from the device to a point that goes the path",
+            "A spring to a point that moves along the path",
         ),
-        (Self::Force, "force", "A force that goes the path"),
+        (Self::Force, "force", "A force that follows the path"),
     ];
 }
 

@@ -32,7 +32,7 @@ impl Named for ShapeName {
         (
             Self::HollowBall,
             "hollow-ball",
-            "Around a ball, which keeps the hand inside",
+            "A room inside a ball",
         ),
     ];
 }

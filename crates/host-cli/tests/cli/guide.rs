@@ -20,7 +20,6 @@ macro_rules! chapters {
 }
 
 chapters! {
-    a_coupler_and_an_object: "coupler.md" ["coupler/design.toml", "tried/coupler.png"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     a_fractional_pid: "a-fractional-pid.md" [
         "oven.toml", "oven.png", "design/controller.toml", "design/controller.png", "run/response.png", "loop/loop.png",
@@ -28,7 +27,7 @@ chapters! {
     a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
-    choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "falcon/design.toml"];
+    choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "omni-tissue/design.toml"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     devices: "devices.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -39,17 +38,19 @@ chapters! {
         "first/relax.png", "first/relax.svg", "first/relax.csv", "first/relax.mcap",
     ];
     install: "install.md" ["host-cli.bash", "man/host-cli.1"];
-    log_files_in_other_programs: "log-files.md" ["ticks.csv"];
+    log_files: "log-files.md" ["ticks.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     measure_your_device: "measure-your-device.md" ["device.toml", "device.png"];
-    on_your_microcontroller: "microcontroller.md" ["half.h"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
     safety: "safety.md" [];
     the_page_in_the_browser: "page.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-    walls_tried: "walls.md" ["zwidth/zwidth.csv"];
+    walls_and_couplers_tried: "walls.md" [
+        "zwidth/zwidth.csv", "coupler/design.toml", "tried/coupler.png",
+    ];
+    your_own_board: "your-own-board.md" ["half.h"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     your_own_tissue: "your-own-tissue.md" [
         "fish.toml", "fish.png", "muscle/relax.png", "muscle/relax.csv",

@@ -4,6 +4,9 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Offset of a field that begins where the one before ends.
+const FOLLOWS: usize = usize::MAX;
+
 /// A row of a table of fields.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
@@ -12,11 +15,39 @@ pub(super) struct Row {
     pub(super) name: String,
 }
 
-/// A section `### Kind …, LENGTH` with its table.
+/// A section `### Structure …, LENGTH` with its table, or a message of a table.
 #[derive(Debug)]
 pub(super) struct Section {
     pub(super) length: String,
     pub(super) rows: Vec<Row>,
+}
+
+fn row(offset: usize, kind: &str, name: &str) -> Row {
+    let (kind, name) = (kind.to_owned(), name.to_owned());
+    Row { offset, kind, name }
+}
+
+/// Sections of messages that share a table, which ends with bytes, fields and a meaning.
+fn listed(text: &str, kind: &str, first: &Row) -> BTreeMap<String, Section> {
+    let (_, table) = text
+        .split_once(&format!("\n## {kind}s\n"))
+        .expect("a table");
+    let table = table.split("\n## ").next().unwrap_or(table);
+    let lines = table.lines().filter(|line| line.starts_with("| ")).skip(1);
+    let sections = lines.map(|line| {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let [number, name, .., bytes, fields, _] = cells[..] else {
+            panic!("not a row of messages: {line}");
+        };
+        let mut rows = vec![first.clone()];
+        for field in fields.split(", ").filter(|field| !field.is_empty()) {
+            let (name, kind) = field.split_once(": ").expect("a name and a type");
+            rows.push(row(FOLLOWS, kind, name));
+        }
+        let length = format!("{bytes} bytes");
+        (format!("{kind} {number}, {name}"), Section { length, rows })
+    });
+    sections.collect()
 }
 
 /// The document, taken apart.
@@ -56,6 +87,9 @@ impl Document {
                 sections.insert(name.to_owned(), section);
             }
         }
+        sections.extend(listed(&text, "Request", &row(0, "u8", "number")));
+        sections.extend(listed(&text, "Report", &row(0, "u8", "number")));
+        sections.extend(listed(&text, "Refusal", &row(5, "Refusal", "refusal")));
         Self {
             text,
             sections,
@@ -100,6 +134,13 @@ impl Document {
             let at = resolved
                 .last()
                 .map_or(row.offset, |r| r.offset + self.size(&r.kind));
+            let row = match row.offset {
+                FOLLOWS => &Row {
+                    offset: at,
+                    ..row.clone()
+                },
+                _ => row,
+            };
             assert_eq!(row.offset, at, "{row:?} begins where the one before ends");
             let (kind, count) = match row.kind.strip_suffix(" × n") {
                 Some(kind) => (kind, usize::from(bytes[row.offset - 1])),

@@ -1,17 +1,19 @@
 //! The page of all keys of experiment, controller and plant files, made from the tables that read them.
 
+use fracdiff::parameter::Shown;
 use haptic_experiment::choices::choices;
 use haptic_experiment::parameters::{
     self, CONTROLLER_LOOP, CONTROLLER_SOURCE, CRONE, DEVICE_PLANT, LEAD_LAG, MEASURED_PLANT, PID,
-    PLANT_SOURCE, Parameter, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
+    PLANT_SOURCE, Parameter, Range, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
 };
 use host_cli::command::run::TABLES;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use testkit::book;
 
 const FILE: &str = "experiment-keys.md";
 /// What stands above is written by hand, what stands below is made here.
-const MARK: &str = "<!-- From here on made from the tables of the program: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
+const MARK: &str = "<!-- Made from the tables: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
 /// With this in the environment the page is written, not compared.
 const UPDATE: &str = "UPDATE_GUIDE";
 
@@ -43,29 +45,35 @@ fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
 
 fn default(parameter: &Parameter, required: bool) -> String {
     match parameter.value {
-        _ if required => "to be given".to_owned(),
+        _ if required => "required".to_owned(),
         _ if told(parameter).1.is_some() => told(parameter).1.unwrap_or_default().to_owned(),
         Value::Number(Some(default), _) => format!("{default}"),
         Value::Count(default) => format!("{default}"),
         Value::Flag(default) => format!("{default}"),
+        Value::List(_) if !parameter.shown.is_empty() => parameter.shown.to_owned(),
         Value::Text("") | Value::Number(None, _) | Value::List(_) => "none".to_owned(),
         Value::Text(default) => format!("`\"{default}\"`"),
         other => panic!("{other:?}"),
     }
 }
 
+/// An interval, as in `[0, 1e6]` or `(0, 1e6]`.
+fn interval(range: Range) -> String {
+    let [low, high] = range.ends().map(Shown);
+    match range {
+        Range::Within(..) => format!("[{low}, {high}]"),
+        Range::AboveUpTo(..) => format!("({low}, {high}]"),
+    }
+}
+
 fn range(parameter: &Parameter) -> String {
-    let choices = choices(parameter.key);
     match parameter.value {
-        Value::Number(_, range) => range.to_string(),
-        Value::Count(_) => "whole number".to_owned(),
+        Value::Number(_, range) => interval(range),
+        Value::Count(_) => "whole".to_owned(),
         Value::Flag(_) => "true, false".to_owned(),
-        Value::List(range) => format!("list of numbers {range}"),
-        _ if choices.is_empty() => "text".to_owned(),
-        _ => {
-            let names = choices.iter().map(|choice| format!("`\"{}\"`", choice.0));
-            names.collect::<Vec<_>>().join(", ")
-        }
+        Value::List(range) => format!("list in {}", interval(range)),
+        _ if choices(parameter.key).is_empty() => "text".to_owned(),
+        _ => "choice".to_owned(),
     }
 }
 
@@ -77,37 +85,70 @@ fn meaning(parameter: &Parameter) -> String {
     text
 }
 
-fn tables(text: &mut String, tables: &[(&str, &[Parameter])]) {
+/// Rows of a table, each with its key.
+fn rows(heading: &str, parameters: &[Parameter]) -> Vec<(&'static str, String)> {
+    let required = heading.ends_with("to be given");
+    let rows = parameters.iter().map(|parameter| {
+        let row = [
+            format!("`{}`", parameter.key),
+            default(parameter, required),
+            range(parameter),
+            meaning(parameter),
+        ];
+        let is_plain = row.iter().all(|cell| !cell.contains(['|', '\n']));
+        assert!(is_plain, "{row:?}");
+        (parameter.key, format!("| {} |", row.join(" | ")))
+    });
+    rows.collect()
+}
+
+fn table(text: &mut String, heading: &str, rows: &[&str]) {
+    let _ = write!(text, "\n### {heading}\n");
+    if !rows.is_empty() {
+        let head = "| key | default | range | meaning |\n|---|---|---|---|";
+        let _ = writeln!(text, "\n{head}\n{}", rows.join("\n"));
+    }
+}
+
+/// Rows that several tables have stand once, under Shared keys; the tables name them.
+fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String]) {
     for (heading, parameters) in tables {
-        let required = heading.ends_with("to be given");
-        let _ = write!(
-            text,
-            "\n### {heading}\n\n| key | default | range | meaning |\n|---|---|---|---|\n"
-        );
-        for parameter in *parameters {
-            let row = [
-                format!("`{}`", parameter.key),
-                default(parameter, required),
-                range(parameter),
-                meaning(parameter),
-            ];
-            assert!(
-                row.iter().all(|cell| !cell.contains(['|', '\n'])),
-                "{row:?}"
-            );
-            let _ = writeln!(text, "| {} |", row.join(" | "));
+        let rows = rows(heading, parameters);
+        let (common, own): (Vec<_>, Vec<_>) = rows.iter().partition(|row| shared.contains(&row.1));
+        let own: Vec<&str> = own.iter().map(|row| row.1.as_str()).collect();
+        table(text, heading, &own);
+        let common: Vec<String> = common.iter().map(|row| format!("`{}`", row.0)).collect();
+        if !common.is_empty() {
+            let _ = writeln!(text, "\nAnd [shared](#shared-keys): {}", common.join(" "));
         }
     }
 }
 
 /// The page below its mark.
 fn made() -> String {
+    let all = [TABLES, CONTROLLER_FILES, PLANT_FILES].concat();
+    let all = all.iter().flat_map(|(heading, parameters)| rows(heading, parameters));
+    let mut counts: BTreeMap<String, (&str, usize)> = BTreeMap::new();
+    for (key, row) in all {
+        counts.entry(row).or_insert((key, 0)).1 += 1;
+    }
+    // One row for each key, that of most tables.
+    let mut shared: BTreeMap<&str, (usize, String)> = BTreeMap::new();
+    for (row, (key, count)) in counts {
+        let least = shared.get(key).map_or(1, |known| known.0);
+        if count > least {
+            shared.insert(key, (count, row));
+        }
+    }
+    let shared: Vec<String> = shared.into_values().map(|(_, row)| row).collect();
     let mut text = String::from("\n## Experiment files\n");
-    tables(&mut text, TABLES);
+    let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
+    tables(&mut text, TABLES, &shared);
+    table(&mut text, "Shared keys", &listed);
     text.push_str("\n## Controller files\n\nOne of the first five, and `[loop]`.\n");
-    tables(&mut text, CONTROLLER_FILES);
-    text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are to be given; `[intervals]` beside `[device]` has its keys too, each `[low, high]`.\n");
-    tables(&mut text, PLANT_FILES);
+    tables(&mut text, CONTROLLER_FILES, &shared);
+    text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
+    tables(&mut text, PLANT_FILES, &shared);
     text
 }
 
