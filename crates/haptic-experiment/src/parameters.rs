@@ -4,6 +4,7 @@
 //! Keys carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test
 //! holds each against the number).
 
+pub mod analysis;
 mod controller;
 mod coupler;
 mod device;

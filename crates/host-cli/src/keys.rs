@@ -1,5 +1,6 @@
 //! Keys that have an option, command by command: those that most runs change. Any other key is given as `KEY=VALUE`.
 
+use haptic_experiment::parameters::analysis;
 use haptic_experiment::parameters::{
     AREA, CONTACT, CONTROLLER, CREEP_DURATION, DAMPING, DELAY, DESIGN_ORDERS, DEVICE, DEVICE_MODEL,
     FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_STIFFNESS, HELD, LOOP, MASS, MEASURE_BOX,
@@ -141,4 +142,59 @@ impl Named for Measure {
         &MASS,
         &DAMPING,
     ]];
+}
+
+/// `analyze stability`, `stability-region` and `passivity`.
+#[derive(Clone, Debug)]
+pub struct Loop;
+
+impl Named for Loop {
+    const OPTIONS: &'static [&'static [&'static Parameter]] =
+        &[analysis::LOOP, analysis::LOOP_WITHOUT_UNITS];
+}
+
+/// `analyze sensitivity`.
+#[derive(Clone, Debug)]
+pub struct Sensitivity;
+
+impl Named for Sensitivity {
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[
+        analysis::LOOP,
+        &[&analysis::SENSITIVITY_POINTS],
+        analysis::LOOP_WITHOUT_UNITS,
+    ];
+}
+
+/// `analyze environment`.
+#[derive(Clone, Debug)]
+pub struct Environment;
+
+impl Named for Environment {
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[analysis::ENVIRONMENT];
+}
+
+/// `analyze transparency`.
+#[derive(Clone, Debug)]
+pub struct Transparency;
+
+impl Named for Transparency {
+    const OPTIONS: &'static [&'static [&'static Parameter]] =
+        &[analysis::ENVIRONMENT, analysis::TRANSPARENCY];
+}
+
+/// `analyze coupling`.
+#[derive(Clone, Debug)]
+pub struct Coupling;
+
+impl Named for Coupling {
+    const OPTIONS: &'static [&'static [&'static Parameter]] = &[analysis::COUPLING];
+}
+
+/// `analyze teleoperation`.
+#[derive(Clone, Debug)]
+pub struct Hands;
+
+impl Named for Hands {
+    const OPTIONS: &'static [&'static [&'static Parameter]] =
+        &[analysis::HANDS, analysis::HANDS_ON];
 }

@@ -6,16 +6,23 @@ use crate::command::device::{changes, emulate};
 use crate::keys::Named;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
+use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme};
 use haptic_experiment::Failure;
 use haptic_experiment::choices::choices;
 use haptic_experiment::file::Document;
 use haptic_experiment::input::short;
+use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
-    DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, is_path, of_kind,
+    DEVICE_MODEL, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS,
+    Value as Kind, is_path, of_kind,
 };
+use haptic_experiment::plant_file::DeviceModel;
 use haptic_quantity::{kind_of_key, name_keys, parse_for_key, without_unit};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
+use std::ops::RangeInclusive;
+use std::path::Path;
 use std::sync::LazyLock;
 use toml::Value;
 
@@ -182,7 +189,7 @@ impl<N: Named> Args for Options<N> {
         });
         let values = Arg::new(VALUES)
             .num_args(0..)
-            .help("Any other key, as in sample_time=1ms; `host-cli run --help` lists them");
+            .help("Keys, as in sample_time=1ms; `host-cli run --help` lists those of experiments");
         command.args(options).arg(values)
     }
 
@@ -230,6 +237,40 @@ impl<N: Named> Options<N> {
         self
     }
 
+    /// What they say of an analysis, which has no document.
+    ///
+    /// # Errors
+    /// A value that is none, given twice, outside its range, or of a key that there is not.
+    pub fn given(self) -> Result<Given, Failure> {
+        let refused =
+            |said: &str, error: String| Failure::bad_input(format_args!("{said}: {error}"));
+        let all = N::OPTIONS.concat();
+        let mut given = Given(BTreeMap::new());
+        for (parameter, text, said) in self.options {
+            given
+                .set(parameter, &text)
+                .map_err(|error| refused(&said, error))?;
+        }
+        for said in &self.values {
+            let (key, text) = said.split_once('=').unwrap_or((said, ""));
+            let key = key.trim().replace('-', "_");
+            let is_it =
+                |known: &&&'static Parameter| known.key == key || without_unit(known.key) == key;
+            let Some(parameter) = all.iter().find(is_it) else {
+                let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
+                let known = known.join(", ");
+                return Err(refused(
+                    &short(said),
+                    format!("is not KEY=VALUE with one of the keys {known}"),
+                ));
+            };
+            given
+                .set(parameter, text.trim())
+                .map_err(|error| refused(&short(said), error))?;
+        }
+        Ok(given)
+    }
+
     /// The document with them.
     ///
     /// # Errors
@@ -267,6 +308,118 @@ impl<N: Named> Options<N> {
                 .map_err(Failure::input)?;
         }
         Ok(document)
+    }
+}
+
+/// Values of an analysis, each in its range.
+#[derive(Clone, Debug)]
+pub struct Given(BTreeMap<&'static str, Value>);
+
+impl Given {
+    fn set(&mut self, parameter: &Parameter, text: &str) -> Result<(), String> {
+        let value = value_of(parameter, text)?;
+        if let (Some(number), Kind::Number(_, range)) = (value.as_float(), parameter.value)
+            && !range.contains(number)
+        {
+            let key = parameter.key;
+            return Err(format!(
+                "{key} = {} is not {range}: change it",
+                Shown(number)
+            ));
+        }
+        match self.0.insert(parameter.key, value) {
+            None => Ok(()),
+            Some(_) => Err("is given twice: give it once".to_owned()),
+        }
+    }
+
+    /// True if it was given.
+    #[must_use]
+    pub fn has(&self, parameter: &Parameter) -> bool {
+        self.0.contains_key(parameter.key)
+    }
+
+    /// A number, its default, or neither.
+    #[must_use]
+    pub fn number(&self, parameter: &Parameter) -> Option<f64> {
+        let given = self.0.get(parameter.key).and_then(Value::as_float);
+        given.or(Some(parameter.default_number()).filter(|default| !default.is_nan()))
+    }
+
+    /// A number that is needed.
+    ///
+    /// # Errors
+    /// If it was not given.
+    pub fn needed(&self, parameter: &Parameter) -> Result<f64, Failure> {
+        self.number(parameter)
+            .ok_or_else(|| Failure::bad_input(format_args!("{parameter} is missing: give it")))
+    }
+
+    /// A whole number in a range.
+    ///
+    /// # Errors
+    /// If it lies outside.
+    pub fn count(&self, parameter: &Parameter, range: RangeInclusive<i64>) -> Result<u32, Failure> {
+        let default = match parameter.value {
+            Kind::Count(default) => i64::try_from(default).unwrap_or(i64::MAX),
+            _ => 0,
+        };
+        let count = self
+            .0
+            .get(parameter.key)
+            .map_or(Some(default), Value::as_integer);
+        let within = count.filter(|count| range.contains(count));
+        within
+            .and_then(|count| u32::try_from(count).ok())
+            .ok_or_else(|| {
+                let (least, most) = range.into_inner();
+                Failure::bad_input(format_args!(
+                    "{parameter} = {} is not a whole number from {least} to {most}: change it",
+                    count.unwrap_or_default()
+                ))
+            })
+    }
+
+    /// A text or its default.
+    #[must_use]
+    pub fn text(&self, parameter: &Parameter) -> &str {
+        let given = self.0.get(parameter.key).and_then(Value::as_str);
+        given.unwrap_or(parameter.shown)
+    }
+
+    /// True if a flag was given and is not off.
+    #[must_use]
+    pub fn flag(&self, parameter: &Parameter) -> bool {
+        self.0
+            .get(parameter.key)
+            .and_then(Value::as_bool)
+            .unwrap_or(false)
+    }
+
+    /// An operator.
+    ///
+    /// # Errors
+    /// In its own words.
+    pub fn scheme(&self) -> Result<Scheme, Failure> {
+        self.text(&ANALYSED_SCHEME).parse().map_err(Failure::input)
+    }
+
+    /// The order of a wall or a coupler.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn order(&self) -> Result<Order, Failure> {
+        Order::new(self.needed(&ORDER)?).map_err(Failure::input)
+    }
+
+    /// The device file, if one was named.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is wrong.
+    pub fn device(&self) -> Result<Option<DeviceModel>, Failure> {
+        let name = Some(self.text(&DEVICE_MODEL)).filter(|name| !name.is_empty());
+        let read = |name: &str| DeviceModel::find(Path::new(name)).map_err(Failure::input);
+        name.map(read).transpose()
     }
 }
 

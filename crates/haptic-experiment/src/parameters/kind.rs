@@ -106,6 +106,19 @@ impl Parameter {
         }
     }
 
+    /// The same, of which nothing is assumed.
+    pub(super) const fn without_default(self) -> Self {
+        let value = match self.value {
+            Value::Number(_, range) => Value::Number(None, range),
+            other => other,
+        };
+        Self {
+            value,
+            shown: "",
+            ..self
+        }
+    }
+
     /// One that is off unless it is given.
     pub(super) const fn flag(key: &'static str, help: &'static str) -> Self {
         Self {

@@ -46,38 +46,6 @@ pub fn order(mu: f64) -> Result<Order, Failure> {
     Order::new(mu).map_err(|error| Failure::input_with_advice(error, "give --order within it"))
 }
 
-/// Checks an order of a wall or a coupler, which have no integral; `option` is where it was given.
-///
-/// # Errors
-/// Outside 0 ≤ μ ≤ 2.
-pub fn wall_order(mu: f64, option: &str) -> Result<Order, Failure> {
-    if (0.0..=Order::MAX).contains(&mu) {
-        return Order::new(mu).map_err(Failure::input);
-    }
-    Err(Failure::bad_input(format_args!(
-        "order {mu} is not in [0, {}], a wall has no integral: give {option} within it",
-        Order::MAX,
-        mu = Shown(mu)
-    )))
-}
-
-/// Reads a dissipation: a number, whose unit follows from the order.
-///
-/// # Errors
-/// If it is no number or not finite; a unit is explained.
-pub fn parse_dissipation(text: &str) -> Result<f64, String> {
-    parse_number(text).map_err(|error| {
-        // "1e3Ns/m" begins with a number as well: the unit begins with its first N.
-        match text.find('N').map(|unit| &text[..unit]) {
-            Some(start) if parse_number(start).is_ok() => format!(
-                "its unit, N·s^μ/m, follows from the order μ: give the number alone, {}",
-                start.trim()
-            ),
-            _ => error,
-        }
-    })
-}
-
 /// T^(−μ), if the sample time is in the range that operators take.
 ///
 /// # Errors

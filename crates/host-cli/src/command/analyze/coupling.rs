@@ -1,16 +1,15 @@
 //! `analyze coupling`: the damping that a virtual coupler needs.
 
 use super::arguments::{HORIZON, refused};
-use crate::command::words::{parse_order, parse_scheme, wall_order};
+use crate::keys;
+use crate::options::Options;
 use crate::output::Output;
-use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{Coupler, LeastDamping, LoopOperator};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::parameters;
-use haptic_experiment::parameters::range;
-use haptic_quantity::{Damping, Time};
+use haptic_experiment::parameters::analysis::{ANALYSED_DAMPING, ANALYSED_SAMPLE_TIME};
+use haptic_experiment::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use serde::Serialize;
 
 /// Arguments of `analyze coupling`.
@@ -20,24 +19,8 @@ use serde::Serialize;
                   --sample-time 1ms --damping 0.5"
 )]
 pub struct CouplingArguments {
-    /// Order mu of the coupler
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
-    order: f64,
-    /// Damper of the coupler damper + spring (T/(1-w))^mu, velocity in, force out: N s/m
-    #[arg(long, value_name = "DAMPER", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_STIFFNESS.range()))]
-    coupler_stiffness: f64,
-    /// Spring of the coupler: N s^(1-mu)/m
-    #[arg(long, value_name = "SPRING", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_DISSIPATION.range()))]
-    coupler_dissipation: f64,
-    /// Sample time T
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
-    sample_time: Time,
-    /// Damping b of the device, to be judged
-    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), allow_hyphen_values = true)]
-    damping: Option<Damping>,
-    /// Fractional operator, see `host-cli --help`
-    #[arg(long, value_parser = parse_scheme, default_value = "exact")]
-    scheme: Scheme,
+    #[command(flatten)]
+    options: Options<keys::Coupling>,
 }
 
 /// Result of `analyze coupling`.
@@ -69,22 +52,20 @@ impl CouplingArguments {
     /// # Errors
     /// A parameter outside its range.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mu = wall_order(self.order, "--order")?;
-        let exact = Coupler::exact(
-            mu,
-            self.sample_time.0,
-            self.coupler_stiffness,
-            self.coupler_dissipation,
-        )
-        .map_err(refused)?;
-        let operator = LoopOperator::new(self.scheme, mu, Seconds(self.sample_time.0), HORIZON)
-            .map_err(refused)?;
-        let coupler = if self.scheme == Scheme::Exact {
+        let given = self.options.given()?;
+        let (mu, scheme) = (given.order()?, given.scheme()?);
+        let sample_time_s = given.needed(&ANALYSED_SAMPLE_TIME)?;
+        let stiffness = given.needed(&COUPLER_STIFFNESS)?;
+        let dissipation = given.needed(&COUPLER_DISSIPATION)?;
+        let exact = Coupler::exact(mu, sample_time_s, stiffness, dissipation).map_err(refused)?;
+        let operator =
+            LoopOperator::new(scheme, mu, Seconds(sample_time_s), HORIZON).map_err(refused)?;
+        let coupler = if scheme == Scheme::Exact {
             exact
         } else {
             exact.with_operator(&operator, operator.memory())
         };
-        let damping = self.damping.map(|b| b.0);
+        let damping = given.number(&ANALYSED_DAMPING);
         let (required, worst_theta, reason) = match coupler.least_damping().map_err(refused)? {
             LeastDamping::Enough {
                 damping_n_s_per_m,
@@ -105,10 +86,10 @@ impl CouplingArguments {
         };
         let result = Coupling {
             order: mu.get(),
-            scheme: self.scheme.to_string(),
-            sample_time_s: self.sample_time.0,
-            coupler_stiffness_n_s_per_m: self.coupler_stiffness,
-            coupler_dissipation_n_s_1_minus_mu_per_m: self.coupler_dissipation,
+            scheme: scheme.to_string(),
+            sample_time_s,
+            coupler_stiffness_n_s_per_m: stiffness,
+            coupler_dissipation_n_s_1_minus_mu_per_m: dissipation,
             damping_n_s_per_m: damping,
             required_damping: required,
             required_damping_unit: "N·s/m",

@@ -1,79 +1,56 @@
 //! `analyze environment` and `analyze transparency`: effective stiffness and damping.
 
 use super::arguments::{Files, HORIZON, logarithmic, refused};
-use super::path::{PathArguments, PathResult};
-use crate::command::device_model::DeviceModelArguments;
-use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
+use super::path::{PathResult, path};
 use crate::files::Place;
+use crate::keys;
+use crate::options::{Given, Options};
 use crate::output::Output;
-use crate::whole::whole;
-use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, LoopOperator};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::parameters;
-use haptic_experiment::parameters::range;
+use haptic_experiment::parameters::analysis::{
+    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, OMEGA_MAX, OMEGA_MIN, POINTS,
+};
+use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
 use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use serde::Serialize;
 
 /// The virtual environment and the frequencies.
-#[derive(Debug, Args)]
 struct Wall {
-    /// Order mu of the dissipation, 0 to 2
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
-    order: f64,
-    /// Virtual stiffness K
-    #[arg(long, value_parser = within::<Stiffness>(parameters::STIFFNESS.range()), allow_hyphen_values = true)]
-    stiffness: Stiffness,
-    /// Fractional dissipation B, N s^mu/m
-    #[arg(long, allow_hyphen_values = true, value_parser = read_within(parse_dissipation, parameters::DISSIPATION.range()))]
-    dissipation: f64,
-    /// Sample time T
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
-    sample_time: Time,
-    /// Fractional operator, see `host-cli --help`
-    #[arg(long, value_parser = parse_scheme, default_value = "exact")]
+    environment: Environment,
     scheme: Scheme,
-    /// Lowest frequency, rad/s [default: a thousandth of the highest]
-    #[arg(long, value_name = "RAD_PER_S", allow_hyphen_values = true, value_parser = number_within(range::ANGULAR_FREQUENCIES))]
-    omega_min: Option<f64>,
-    /// Highest frequency, rad/s [default: half the sample rate, pi/T]
-    #[arg(long, value_name = "RAD_PER_S", allow_hyphen_values = true, value_parser = number_within(range::ANGULAR_FREQUENCIES))]
-    omega_max: Option<f64>,
-    /// Number of frequencies
-    #[arg(long, default_value_t = 200, value_parser = whole::<u32>(2..=100_000))]
-    points: u32,
+    operator: LoopOperator,
+    omegas: Vec<f64>,
 }
 
 impl Wall {
-    fn environment(&self) -> Result<(Environment, LoopOperator), Failure> {
-        let mu = wall_order(self.order, "--order")?;
-        let operator = LoopOperator::new(self.scheme, mu, Seconds(self.sample_time.0), HORIZON)
-            .map_err(refused)?;
-        let environment = Environment {
-            stiffness_n_per_m: self.stiffness.0,
-            dissipation_n_s_mu_per_m: self.dissipation,
-            order: mu,
-            sample_time_s: self.sample_time.0,
-        };
-        Ok((environment, operator))
-    }
-
-    fn frequencies(&self) -> Result<impl Iterator<Item = f64> + use<>, Failure> {
-        let nyquist = std::f64::consts::PI / self.sample_time.0;
-        let high = self.omega_max.unwrap_or(nyquist);
-        let low = self.omega_min.unwrap_or(high * 1e-3);
-        if low > 0.0 && low < high && high <= nyquist {
-            Ok(logarithmic(low, high, self.points as usize))
-        } else {
-            Err(Failure::bad_input(format_args!(
+    fn of(given: &Given) -> Result<Self, Failure> {
+        let (mu, scheme) = (given.order()?, given.scheme()?);
+        let t = given.needed(&ANALYSED_SAMPLE_TIME)?;
+        let nyquist = std::f64::consts::PI / t;
+        let high = given.number(&OMEGA_MAX).unwrap_or(nyquist);
+        let low = given.number(&OMEGA_MIN).unwrap_or(high * 1e-3);
+        if !(low > 0.0 && low < high && high <= nyquist) {
+            return Err(Failure::bad_input(format_args!(
                 "frequencies {low} to {high} rad/s are not inside 0 to {nyquist} rad/s, lowest first: \
                  change --omega-min, --omega-max or --sample-time"
-            )))
+            )));
         }
+        let count = given.count(&POINTS, 2..=100_000)? as usize;
+        Ok(Self {
+            environment: Environment {
+                stiffness_n_per_m: given.needed(&STIFFNESS)?,
+                dissipation_n_s_mu_per_m: given.needed(&DISSIPATION)?,
+                order: mu,
+                sample_time_s: t,
+            },
+            scheme,
+            operator: LoopOperator::new(scheme, mu, Seconds(t), HORIZON).map_err(refused)?,
+            omegas: logarithmic(low, high, count).collect(),
+        })
     }
 }
 
@@ -85,7 +62,7 @@ impl Wall {
 )]
 pub struct EnvironmentArguments {
     #[command(flatten)]
-    wall: Wall,
+    options: Options<keys::Environment>,
     #[command(flatten)]
     files: Files,
 }
@@ -98,25 +75,7 @@ pub struct EnvironmentArguments {
 )]
 pub struct TransparencyArguments {
     #[command(flatten)]
-    wall: Wall,
-    #[command(flatten)]
-    file: DeviceModelArguments,
-    /// Mass m of the device
-    #[arg(
-        long, value_parser = within::<Mass>(parameters::MASS.range()),
-        required_unless_present = "device_model",
-        allow_hyphen_values = true
-    )]
-    mass: Option<Mass>,
-    /// Viscous damping b of the device
-    #[arg(
-        long, value_parser = within::<Damping>(parameters::DAMPING.range()),
-        required_unless_present = "device_model",
-        allow_hyphen_values = true
-    )]
-    damping: Option<Damping>,
-    #[command(flatten)]
-    path: PathArguments,
+    options: Options<keys::Transparency>,
     #[command(flatten)]
     files: Files,
 }
@@ -169,18 +128,16 @@ impl EnvironmentArguments {
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let place = self.files.look("environment")?;
-        let (environment, operator) = self.wall.environment()?;
-        let points = self
-            .wall
-            .frequencies()?
-            .map(|omega| {
-                let sampled = environment.effective(&operator, omega).map_err(refused)?;
-                Ok(point(sampled, None))
-            })
-            .collect::<Result<Vec<_>, Failure>>()?;
+        let wall = Wall::of(&self.options.given()?)?;
+        let effective = |&omega: &f64| {
+            let sampled = wall.environment.effective(&wall.operator, omega);
+            Ok(point(sampled.map_err(refused)?, None))
+        };
+        let points = wall.omegas.iter().map(effective);
+        let points = points.collect::<Result<Vec<_>, Failure>>()?;
         report(
             points,
-            &self.wall,
+            &wall,
             None,
             place,
             "Effective stiffness and damping of the environment",
@@ -196,35 +153,33 @@ impl TransparencyArguments {
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let place = self.files.look("transparency")?;
-        let (environment, operator) = self.wall.environment()?;
-        let file = self.file.read()?.map(|file| file.values);
-        let or = |given: Option<f64>, of_file: fn(&DeviceValues) -> f64| {
-            // The parser asks for one of the two.
-            given.or(file.as_ref().map(of_file)).unwrap_or_default()
+        let given = self.options.given()?;
+        let wall = Wall::of(&given)?;
+        let file = given.device()?.map(|file| file.values);
+        let or = |parameter: &Parameter, of_file: fn(&DeviceValues) -> f64| match &file {
+            Some(file) if !given.has(parameter) => Ok(of_file(file)),
+            _ => given.needed(parameter),
         };
         let closed = ClosedLoop {
-            mass_kg: or(self.mass.map(|m| m.0), |file| file.mass_kg),
-            damping_n_s_per_m: or(self.damping.map(|b| b.0), |file| file.damping_n_s_per_m),
-            environment,
+            mass_kg: or(&ANALYSED_MASS, |file| file.mass_kg)?,
+            damping_n_s_per_m: or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m)?,
+            environment: wall.environment,
             delay_samples: 0,
         };
-        let path = self
-            .path
-            .resolve(Some(self.wall.sample_time.0), file.as_ref())?;
+        let sample_time_s = Some(wall.environment.sample_time_s);
+        let path = path(&given, sample_time_s, file.as_ref())?;
         let closed = closed.through(path);
-        let points = self
-            .wall
-            .frequencies()?
-            .map(|omega| {
-                let sampled = closed.sampled(&operator, omega).map_err(refused)?;
-                let continuous = closed.continuous(omega).map_err(refused)?;
-                Ok(point(sampled, Some(continuous)))
-            })
-            .collect::<Result<Vec<_>, Failure>>()?;
+        let effective = |&omega: &f64| {
+            let sampled = closed.sampled(&wall.operator, omega).map_err(refused)?;
+            let continuous = closed.continuous(omega).map_err(refused)?;
+            Ok(point(sampled, Some(continuous)))
+        };
+        let points = wall.omegas.iter().map(effective);
+        let points = points.collect::<Result<Vec<_>, Failure>>()?;
         report(
             points,
-            &self.wall,
-            Some(PathResult::new(path, Some(self.wall.sample_time.0))),
+            &wall,
+            Some(PathResult::new(path, sample_time_s)),
             place,
             "Effective stiffness and damping at the hand",
             output,
@@ -259,11 +214,11 @@ fn report(
     });
     let written = place.table_and_picture(rows, || draw(&points, wall, title));
     let result = Points {
-        order: wall.order,
+        order: wall.environment.order.get(),
         scheme: wall.scheme.to_string(),
-        sample_time_s: wall.sample_time.0,
-        stiffness_n_per_m: wall.stiffness.0,
-        dissipation_n_s_mu_per_m: wall.dissipation,
+        sample_time_s: wall.environment.sample_time_s,
+        stiffness_n_per_m: wall.environment.stiffness_n_per_m,
+        dissipation_n_s_mu_per_m: wall.environment.dissipation_n_s_mu_per_m,
         path,
         effective_stiffness_unit: "N/m",
         effective_damping_unit: "N·s/m",
@@ -300,7 +255,11 @@ fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureErr
     };
     let subtitle = format!(
         "order μ = {} · scheme {} · K = {} N/m · B = {} N·s^μ/m · T = {} s",
-        wall.order, wall.scheme, wall.stiffness.0, wall.dissipation, wall.sample_time.0
+        wall.environment.order,
+        wall.scheme,
+        wall.environment.stiffness_n_per_m,
+        wall.environment.dissipation_n_s_mu_per_m,
+        wall.environment.sample_time_s
     );
     ChartPage {
         title,

@@ -11,7 +11,7 @@ mod stability;
 mod teleoperation;
 
 use crate::output::Output;
-pub use arguments::{Files, LoopArguments};
+pub use arguments::Files;
 use clap::Subcommand;
 use haptic_experiment::failure::Failure;
 

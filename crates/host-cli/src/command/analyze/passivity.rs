@@ -1,7 +1,9 @@
 //! `analyze passivity`: the damping that a wall needs to be passive.
 
-use super::arguments::{LoopArguments, Wall, refused};
+use super::arguments::{Wall, refused, resolve};
 use super::path::PathResult;
+use crate::keys;
+use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_analysis::{AnalysisError, Largest, OnePort};
@@ -15,7 +17,7 @@ use serde::Serialize;
 )]
 pub struct PassivityArguments {
     #[command(flatten)]
-    arguments: LoopArguments,
+    options: Options<keys::Loop>,
 }
 
 /// Result of `analyze passivity`.
@@ -56,7 +58,7 @@ impl PassivityArguments {
     /// # Errors
     /// A parameter outside its range.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let resolved = self.arguments.resolve(Wall::Needed)?;
+        let resolved = resolve(&self.options.given()?, Wall::Needed)?;
         let parameters = resolved.parameters;
         let port = OnePort::new(&resolved.operator, resolved.order)
             .and_then(|port| port.through(resolved.path))

@@ -1,77 +1,51 @@
 //! The way of the force, its delay and current lag: what an analysis is told, and what it answers.
 
-use crate::within::{number_within, within};
-use clap::Args;
+use crate::options::Given;
 use haptic_analysis::ForcePath;
 use haptic_experiment::failure::Failure;
-use haptic_experiment::parameters::{self, range};
+use haptic_experiment::parameters::Parameter;
+use haptic_experiment::parameters::analysis::{ANALYSED_DELAY, ANALYSED_LAG, DELAY_SAMPLES};
 use haptic_experiment::plant_file::DeviceValues;
-use haptic_quantity::Time;
 use serde::Serialize;
 
-/// The way of the force: delay and current lag.
-#[derive(Clone, Copy, Debug, Args)]
-pub(super) struct PathArguments {
-    /// Delay between measuring and acting beside that of the hold, in samples, whole or not [default: 0]
-    #[arg(long, value_name = "SAMPLES", value_parser = number_within(range::DELAY_SAMPLES), allow_hyphen_values = true)]
-    delay_samples: Option<f64>,
-    /// The same as a time, up to 10000 samples: instead of --delay-samples, with --sample-time
-    #[arg(long, value_parser = within::<Time>(parameters::DELAY.range()), value_name = "TIME", allow_hyphen_values = true)]
-    delay: Option<Time>,
-    /// Time constant of the motor current that follows a command, with --sample-time [default: 0]
-    #[arg(long, value_parser = within::<Time>(parameters::CURRENT_LAG.range()), value_name = "TIME", allow_hyphen_values = true)]
-    current_lag: Option<Time>,
-}
-
-impl PathArguments {
-    /// Delay and lag in samples; `sample_time_s` is that of the loop, if it was given. What is not given is of the device file.
-    ///
-    /// # Errors
-    /// A delay in both units, a time without a sample time, something outside its range.
-    pub(super) fn resolve(
-        &self,
-        sample_time_s: Option<f64>,
-        file: Option<&DeviceValues>,
-    ) -> Result<ForcePath, Failure> {
-        if self.delay.is_some() && self.delay_samples.is_some() {
-            return Err(Failure::bad_input(
-                "the delay is given both in samples and in seconds: give either --delay-samples or --delay",
-            ));
-        }
-        let samples = |time: Time, option: &str| match sample_time_s {
-            Some(t) => Ok(time.0 / t),
-            None => Err(Failure::bad_input(format_args!(
-                "{option} {} s is a time, and the loop has none: give --sample-time{}",
-                time.0,
-                if option == "--delay" {
-                    ", or --delay-samples"
-                } else {
-                    ""
-                }
-            ))),
-        };
-        let delay = match (self.delay, self.delay_samples) {
-            (Some(time), _) => samples(time, "--delay")?,
-            (None, Some(given)) => given,
-            (None, None) => match file {
-                Some(file) => samples(Time(file.delay_s), "the delay of --device-model,")?,
-                None => 0.0,
-            },
-        };
-        let lag = match (self.current_lag, file) {
-            (Some(time), _) => samples(time, "--current-lag")?,
-            (None, Some(file)) => samples(Time(file.current_lag_s), "the lag of --device-model,")?,
-            (None, None) => 0.0,
-        };
-        ForcePath::new(delay, lag).map_err(|error| {
-            Failure::input_with_advice(error, "change --delay, --delay-samples or --current-lag")
-        })
+/// Delay and lag of a loop in samples; `sample_time_s` is its own, if it was given. What is not given is of the device file.
+///
+/// # Errors
+/// A delay in both units, a time without a sample time, something outside its range.
+pub(super) fn path(
+    given: &Given,
+    sample_time_s: Option<f64>,
+    file: Option<&DeviceValues>,
+) -> Result<ForcePath, Failure> {
+    let in_samples = given.number(&DELAY_SAMPLES);
+    if in_samples.is_some() && given.has(&ANALYSED_DELAY) {
+        return Err(Failure::bad_input(
+            "the delay is given both in samples and in seconds: give either --delay-samples or --delay",
+        ));
     }
+    let samples = |parameter: &Parameter, of_file: fn(&DeviceValues) -> f64| {
+        let time_s = given.number(parameter).or(file.map(of_file)).unwrap_or(0.0);
+        match sample_time_s {
+            Some(t) => Ok(time_s / t),
+            None if time_s == 0.0 => Ok(0.0),
+            None => Err(Failure::bad_input(format_args!(
+                "{parameter} {time_s} s is a time, and the loop has none: give --sample-time"
+            ))),
+        }
+    };
+    let delay = match in_samples {
+        Some(samples) => samples,
+        None => samples(&ANALYSED_DELAY, |file| file.delay_s)?,
+    };
+    let lag = samples(&ANALYSED_LAG, |file| file.current_lag_s)?;
+    ForcePath::new(delay, lag).map_err(|error| {
+        Failure::input_with_advice(error, "change --delay, --delay-samples or --current-lag")
+    })
 }
 
 /// Delay and lag in a result.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct PathResult {
+pub(super) struct PathResult {
     delay_samples: f64,
     /// Null without a sample time.
     delay_s: Option<f64>,
@@ -83,7 +57,7 @@ pub struct PathResult {
 impl PathResult {
     /// Of a loop with this sample time, if it has one.
     #[must_use]
-    pub fn new(path: ForcePath, sample_time_s: Option<f64>) -> Self {
+    pub(super) fn new(path: ForcePath, sample_time_s: Option<f64>) -> Self {
         Self {
             delay_samples: path.delay_samples(),
             delay_s: sample_time_s.map(|t| path.delay_samples() * t),
@@ -94,7 +68,7 @@ impl PathResult {
 
     /// In words: `delay 1.3 samples`, and the lag if there is one.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         // 1.3 ms / 1 ms is 1.2999999999999998.
         let rounded = |samples: f64| (samples * 1e9).round() / 1e9;
         let lag = if self.current_lag_samples > 0.0 {

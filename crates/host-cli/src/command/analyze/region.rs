@@ -1,7 +1,9 @@
 //! `analyze stability-region`: all walls that are stable on a device.
 
-use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, refused};
+use super::arguments::{Files, ResolvedLoop, Wall, refused, resolve};
 use super::path::PathResult;
+use crate::keys;
+use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_analysis::{BoundaryPoint, StabilityRegion};
@@ -16,7 +18,7 @@ use serde::Serialize;
 )]
 pub struct RegionArguments {
     #[command(flatten)]
-    arguments: LoopArguments,
+    options: Options<keys::Loop>,
     #[command(flatten)]
     files: Files,
 }
@@ -71,7 +73,7 @@ impl RegionArguments {
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let mut place = self.files.look("region")?;
-        let resolved = self.arguments.resolve(Wall::Sought)?;
+        let resolved = resolve(&self.options.given()?, Wall::Sought)?;
         let parameters = resolved.parameters;
         let region = StabilityRegion::new(resolved.plant()?, &resolved.operator, 0, POINTS)
             .map_err(refused)?;

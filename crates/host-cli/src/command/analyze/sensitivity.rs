@@ -1,11 +1,13 @@
 //! `analyze sensitivity`: how much a loop amplifies at each frequency.
 
-use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, decibel, logarithmic, refused};
+use super::arguments::{Files, ResolvedLoop, Wall, decibel, logarithmic, refused, resolve};
 use super::path::PathResult;
+use crate::keys;
+use crate::options::Options;
 use crate::output::Output;
-use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::analysis::SENSITIVITY_POINTS;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 
@@ -16,10 +18,7 @@ use serde::Serialize;
 )]
 pub struct SensitivityArguments {
     #[command(flatten)]
-    arguments: LoopArguments,
-    /// Number of frequencies
-    #[arg(long, default_value_t = 400, value_parser = whole::<u32>(2..=100_000))]
-    points: u32,
+    options: Options<keys::Sensitivity>,
     #[command(flatten)]
     files: Files,
 }
@@ -50,13 +49,15 @@ impl SensitivityArguments {
     /// A parameter outside its range; a loop that is not stable; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let mut place = self.files.look("sensitivity")?;
-        let resolved = self.arguments.resolve(Wall::Needed)?;
+        let given = self.options.given()?;
+        let count = given.count(&SENSITIVITY_POINTS, 2..=100_000)?;
+        let resolved = resolve(&given, Wall::Needed)?;
         let sampled = resolved.sampled()?;
         let peak = sampled.sensitivity_peak().map_err(refused)?;
         let points: Vec<SensitivityPoint> = logarithmic(
             1e-3 * std::f64::consts::PI,
             std::f64::consts::PI,
-            self.points as usize,
+            count as usize,
         )
         .map(|theta| SensitivityPoint {
             theta,

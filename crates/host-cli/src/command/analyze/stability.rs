@@ -1,7 +1,9 @@
 //! `analyze stability`: is this wall stable on this device, and by how much?
 
-use super::arguments::{LoopArguments, Wall, decibel};
+use super::arguments::{Wall, decibel, resolve};
 use super::path::PathResult;
+use crate::keys;
+use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -15,7 +17,7 @@ use serde::Serialize;
 )]
 pub struct VerdictArguments {
     #[command(flatten)]
-    arguments: LoopArguments,
+    options: Options<keys::Loop>,
 }
 
 /// Result of `analyze stability`.
@@ -51,7 +53,7 @@ impl VerdictArguments {
     /// # Errors
     /// A parameter outside its range.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let resolved = self.arguments.resolve(Wall::Needed)?;
+        let resolved = resolve(&self.options.given()?, Wall::Needed)?;
         let parameters = resolved.parameters;
         // Without any spring there is a pole at z = 1, which is no instability.
         let sampled = resolved.sampled()?;

@@ -3,13 +3,10 @@
 mod answer;
 
 use super::arguments::{Files, logarithmic};
-use crate::choice::choice;
 use crate::command::materials::folder::library;
-use crate::command::words::parse_dissipation;
-use crate::options;
+use crate::keys;
+use crate::options::{Given, Options};
 use crate::output::Output;
-use crate::whole::whole;
-use crate::within::{number_within, read_within, within};
 use answer::{Answer, Best, Point};
 use clap::Args;
 use fracdiff::{Order, Seconds};
@@ -19,20 +16,17 @@ use haptic_analysis::{
 };
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters as p;
-use haptic_experiment::parameters::range;
+use haptic_experiment::parameters::analysis as a;
 use haptic_experiment::teleoperation::{ArchitectureName, RemotePlace};
-use haptic_experiment::{ModelledTissue, TissuePiece};
+use haptic_experiment::{ModelledTissue, Named as _, TissuePiece};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
-use haptic_quantity::{Area, Damping, Frequency, Length, Mass, Stiffness, Time};
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Longest delay that is looked for, s.
 const DELAY_MOST_S: f64 = 1.0;
-/// Samples of playout of waves.
-const PLAYOUT: u32 = 2;
 /// Orders that are tried: 0, 0.05, … 1.
 const ORDERS: u32 = 20;
 
@@ -43,53 +37,8 @@ const ORDERS: u32 = 20;
                   host-cli analyze teleoperation --line-delay 20ms --best --out far"
 )]
 pub struct TeleoperationArguments {
-    #[arg(long, help = p::ARCHITECTURE.help, value_parser = choice::<ArchitectureName>(), default_value = p::ARCHITECTURE.shown, help_heading = "Line")]
-    architecture: ArchitectureName,
-    #[arg(long, value_parser = within::<Time>(p::LINE_DELAY.range()), help = p::LINE_DELAY.help, default_value = p::LINE_DELAY.shown, allow_hyphen_values = true, help_heading = "Line")]
-    line_delay: Time,
-    #[arg(long, value_parser = within::<Stiffness>(p::HAND_COUPLER_STIFFNESS.range()), help = options::help(&p::HAND_COUPLER_STIFFNESS), allow_hyphen_values = true, help_heading = "Line")]
-    coupler_stiffness: Option<Stiffness>,
-    #[arg(long, help = options::help(&p::HAND_COUPLER_DISSIPATION), value_name = "B_C", value_parser = read_within(parse_dissipation, p::HAND_COUPLER_DISSIPATION.range()), allow_hyphen_values = true, help_heading = "Line")]
-    coupler_dissipation: Option<f64>,
-    #[arg(long, help = options::help(&p::HAND_COUPLER_ORDER), value_parser = number_within(p::HAND_COUPLER_ORDER.range()), allow_hyphen_values = true, help_heading = "Line")]
-    order: Option<f64>,
-    #[arg(long, value_parser = within::<Damping>(p::WAVE_IMPEDANCE.range()), help = options::help(&p::WAVE_IMPEDANCE), allow_hyphen_values = true, help_heading = "Line")]
-    wave_impedance: Option<Damping>,
-    /// Samples over which waves are played out [default: 2]
-    #[arg(long, value_name = "SAMPLES", value_parser = whole::<u32>(1..=10_000), help_heading = "Line")]
-    playout: Option<u32>,
-    /// Find the best coupler of each order, or the best impedance of waves, for this delay and tissue
-    #[arg(long, help_heading = "Line")]
-    best: bool,
-    #[arg(long, value_parser = within::<Mass>(p::MASS.range()), help = p::MASS.help, default_value = p::MASS.shown, allow_hyphen_values = true, help_heading = "Devices")]
-    mass: Mass,
-    #[arg(long, value_parser = within::<Damping>(p::DAMPING.range()), help = p::DAMPING.help, default_value = p::DAMPING.shown, allow_hyphen_values = true, help_heading = "Devices")]
-    damping: Damping,
-    #[arg(long, value_parser = within::<Mass>(p::SLAVE_MASS.range()), help = p::SLAVE_MASS.help, allow_hyphen_values = true, help_heading = "Devices")]
-    slave_mass: Option<Mass>,
-    #[arg(long, value_parser = within::<Damping>(p::SLAVE_DAMPING.range()), help = p::SLAVE_DAMPING.help, allow_hyphen_values = true, help_heading = "Devices")]
-    slave_damping: Option<Damping>,
-    #[arg(long, value_parser = within::<Time>(p::SAMPLE_TIME.range()), help = p::SAMPLE_TIME.help, default_value = p::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Devices")]
-    sample_time: Time,
-    #[arg(long, help = p::TISSUE.help, value_name = "NAME", default_value = p::TISSUE.shown, help_heading = "Tissue")]
-    tissue: String,
-    #[arg(long, help = p::LIBRARY.help, value_name = "DIR", help_heading = "Tissue")]
-    library: Option<PathBuf>,
-    #[arg(long, value_parser = within::<Area>(p::AREA.range()), help = p::AREA.help, default_value = p::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
-    area: Area,
-    #[arg(long, value_parser = within::<Length>(p::THICKNESS.range()), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
-    thickness: Length,
-    /// Lowest frequency at which the tissue is to feel right
-    #[arg(long, allow_hyphen_values = true, value_parser = within::<Frequency>(range::FREQUENCIES_HZ))]
-    #[arg(default_value = "0.5Hz", help_heading = "Tissue")]
-    low: Frequency,
-    /// Highest frequency at which the tissue is to feel right
-    #[arg(long, allow_hyphen_values = true, value_parser = within::<Frequency>(range::FREQUENCIES_HZ))]
-    #[arg(default_value = "5Hz", help_heading = "Tissue")]
-    high: Frequency,
-    /// Number of frequencies
-    #[arg(long, default_value_t = 20, value_parser = whole::<u32>(2..=10_000), help_heading = "Tissue")]
-    points: u32,
+    #[command(flatten)]
+    options: Options<keys::Hands>,
     #[command(flatten)]
     files: Files,
 }
@@ -102,10 +51,6 @@ which delay? And what does the hand feel of a remote tissue?
 rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
 
 time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
-
-fn or_default(given: Option<f64>, parameter: &p::Parameter) -> f64 {
-    given.unwrap_or_else(|| parameter.default_number())
-}
 
 /// A question with its tissue.
 struct Question {
@@ -121,16 +66,21 @@ impl TeleoperationArguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        if self.architecture.0 == Architecture::TimeDomain {
+        let given = self.options.given()?;
+        let asked = Asked {
+            architecture: architecture(&given)?,
+            given,
+        };
+        if asked.architecture == Architecture::TimeDomain {
             return Err(Failure::bad_input(
                 "time-domain is not a linear law: analyze its coupler with --architecture position-position",
             ));
         }
-        self.all_act()?;
+        asked.all_act()?;
         let mut place = self.files.look("teleoperation")?;
-        let question = self.question()?;
-        let candidates = match self.best {
-            true => self.candidates(&question)?,
+        let question = asked.question()?;
+        let candidates = match asked.given.flag(&a::BEST) {
+            true => asked.candidates(&question)?,
             false => Vec::new(),
         };
         let best = (candidates.iter())
@@ -150,8 +100,8 @@ impl TeleoperationArguments {
             (hands.transparency(&question.omegas, &question.environment)).map_err(refused)?;
         let points = question.points(&hands)?;
         let mut answer = Answer {
-            architecture: self.architecture.0.name(),
-            line_delay_s: self.line_delay.0,
+            architecture: asked.architecture.name(),
+            line_delay_s: hands.delay_s,
             tissue: question.place.words(),
             absolutely_stable: stability.stable,
             least_ratio: stability.least_ratio,
@@ -162,7 +112,7 @@ impl TeleoperationArguments {
                 LargestDelay::Any => Some(DELAY_MOST_S),
             },
             any_delay: largest == LargestDelay::Any,
-            passive_line: self.architecture.0.is_passive(),
+            passive_line: asked.architecture.is_passive(),
             error: felt.error,
             largest_db: felt.largest_db,
             largest_degrees: felt.largest_degrees,
@@ -176,65 +126,98 @@ impl TeleoperationArguments {
         output.report(&answer)?;
         place.close(Ok(()))
     }
+}
+
+/// What was asked.
+struct Asked {
+    given: Given,
+    architecture: Architecture,
+}
+
+fn architecture(given: &Given) -> Result<Architecture, Failure> {
+    let name = given.text(&p::ARCHITECTURE);
+    let found = ArchitectureName::CHOICES
+        .iter()
+        .find(|(_, known, _)| *known == name);
+    found.map(|(found, ..)| found.0).ok_or_else(|| {
+        let known: Vec<&str> = ArchitectureName::CHOICES
+            .iter()
+            .map(|(_, known, _)| *known)
+            .collect();
+        Failure::bad_input(format_args!(
+            "{} \"{name}\" is not one of {}",
+            p::ARCHITECTURE,
+            known.join(", ")
+        ))
+    })
+}
+
+impl Asked {
+    /// A number with a default, or one that the parser has asked for.
+    fn number(&self, parameter: &p::Parameter) -> f64 {
+        self.given.number(parameter).unwrap_or_default()
+    }
 
     /// Refuses options that would have no effect.
     fn all_act(&self) -> Result<(), Failure> {
-        let wave = self.architecture.0 == Architecture::Wave;
-        let coupler = [
-            ("--coupler-stiffness", self.coupler_stiffness.is_some()),
-            ("--coupler-dissipation", self.coupler_dissipation.is_some()),
-            ("--order", self.order.is_some()),
-        ];
-        let impedance = ("--wave-impedance", self.wave_impedance.is_some());
-        let given = |options: &[(&'static str, bool)]| {
-            let mut given = options.iter().filter(|(_, given)| *given);
-            given.next().map(|(option, _)| *option)
-        };
-        let refusal = |option: &str, why: &str| {
-            Err(Failure::bad_input(format_args!(
-                "{option} has no effect {why}: omit it"
-            )))
-        };
-        if wave && let Some(option) = given(&coupler) {
-            return refusal(option, "on waves, which have no coupler");
-        }
-        let of_waves = [impedance, ("--playout", self.playout.is_some())];
-        if !wave && let Some(option) = given(&of_waves) {
-            return refusal(option, "without --architecture wave");
-        }
-        let [k, b, order] = coupler;
-        if self.best
-            && let Some(option) = given(&[k, b, order, impedance])
+        let refuse = |parameters: &[&p::Parameter], why: &str| match parameters
+            .iter()
+            .find(|parameter| self.given.has(parameter))
         {
-            return refusal(option, "with --best, which looks for it");
+            Some(parameter) => Err(Failure::bad_input(format_args!(
+                "{parameter} has no effect {why}: omit it"
+            ))),
+            None => Ok(()),
+        };
+        let coupler = [
+            &p::HAND_COUPLER_STIFFNESS,
+            &p::HAND_COUPLER_DISSIPATION,
+            &p::HAND_COUPLER_ORDER,
+        ];
+        match self.architecture {
+            Architecture::Wave => refuse(&coupler, "on waves, which have no coupler")?,
+            _ => refuse(
+                &[&p::WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES],
+                "without --architecture wave",
+            )?,
         }
-        Ok(())
+        match self.given.flag(&a::BEST) {
+            true => {
+                refuse(&coupler, "with --best, which looks for it")?;
+                refuse(&[&p::WAVE_IMPEDANCE], "with --best, which looks for it")
+            }
+            false => Ok(()),
+        }
     }
 
     fn question(&self) -> Result<Question, Failure> {
-        let (low, high) = (self.low.0, self.high.0);
-        let most = 0.5 / self.sample_time.0;
+        let (low, high) = (self.number(&a::FELT_LOW), self.number(&a::FELT_HIGH));
+        let most = 0.5 / self.number(&p::SAMPLE_TIME);
         if !(low > 0.0 && low < high && high <= most) {
             return Err(Failure::bad_input(format_args!(
                 "frequencies {low} to {high} Hz are not inside 0 to {most} Hz, lowest first: change --low, --high or --sample-time"
             )));
         }
-        let library = library(self.library.as_deref())?;
-        let material = library.find(&self.tissue).map_err(Failure::input)?;
-        let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0));
+        let folder = Some(self.given.text(&p::LIBRARY)).filter(|folder| !folder.is_empty());
+        let library = library(folder.map(Path::new))?;
+        let material = library
+            .find(self.given.text(&p::TISSUE))
+            .map_err(Failure::input)?;
+        let (area, thickness) = (self.number(&p::AREA), self.number(&p::THICKNESS));
+        let specimen = Specimen::new(SquareMetres(area), Metres(thickness));
         let place = RemotePlace::Tissue(TissuePiece {
             material: Box::new(ModelledTissue::new(material)?),
             specimen: specimen.map_err(|error| {
                 Failure::input_with_advice(error, "change --area or --thickness")
             })?,
         });
-        let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, self.points as usize).collect();
+        let count = self.given.count(&a::FELT_POINTS, 2..=10_000)? as usize;
+        let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, count).collect();
         let environment = (omegas.iter())
             .filter_map(|&omega| Some(place.stiffness(omega)? / Complex::new(0.0, omega)))
             .collect();
-        let hands = self.hands()?;
         Ok(Question {
-            hands,
+            hands: self.hands()?,
             omegas,
             place,
             environment,
@@ -243,54 +226,44 @@ impl TeleoperationArguments {
 
     /// Devices and line.
     fn hands(&self) -> Result<Teleoperation, Failure> {
-        let device = |mass: Mass, damping: Damping| HandMass {
-            mass_kg: mass.0,
-            damping_n_s_per_m: damping.0,
-        };
-        let order =
-            Order::new(or_default(self.order, &p::HAND_COUPLER_ORDER)).map_err(Failure::input)?;
+        let order = Order::new(self.number(&p::HAND_COUPLER_ORDER)).map_err(Failure::input)?;
         let coupler = HandCoupler {
-            stiffness_n_per_m: or_default(
-                self.coupler_stiffness.map(|k| k.0),
-                &p::HAND_COUPLER_STIFFNESS,
-            ),
-            dissipation_n_s_mu_per_m: or_default(
-                self.coupler_dissipation,
-                &p::HAND_COUPLER_DISSIPATION,
-            ),
+            stiffness_n_per_m: self.number(&p::HAND_COUPLER_STIFFNESS),
+            dissipation_n_s_mu_per_m: self.number(&p::HAND_COUPLER_DISSIPATION),
             order,
         };
-        // Checked where the loop is.
-        let t = Seconds(self.sample_time.0);
+        let t = Seconds(self.number(&p::SAMPLE_TIME));
         t.rate_to_the(order)
             .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))?;
+        let master = HandMass {
+            mass_kg: self.number(&p::MASS),
+            damping_n_s_per_m: self.number(&p::DAMPING),
+        };
         Ok(Teleoperation {
-            master: device(self.mass, self.damping),
-            slave: device(
-                self.slave_mass.unwrap_or(self.mass),
-                self.slave_damping.unwrap_or(self.damping),
-            ),
-            line: self.kind(
-                coupler,
-                or_default(self.wave_impedance.map(|b| b.0), &p::WAVE_IMPEDANCE),
-            ),
+            master,
+            slave: HandMass {
+                mass_kg: self.given.number(&p::SLAVE_MASS).unwrap_or(master.mass_kg),
+                damping_n_s_per_m: (self.given.number(&p::SLAVE_DAMPING))
+                    .unwrap_or(master.damping_n_s_per_m),
+            },
+            line: self.line(coupler)?,
             sample_time_s: t.0,
-            delay_s: self.line_delay.0,
+            delay_s: self.number(&p::LINE_DELAY),
         })
     }
 
-    fn kind(&self, coupler: HandCoupler, impedance_n_s_per_m: f64) -> HandLine {
-        match self.architecture.0 {
+    fn line(&self, coupler: HandCoupler) -> Result<HandLine, Failure> {
+        Ok(match self.architecture {
             // `run` has refused the second.
             Architecture::PositionPosition | Architecture::TimeDomain => {
                 HandLine::PositionPosition(coupler)
             }
             Architecture::PositionForce => HandLine::PositionForce(coupler),
             Architecture::Wave => HandLine::Wave {
-                impedance_n_s_per_m,
-                playout_samples: self.playout.unwrap_or(PLAYOUT),
+                impedance_n_s_per_m: self.number(&p::WAVE_IMPEDANCE),
+                playout_samples: self.given.count(&a::PLAYOUT_SAMPLES, 1..=10_000)?,
             },
-        }
+        })
     }
 
     /// The best of each order, or of waves.
@@ -301,7 +274,7 @@ impl TeleoperationArguments {
             environment: question.environment.clone(),
             stable: true,
         };
-        let orders = match self.architecture.0 {
+        let orders = match self.architecture {
             Architecture::Wave => 0..=0,
             _ => 0..=ORDERS,
         };
