@@ -237,7 +237,7 @@ fn bad_input_is_refused_with_its_place() {
         "
         control analyze --plant p.toml => p.toml:3 | did you mean `damping_n_s_per_m`
         control analyze --plant 1/(s+1 => character 6 | closing bracket
-        control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724.2° | 180° | --phase-margin | 60deg
+        control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724° | 180° | --phase-margin | 60deg
         control identify uneven.csv => uneven.csv: line 4 | equal steps
         ",
     );
