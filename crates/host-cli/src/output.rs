@@ -89,6 +89,9 @@ impl Output {
     }
 }
 
+/// Widest table that is one.
+const WIDEST: usize = 140;
+
 /// Prints lines of a report: labels in a column, tables under theirs.
 fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
     let long = |line: &Line| match line {
@@ -138,6 +141,13 @@ fn print_table(out: &mut dyn Write, table: &Table) -> io::Result<()> {
             )
         })
         .collect();
+    // Wider than any terminal: a row after another.
+    if columns.iter().map(|(width, _)| width + 2).sum::<usize>() > WIDEST {
+        for row in &table.rows {
+            print_block(out, &indent, &table.columns, row)?;
+        }
+        return Ok(());
+    }
     for row in rows() {
         let mut text = indent.clone();
         for (cell, (width, is_number)) in row.iter().zip(&columns) {
@@ -148,6 +158,30 @@ fn print_table(out: &mut dyn Write, table: &Table) -> io::Result<()> {
             };
         }
         writeln!(out, "{}", text.trim_end())?;
+    }
+    Ok(())
+}
+
+/// A row of a wide table: what it is of, and below it the rest.
+fn print_block(
+    out: &mut dyn Write,
+    indent: &str,
+    columns: &[String],
+    row: &[String],
+) -> io::Result<()> {
+    let (first, rest) = (
+        row.first().map_or("", String::as_str),
+        columns.iter().skip(1),
+    );
+    writeln!(out, "{indent}  {}", in_line(first))?;
+    let width = columns
+        .iter()
+        .map(|column| column.chars().count())
+        .max()
+        .unwrap_or(0);
+    for (column, cell) in rest.zip(row.iter().skip(1)) {
+        let space = " ".repeat(width - column.chars().count());
+        writeln!(out, "{indent}    {column}{space}  {}", in_line(cell))?;
     }
     Ok(())
 }
@@ -273,6 +307,27 @@ mod tests {
             serde_json::from_slice::<String>(&out.0).expect("JSON"),
             text
         );
+    }
+
+    #[test]
+    fn a_table_wider_than_a_terminal_is_a_row_after_another() {
+        let table = |seen: &str| Table {
+            level: 0,
+            key: "checks".to_owned(),
+            label: "checks".to_owned(),
+            columns: ["check", "seen"].map(str::to_owned).to_vec(),
+            rows: vec![vec!["stop".to_owned(), seen.to_owned()]],
+            length: 1,
+        };
+        let long = "x".repeat(WIDEST);
+        for (seen, want) in [
+            ("yes", "checks\n  check  seen\n  stop   yes\n".to_owned()),
+            (&long, format!("checks\n  stop\n    seen   {long}\n")),
+        ] {
+            let mut out = Vec::new();
+            print_table(&mut out, &table(seen)).expect("written");
+            assert_eq!(String::from_utf8(out).expect("text"), want);
+        }
     }
 
     #[test]
