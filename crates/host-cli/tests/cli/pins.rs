@@ -62,7 +62,7 @@ fn crc(text: &str) -> String {
 fn results(value: &Value, found: &mut BTreeMap<&'static str, Vec<String>>) {
     match value {
         Value::Object(members) => {
-            for (key, member) in members.iter().collect::<BTreeMap<_, _>>() {
+            for (key, member) in members {
                 match RESULTS.iter().find(|result| *result == key) {
                     Some(result) if !member.is_null() => {
                         found.entry(result).or_default().push(member.to_string());
@@ -109,8 +109,9 @@ fn held(line: &str, document: &str) -> String {
     let before = place.files();
     let ended = place.run(&format!("{line} --json"));
     let mut held = format!("code {}\n", ended.code.expect("ends by itself"));
-    if let Ok(json) = serde_json::from_str(&ended.stdout) {
+    if let Ok(mut json) = serde_json::from_str::<Value>(&ended.stdout) {
         let mut found = BTreeMap::new();
+        json.sort_all_objects();
         results(&json, &mut found);
         for (key, values) in found {
             let list = values.join(",");
