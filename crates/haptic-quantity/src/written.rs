@@ -53,7 +53,7 @@ impl WrittenUnit {
     /// A number of the key in this unit, without its symbol.
     #[must_use]
     pub fn number(&self, value: f64) -> String {
-        let plain = self.symbol.is_empty() && self.per_number == 1.0;
+        let plain = self.symbol.is_empty() && (self.per_number - 1.0).abs() < f64::EPSILON;
         match (value - 1.0).abs() {
             // How far a ratio is from 1 is what it says.
             off if plain && off > 0.0 && off < 1e-2 => {
