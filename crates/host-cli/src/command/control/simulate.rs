@@ -92,7 +92,7 @@ pub struct Arguments {
     /// Height of the step [default: 1]
     #[arg(long, value_parser = number_within(range::NUMBERS), allow_hyphen_values = true)]
     step: Option<f64>,
-    /// CSV with time_s and reference, instead of a step
+    /// CSV with `time_s` and `reference`, instead of a step
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
     reference: Option<PathBuf>,
     #[command(flatten)]

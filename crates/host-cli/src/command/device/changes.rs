@@ -176,7 +176,7 @@ impl Changes {
                 self.order = Some(order(mu).map_err(|error| format!(": {error}"))?);
             }
             "scheme" => {
-                self.scheme = Some(parse_scheme(text).map_err(|error| format!(": {error}"))?)
+                self.scheme = Some(parse_scheme(text).map_err(|error| format!(": {error}"))?);
             }
             "horizon_s" => self.horizon_s = Some(in_range(key, range::MEMORIES, text)?),
             "surface_m" => {

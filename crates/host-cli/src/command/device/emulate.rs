@@ -172,7 +172,7 @@ impl Details {
             "line_seed" => {
                 self.seed = text
                     .parse()
-                    .map_err(|_| "is not a whole number, 0 or more")?
+                    .map_err(|_| "is not a whole number, 0 or more")?;
             }
             "hardware" => self.haply.hardware = Some(version(text)?),
             "hand" => self.haply.hand = Some(hand(text)?),
