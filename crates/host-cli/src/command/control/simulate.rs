@@ -219,7 +219,7 @@ impl Arguments {
     }
 
     fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Report, Failure> {
-        let t = match (self.controller.sample_time_s()?, self.duration) {
+        let t = match (self.controller.sample_time_s(), self.duration) {
             (Some(t), _) => t,
             (None, Some(duration)) => sample_time_of(duration.0)?,
             (None, None) => {

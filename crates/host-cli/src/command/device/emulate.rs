@@ -3,7 +3,6 @@
 use super::emulate_haply::{Haply, hand, version};
 use super::emulate_moteus::{self, turn};
 use super::key_value::{self, in_range, key_and_value, keys_help, refused};
-use super::port::duration;
 use crate::choice::choice;
 use crate::command::device_model::DeviceModelArguments;
 use crate::output::{Output, note};
@@ -27,6 +26,7 @@ use haptic_remote::emulator::{
 use haptic_remote::serial::Line;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 pub(super) const LONG_ABOUT: &str = "\
 Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal, whose path is printed. Any \
@@ -239,18 +239,12 @@ impl Arguments {
     /// # Errors
     /// A pseudo-terminal that cannot be had; values outside their ranges.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        if !(self.speed > 0.0 && self.speed <= 1000.0) {
-            return Err(Failure::bad_input(format_args!(
-                "speed {} is not in (0, 1000]: give --speed, as in 10",
-                self.speed
-            )));
-        }
         let kind = self.kind.unwrap_or_default();
         let details = Details::read(&self.values)?;
         self.check_kind(kind, &details)?;
         let body = self.model.read()?.as_ref().map(body);
         let servo = emulate_moteus::servo(details.servo_id, details.turn)?;
-        let duration = duration(self.duration)?;
+        let duration = (self.duration).map(|time| Duration::from_secs_f64(time.0));
         let (faults, seed) = (details.faults, details.seed);
         let stop = crate::command::stop::stop_on_interrupt()?;
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
