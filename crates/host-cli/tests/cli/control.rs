@@ -120,7 +120,7 @@ fn a_plant_comes_back_from_its_own_step() {
     let place = Place::new();
     let line = format!("control simulate --plant {PODLUBNY} --duration 20s --out r");
     place.run(&line).succeeded();
-    let line = "control identify r/response.csv --input command --out p.toml --json";
+    let line = "control identify r/response.csv --columns input=command --out p.toml --json";
     let found = place.run(line).succeeded().json();
     assert_eq!(
         keys(&found),
