@@ -25,6 +25,7 @@ use haptic_remote::emulator::{
 };
 use haptic_remote::serial::Line;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -151,8 +152,12 @@ impl Details {
             servo_id: None,
             turn: None,
         };
+        let mut given = BTreeSet::new();
         for word in words {
             let (key, text) = key_and_value(word, KEYS.map(|(key, _)| key), "emulate")?;
+            if !given.insert(key) {
+                return Err(refused(word, "is given twice: keep one"));
+            }
             details.set(key, text).map_err(|why| refused(word, &why))?;
         }
         details.faults.check().map_err(Failure::input)?;
