@@ -60,13 +60,15 @@ const BESIDE: [&str; 5] = ["_reason", "_from_s", "_to_s", "_samples", "_unit"];
 /// Ends of keys of the frequency at which a value stands: `gain_up_rad_s` beside `gain_up`.
 const FREQUENCIES: [&str; 2] = ["_rad_s", "_hz"];
 /// Files come last.
-const FILES: [&str; 9] = [
+const FILES: [&str; 11] = [
     "log",
     "logs",
     "fault_log",
     "csv",
     "figure",
     "model",
+    "controller_file",
+    "plant_file",
     "experiment",
     "picture",
     "files",
@@ -88,9 +90,9 @@ struct Lines(Vec<Line>);
 
 impl Lines {
     fn object(&mut self, object: &Map<String, Value>, around: &Map<String, Value>, level: usize) {
-        let is_file = |key: &str| FILES.contains(&key);
-        let results = object.iter().filter(|(key, _)| !is_file(key));
-        for (key, value) in results.chain(object.iter().filter(|(key, _)| is_file(key))) {
+        let (files, results): (Vec<_>, Vec<_>) =
+            object.iter().partition(|(key, value)| is_file(key, value));
+        for (key, value) in results.into_iter().chain(files) {
             if !stands_beside(object, key) && !is_repeated(object, key, value) {
                 self.entry(key, value, [object, around], level);
             }
@@ -343,6 +345,12 @@ fn is_whole(number: &serde_json::Number) -> bool {
     number.is_u64() || number.is_i64()
 }
 
+/// True of a file; the model of a tissue is none, but that of a device.
+fn is_file(key: &str, value: &Value) -> bool {
+    let names_model = key == "model" && !value.as_str().is_some_and(|name| name.ends_with(".toml"));
+    FILES.contains(&key) && !names_model
+}
+
 /// True of a few numbers that stand in one line.
 fn is_short(object: &Map<String, Value>) -> bool {
     object.len() <= 3
@@ -472,6 +480,7 @@ mod tests {
     fn a_report_is_rows_in_its_order_and_its_files_come_last() {
         let report = json!({
             "tissue": null,
+            "model": "device.toml",
             "log": "a.mcap",
             "logs": ["a.mcap"],
             "sample_time_s": 0.001,
@@ -503,6 +512,7 @@ mod tests {
                 "1|stable|yes|",
                 "1|delay|2 ms|",
                 "1|alpha|0.5|",
+                "0|model|device.toml|",
                 "0|log|a.mcap|",
             ]
         );

@@ -89,6 +89,9 @@ impl Output {
     }
 }
 
+/// Widest table that is one.
+const WIDEST: usize = 140;
+
 /// Prints lines of a report: labels in a column, tables under theirs.
 fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
     let long = |line: &Line| match line {
@@ -143,6 +146,13 @@ fn print_table(out: &mut dyn Write, table: &Table) -> io::Result<()> {
             )
         })
         .collect();
+    // Wider than any terminal: a row after another.
+    if columns.iter().map(|(width, _)| width + 2).sum::<usize>() > WIDEST {
+        for row in &table.rows {
+            print_block(out, &indent, &table.columns, row)?;
+        }
+        return Ok(());
+    }
     for row in rows() {
         let mut text = indent.clone();
         for (cell, (width, is_number)) in row.iter().zip(&columns) {
@@ -153,6 +163,30 @@ fn print_table(out: &mut dyn Write, table: &Table) -> io::Result<()> {
             };
         }
         writeln!(out, "{}", text.trim_end())?;
+    }
+    Ok(())
+}
+
+/// A row of a wide table: what it is of, and below it the rest.
+fn print_block(
+    out: &mut dyn Write,
+    indent: &str,
+    columns: &[String],
+    row: &[String],
+) -> io::Result<()> {
+    let (first, rest) = (
+        row.first().map_or("", String::as_str),
+        columns.iter().skip(1),
+    );
+    writeln!(out, "{indent}  {}", in_line(first))?;
+    let width = columns
+        .iter()
+        .map(|column| column.chars().count())
+        .max()
+        .unwrap_or(0);
+    for (column, cell) in rest.zip(row.iter().skip(1)) {
+        let space = " ".repeat(width - column.chars().count());
+        writeln!(out, "{indent}    {column}{space}  {}", in_line(cell))?;
     }
     Ok(())
 }
@@ -235,16 +269,6 @@ pub fn warn(text: &str) {
     note("warning", text);
 }
 
-/// A number in as few digits as it takes; with an exponent where it would have many.
-#[must_use]
-pub fn short(value: f64) -> String {
-    if value == 0.0 || (1e-6..1e15).contains(&value.abs()) {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
-    }
-}
-
 /// A number with so many decimals; with an exponent where it would have many digits before the point.
 #[must_use]
 pub fn fixed(value: f64, decimals: usize) -> String {
@@ -281,18 +305,34 @@ mod tests {
     }
 
     #[test]
-    fn a_number_with_many_digits_has_an_exponent() {
-        for (value, few, six) in [
-            (0.0, "0", "0.000000"),
-            (0.25, "0.25", "0.250000"),
-            (-1e300, "-1e300", "-1.000000e300"),
-            (3.5e-300, "3.5e-300", "0.000000"),
-            (f64::INFINITY, "inf", "inf"),
+    fn a_table_wider_than_a_terminal_is_a_row_after_another() {
+        let table = |seen: &str| Table {
+            level: 0,
+            key: "checks".to_owned(),
+            label: "checks".to_owned(),
+            columns: ["check", "seen"].map(str::to_owned).to_vec(),
+            rows: vec![vec!["stop".to_owned(), seen.to_owned()]],
+            length: 1,
+        };
+        let long = "x".repeat(WIDEST);
+        for (seen, want) in [
+            ("yes", "checks\n  check  seen\n  stop   yes\n".to_owned()),
+            (&long, format!("checks\n  stop\n    seen   {long}\n")),
         ] {
-            assert_eq!(
-                (short(value).as_str(), fixed(value, 6).as_str()),
-                (few, six)
-            );
+            let mut out = Vec::new();
+            print_table(&mut out, &table(seen)).expect("written");
+            assert_eq!(String::from_utf8(out).expect("text"), want);
+        }
+    }
+
+    #[test]
+    fn a_number_with_many_digits_has_an_exponent() {
+        for (value, six) in [
+            (0.25, "0.250000"),
+            (-1e300, "-1.000000e300"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(fixed(value, 6), six);
         }
     }
 }

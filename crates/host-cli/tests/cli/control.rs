@@ -120,7 +120,7 @@ fn a_plant_comes_back_from_its_own_step() {
     let place = Place::new();
     let line = format!("control simulate --plant {PODLUBNY} --duration 20s --out r");
     place.run(&line).succeeded();
-    let line = "control identify r/response.csv --input command --out p.toml --json";
+    let line = "control identify r/response.csv --columns input=command --out p.toml --json";
     let found = place.run(line).succeeded().json();
     assert_eq!(
         keys(&found),
@@ -237,7 +237,7 @@ fn bad_input_is_refused_with_its_place() {
         "
         control analyze --plant p.toml => p.toml:3 | did you mean `damping_n_s_per_m`
         control analyze --plant 1/(s+1 => character 6 | closing bracket
-        control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724.2° | 180° | --phase-margin | 60deg
+        control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724° | 180° | --phase-margin | 60deg
         control identify uneven.csv => uneven.csv: line 4 | equal steps
         ",
     );

@@ -58,7 +58,7 @@ fn crc(text: &str) -> String {
     format!("{:016x}", crc.checksum(text.as_bytes()))
 }
 
-/// All values of a key in the order of their places; a list of them as its length and CRC.
+/// All values of a key in the order of the keys around them; a list of them as its length and CRC.
 fn results(value: &Value, found: &mut BTreeMap<&'static str, Vec<String>>) {
     match value {
         Value::Object(members) => {

@@ -230,7 +230,7 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
     place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 6\n");
     place.refuses(
         "
-        analyze teleoperation --line-delay -1ms => line_delay_s = -0.001 is not | change --line-delay
+        analyze teleoperation --line-delay -1ms => line_delay_s = -0.001 is not
         analyze teleoperation --playout 3 => --playout has no effect | --architecture wave
         teleoperate => --listen ADDRESS:PORT | --connect ADDRESS:PORT
         teleoperate --listen nowhere => no address with a port | give --listen

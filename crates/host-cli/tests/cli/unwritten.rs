@@ -112,7 +112,7 @@ fn what_cannot_be_written_is_told_behind_the_result() {
         (
             "p",
             "control identify step.csv --model 1/(s+1) --out p.toml",
-            "200 samples",
+            "rms residual",
             "p.toml",
         ),
         (

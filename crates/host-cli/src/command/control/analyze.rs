@@ -71,6 +71,8 @@ struct PlantReport {
 struct Pole {
     re: f64,
     im: f64,
+    re_unit: &'static str,
+    im_unit: &'static str,
     omega_rad_s: f64,
     /// Null at s = 0.
     damping_ratio: Option<f64>,
@@ -221,6 +223,8 @@ fn pole(pole: &Complex<f64>) -> Pole {
         } else {
             pole.im
         },
+        re_unit: "rad/s",
+        im_unit: "rad/s",
         omega_rad_s: size,
         damping_ratio: (size > 0.0).then_some(0.0 - pole.re / size),
     }

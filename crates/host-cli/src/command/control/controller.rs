@@ -1,6 +1,5 @@
 //! The controller of a loop: a file, or notation.
 
-use super::plant::sample_time;
 use super::words::in_degrees;
 use crate::command::words::{parse_number, parse_scheme};
 use crate::within::in_range;
@@ -42,11 +41,8 @@ pub(super) struct Limits {
 
 impl ControllerArguments {
     /// The sample time that was given.
-    ///
-    /// # Errors
-    /// Outside its range.
-    pub(super) fn sample_time_s(&self) -> Result<Option<f64>, Failure> {
-        self.sample_time.map(sample_time).transpose()
+    pub(super) fn sample_time_s(&self) -> Option<f64> {
+        self.sample_time.map(|time| time.0)
     }
 
     /// The controller, if one is given.
@@ -54,7 +50,7 @@ impl ControllerArguments {
     /// # Errors
     /// A file that cannot be read, one that is wrong, a controller in notation without a sample time.
     pub(super) fn resolve(&self) -> Result<Option<ControllerFile>, Failure> {
-        let sample_time_s = self.sample_time_s()?;
+        let sample_time_s = self.sample_time_s();
         let Some(text) = &self.controller else {
             let option = match (self.output_limits, self.scheme) {
                 (None, None) => return Ok(None),

@@ -7,7 +7,7 @@ use self::bound::{parse_bound, parse_peak};
 use self::report::Report;
 use super::controller::{Limits, controller_scheme, parse_limits};
 use super::draw::{design_columns, draw_design};
-use super::plant::{NamedPlant, PlantArguments, sample_time};
+use super::plant::{NamedPlant, PlantArguments};
 use super::words::refused;
 use crate::files::{Place, save_picture};
 use crate::output::Output;
@@ -221,14 +221,8 @@ impl Arguments {
             ));
         }
         let crossover = self.wishes.crossover.0;
-        if crossover <= 0.0 {
-            return Err(Failure::bad_input(format_args!(
-                "crossover {crossover} rad/s is not above 0 rad/s: give --crossover, as in 0.1rad/s or 2Hz",
-                crossover = Shown(crossover)
-            )));
-        }
         let sample_time_s = match self.sample_time {
-            Some(time) => sample_time(time)?,
+            Some(time) => time.0,
             None => sample_time_for(crossover)?,
         };
         check_gain(plant, crossover)?;

@@ -32,36 +32,15 @@ name what the function leaves unexplained, and the numbers that the record does 
 /// Arguments of `control identify`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control identify record.csv --input valve --output temperature --delay 2s --out plant.toml"
+    after_help = "Example: host-cli control identify record.csv --columns input=valve,output=temperature --delay 2s --out plant.toml"
 )]
 pub struct Arguments {
     /// CSV with a header
     #[arg(value_name = "DATA")]
     data: PathBuf,
-    /// Column of the time, s
-    #[arg(
-        long,
-        value_name = "COLUMN",
-        default_value = "time_s",
-        help_heading = "Table"
-    )]
-    time: String,
-    /// Column of the input
-    #[arg(
-        long,
-        value_name = "COLUMN",
-        default_value = "input",
-        help_heading = "Table"
-    )]
-    input: String,
-    /// Column of the output
-    #[arg(
-        long,
-        value_name = "COLUMN",
-        default_value = "output",
-        help_heading = "Table"
-    )]
-    output: String,
+    /// Headers of time / s, input and output, as in input=valve,output=temperature [default: time=time_s,input=input,output=output]
+    #[arg(long, value_name = "SIGNAL=COLUMN", value_delimiter = ',', value_parser = signal, help_heading = "Table")]
+    columns: Vec<(usize, String)>,
     /// Subtract the first row: the record begins at rest, but not at 0
     #[arg(long, help_heading = "Table")]
     subtract_start: bool,
@@ -95,6 +74,18 @@ const A_SAMPLE_S: f64 = 6e-5;
 const NONE_FITS: &str = "\
 no function fits the record: look for outliers; give --delay for a dead time, --subtract-start for a record that does not begin at 0, \
 or --model with terms and first values";
+
+/// Signals, and the columns that they are in.
+const SIGNALS: [(&str, &str); 3] = [("time", "time_s"), ("input", "input"), ("output", "output")];
+
+/// Place of a signal in [`SIGNALS`], and its column.
+fn signal(text: &str) -> Result<(usize, String), String> {
+    let split = text.split_once('=').and_then(|(name, column)| {
+        let place = SIGNALS.iter().position(|signal| signal.0 == name.trim())?;
+        Some((place, column.trim().to_owned()))
+    });
+    split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
+}
 
 /// Terms and first values.
 fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
@@ -154,57 +145,59 @@ impl Arguments {
         place.close(Ok(()))
     }
 
-    /// Refuses a column that stands for two things.
-    fn check_columns(&self) -> Result<(), Failure> {
-        let named = [
-            ("--time", &self.time),
-            ("--input", &self.input),
-            ("--output", &self.output),
-        ];
-        for (k, (first, name)) in named.iter().enumerate() {
-            if let Some((second, _)) = named[k + 1..].iter().find(|(_, other)| other == name) {
-                return Err(Failure::bad_input(format_args!(
-                    "column {} is named by {first} and by {second}: give each its own",
-                    short(name)
-                )));
-            }
+    /// The columns of time, input and output.
+    ///
+    /// # Errors
+    /// A column that stands for two things.
+    fn columns(&self) -> Result<[&str; 3], Failure> {
+        let mut names = SIGNALS.map(|(_, column)| column);
+        for (place, name) in &self.columns {
+            names[*place] = name;
         }
-        Ok(())
+        let twice = (1..names.len()).find(|&place| names[..place].contains(&names[place]));
+        match twice {
+            None => Ok(names),
+            Some(place) => Err(Failure::bad_input(format_args!(
+                "column {} stands for two signals: give each its own with --columns",
+                short(names[place])
+            ))),
+        }
     }
 
     fn read(&self) -> Result<InputOutput, Failure> {
-        self.check_columns()?;
+        let [time, input, output] = self.columns()?;
         let name = self.data.display().to_string();
-        let column = |wanted: &str, option: &str| {
+        let column = |wanted: &str, signal: &str| {
             let file = open_file(&self.data).map_err(|error| {
                 Failure::bad_input(format_args!(
                     "cannot read the record `{name}`: {error}; give the path of a CSV file"
                 ))
             })?;
-            column::read_named(file, &name, wanted, &format!("give {option} one of them"))
+            column::read_named(
+                file,
+                &name,
+                wanted,
+                &format!("give --columns {signal}=NAME"),
+            )
         };
         let mut record = InputOutput {
-            time_s: column(&self.time, "--time")?,
-            input: column(&self.input, "--input")?,
-            output: column(&self.output, "--output")?,
+            time_s: column(time, "time")?,
+            input: column(input, "input")?,
+            output: column(output, "output")?,
             late_s: 0.0,
         };
         record.check_times().map_err(|error| {
             Failure::bad_input(format_args!(
-                "{name}: {error}; the time is column {}, that of --time",
-                short(&self.time)
+                "{name}: {error}; the time is column {}, see --columns",
+                short(time)
             ))
         })?;
         if self.subtract_start {
             record.subtract_start();
         }
         record
-            .check_signals([&self.input, &self.output])
-            .map_err(|error| {
-                Failure::bad_input(format_args!(
-                    "{name}: {error}; the columns are those of --input and --output"
-                ))
-            })?;
+            .check_signals([input, output])
+            .map_err(|error| Failure::bad_input(format_args!("{name}: {error}; see --columns")))?;
         Ok(record)
     }
 

@@ -141,18 +141,3 @@ pub(super) fn say_loose_factor(what: &str, text: &str) {
         ),
     );
 }
-
-/// Sample time that is asked for and lies in the range of all.
-///
-/// # Errors
-/// Outside it.
-pub(super) fn sample_time(time: Time) -> Result<f64, Failure> {
-    let range = parameters::CONTROLLER_SAMPLE_TIME.range();
-    if range.contains(time.0) {
-        return Ok(time.0);
-    }
-    Err(Failure::bad_input(format_args!(
-        "sample time {} s is not {range}: give --sample-time, as in 1ms",
-        Shown(time.0)
-    )))
-}

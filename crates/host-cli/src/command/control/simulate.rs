@@ -92,7 +92,7 @@ pub struct Arguments {
     /// Height of the step [default: 1]
     #[arg(long, value_parser = number_within(range::NUMBERS), allow_hyphen_values = true)]
     step: Option<f64>,
-    /// CSV with time_s and reference, instead of a step
+    /// CSV with `time_s` and `reference`, instead of a step
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
     reference: Option<PathBuf>,
     #[command(flatten)]
@@ -219,7 +219,7 @@ impl Arguments {
     }
 
     fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Report, Failure> {
-        let t = match (self.controller.sample_time_s()?, self.duration) {
+        let t = match (self.controller.sample_time_s(), self.duration) {
             (Some(t), _) => t,
             (None, Some(duration)) => sample_time_of(duration.0)?,
             (None, None) => {

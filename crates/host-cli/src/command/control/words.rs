@@ -160,16 +160,16 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
         Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
-            "On the boundary: a pole neither decays nor grows within 1e8 samples. If an integral of the controller meets a factor s of the plant, \
+            "On the boundary, as far as can be told: a pole neither decays nor grows within 1e8 samples. If an integral of the controller meets a factor s of the plant, \
              or the reverse, omit one or add a proportional part; else raise the gain or the sample time."
                 .to_owned()
         }
         Cause::Boundary => format!(
-            "On the boundary: {poles} at {} rad/s. Change the gain a little.",
+            "On the boundary, as far as can be told: {poles} at {} rad/s. Change the gain a little.",
             digits(analysis.verdict.omega_rad_s, 4)
         ),
         Cause::Cancelled => format!(
-            "On the boundary: {poles} at {} rad/s, whatever the gain, as a zero cancels a pole there: omit both, or move the zero.",
+            "On the boundary, as far as can be told: {poles} at {} rad/s, whatever the gain, as a zero cancels a pole there: omit both, or move the zero.",
             digits(analysis.verdict.omega_rad_s, 4)
         ),
         Cause::TooLarge => {

@@ -1,7 +1,7 @@
 //! What `device set` changes: `KEY=VALUE`, read before the device is asked.
 
 use super::key_value::{self, in_range, key_and_value, keys_help, refused};
-use crate::command::words::{order, parse_scheme};
+use crate::command::words::parse_scheme;
 use crate::output::note;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::device::Loop;
@@ -173,10 +173,10 @@ impl Changes {
             }
             "order" => {
                 let mu = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
-                self.order = Some(order(mu).map_err(|error| format!(": {error}"))?);
+                self.order = Some(Order::new(mu).map_err(|error| format!(": {error}"))?);
             }
             "scheme" => {
-                self.scheme = Some(parse_scheme(text).map_err(|error| format!(": {error}"))?)
+                self.scheme = Some(parse_scheme(text).map_err(|error| format!(": {error}"))?);
             }
             "horizon_s" => self.horizon_s = Some(in_range(key, range::MEMORIES, text)?),
             "surface_m" => {
@@ -405,6 +405,7 @@ mod tests {
             ("workspace=-1mm:1e300", "is not from -1000 m to 1000 m"),
             ("surface=1e300", "is not from"),
             ("device_delay=1ms:0.2ms guard=off", "lowest first"),
+            ("order=3", "order=3: order 3"),
             ("sample_time=1ms", "give order too"),
             ("device_lag=1ms", "give guard too"),
             ("force_limit=inf", "finite"),

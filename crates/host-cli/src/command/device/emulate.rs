@@ -3,7 +3,6 @@
 use super::emulate_haply::{Haply, hand, version};
 use super::emulate_moteus::{self, turn};
 use super::key_value::{self, in_range, key_and_value, keys_help, refused};
-use super::port::duration;
 use crate::choice::choice;
 use crate::command::device_model::DeviceModelArguments;
 use crate::output::{Output, note};
@@ -26,7 +25,9 @@ use haptic_remote::emulator::{
 };
 use haptic_remote::serial::Line;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 pub(super) const LONG_ABOUT: &str = "\
 Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal, whose path is printed. Any \
@@ -151,8 +152,12 @@ impl Details {
             servo_id: None,
             turn: None,
         };
+        let mut given = BTreeSet::new();
         for word in words {
             let (key, text) = key_and_value(word, KEYS.map(|(key, _)| key), "emulate")?;
+            if !given.insert(key) {
+                return Err(refused(word, "is given twice: keep one"));
+            }
             details.set(key, text).map_err(|why| refused(word, &why))?;
         }
         details.faults.check().map_err(Failure::input)?;
@@ -172,7 +177,7 @@ impl Details {
             "line_seed" => {
                 self.seed = text
                     .parse()
-                    .map_err(|_| "is not a whole number, 0 or more")?
+                    .map_err(|_| "is not a whole number, 0 or more")?;
             }
             "hardware" => self.haply.hardware = Some(version(text)?),
             "hand" => self.haply.hand = Some(hand(text)?),
@@ -239,18 +244,12 @@ impl Arguments {
     /// # Errors
     /// A pseudo-terminal that cannot be had; values outside their ranges.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        if !(self.speed > 0.0 && self.speed <= 1000.0) {
-            return Err(Failure::bad_input(format_args!(
-                "speed {} is not in (0, 1000]: give --speed, as in 10",
-                self.speed
-            )));
-        }
         let kind = self.kind.unwrap_or_default();
         let details = Details::read(&self.values)?;
         self.check_kind(kind, &details)?;
         let body = self.model.read()?.as_ref().map(body);
         let servo = emulate_moteus::servo(details.servo_id, details.turn)?;
-        let duration = duration(self.duration)?;
+        let duration = (self.duration).map(|time| Duration::from_secs_f64(time.0));
         let (faults, seed) = (details.faults, details.seed);
         let stop = crate::command::stop::stop_on_interrupt()?;
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;

@@ -88,10 +88,7 @@ impl Arguments {
         let identity = read_identity(self.board, &image)?;
         program(self.board, &image, output)?;
         // A board that was just reset needs a moment; its port may go and come back.
-        let patience = self
-            .port
-            .patience()?
-            .max(std::time::Duration::from_secs(10));
+        let patience = self.port.patience().max(std::time::Duration::from_secs(10));
         let link = self.port.name()?.connect(patience, &warn, None)?;
         if let Some(identity) = &identity {
             identity.compare(&Identity {

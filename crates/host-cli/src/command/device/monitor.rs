@@ -3,7 +3,7 @@
 mod session_log;
 
 use super::info::fault_in_words;
-use super::port::{PortArguments, duration};
+use super::port::PortArguments;
 use crate::command::live::LiveArguments;
 use crate::command::stop::stop_on_interrupt;
 use crate::files::folder;
@@ -124,14 +124,13 @@ impl Arguments {
     /// # Errors
     /// Exit code 3 if the device is not there at the beginning or at the end, 4 if samples were lost.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let duration = duration(self.duration)?;
         let stop = stop_on_interrupt()?;
         let live = self.live.open(true, output)?;
         let mut link = self.port.connect()?;
         let folder = folder(self.out.clone(), "monitor", self.overwrite).prepare()?;
         let mut watch = Watch {
             every: self.every,
-            until: duration.map(|duration| Instant::now() + duration),
+            until: (self.duration).map(|time| Instant::now() + Duration::from_secs_f64(time.0)),
             stop,
             bar: status_line(output),
             watched: Watched {

@@ -1,10 +1,9 @@
-//! The device that a command is about, and how long a command lasts.
+//! The device that a command is about.
 
 use crate::command::stop::stop_on_interrupt;
 use crate::output::warn;
 use crate::within::within;
 use clap::Args;
-use fracdiff::parameter::Shown;
 use haptic_experiment::device::{DeviceName, LinkedName};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
@@ -35,13 +34,8 @@ impl PortArguments {
         }
     }
 
-    pub(super) fn patience(&self) -> Result<Duration, Failure> {
-        Duration::try_from_secs_f64(self.wait.0).map_err(|_| {
-            Failure::bad_input(format_args!(
-                "waiting time {} s is not in [0, 1e9] s: give --wait, as in 10s",
-                Shown(self.wait.0)
-            ))
-        })
+    pub(super) fn patience(&self) -> Duration {
+        Duration::from_secs_f64(self.wait.0)
     }
 
     /// One attempt, at a device of one axis.
@@ -63,25 +57,11 @@ impl PortArguments {
 
     /// For how long to try, and what ends it before.
     fn attempts(&self) -> Result<(Duration, Option<&'static AtomicBool>), Failure> {
-        let patience = self.patience()?;
+        let patience = self.patience();
         let stop = match patience {
             Duration::ZERO => None,
             _ => Some(stop_on_interrupt()?),
         };
         Ok((patience, stop))
     }
-}
-
-/// Duration of a command, if it ends by itself.
-pub(super) fn duration(given: Option<Time>) -> Result<Option<Duration>, Failure> {
-    let Some(time) = given else {
-        return Ok(None);
-    };
-    let duration = Duration::try_from_secs_f64(time.0).map_err(|_| {
-        Failure::bad_input(format_args!(
-            "duration {time} s is not in [0, 1e9] s: give --duration, as in 1min",
-            time = Shown(time.0)
-        ))
-    })?;
-    Ok(Some(duration))
 }

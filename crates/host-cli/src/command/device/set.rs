@@ -26,7 +26,7 @@ pub struct GetArguments {
 pub struct SetArguments {
     #[command(flatten)]
     port: PortArguments,
-    /// Parameters, with a unit or in SI units, as in force_limit=0.5N
+    /// Parameters, with a unit or in SI units, as in `force_limit=0.5N`
     #[arg(value_name = "KEY=VALUE", required = true)]
     values: Vec<String>,
 }

@@ -20,17 +20,10 @@ fn materials_are_listed_with_those_of_the_user() {
     let with_gel = names("materials list --library mine --json");
     assert_eq!(with_gel, [own[0], own[1], own[2], "gel"]);
     let text = place.run("materials list --library mine").succeeded();
-    assert_eq!(text.stdout.lines().count(), 6, "{text}");
-    let muscle = text.stdout.lines().nth(4).expect("a line");
+    let muscle = text.stdout.split("fish-muscle").nth(1).expect("a row");
     says(
         muscle,
-        &[
-            "fish-muscle",
-            "fractional-maxwell",
-            "13.9 ms to 981 s",
-            "no",
-            "pyRheo",
-        ],
+        &["fractional-maxwell", "13.9 ms to 981 s", "no", "pyRheo"],
     );
     assert!(text.stdout.contains("gel"), "{text}");
 }

@@ -39,7 +39,10 @@ fn an_image_of_another_board_is_not_programmed() {
     let port = format!("serial:{}", device.place.path("device").display());
     let (code, error) = flash("nucleo", &port);
     assert_eq!(code, Some(3), "{error}");
-    assert!(error.contains("what answers is board emulated"), "{error}");
+    assert!(
+        error.contains("board emulated with firmware 0.1.0 answers"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -61,10 +61,11 @@ fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
     says(
         &shown.stdout,
         &[
-            "ok  force limit      promised  at most 0.05 N",
-            "ok  watchdog         promised  no force for 200 ms is a fault",
-            "–   emergency stop",
-            "seen      not there",
+            "force-limit",
+            "at most 0.05 N",
+            "no force for 200 ms is a fault",
+            "emergency-stop",
+            "not there",
         ],
     );
     device

@@ -29,8 +29,9 @@ fn watched(kind: &str, name: &str, away: fn(&mut Emulated)) {
     let line = format!("device monitor --device {name} --out watch --json");
     let mut monitor = device.place.start(&line);
     let mut stderr = BufReader::new(monitor.stderr.take().expect("piped"));
-    // Of a machine that is too busy to open it, the end.
-    while !device.place.path("watch/monitor.mcap.part").exists()
+    // A machine that is too busy to hold the line has closed it already, or could not open it.
+    let logs = ["watch/monitor.mcap.part", "watch/monitor.mcap"];
+    while !logs.iter().any(|log| device.place.path(log).exists())
         && monitor.try_wait().expect("can be asked").is_none()
     {
         std::thread::sleep(std::time::Duration::from_millis(5));
