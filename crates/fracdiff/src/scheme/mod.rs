@@ -132,10 +132,9 @@ impl fmt::Display for SchemeError {
             }
             Self::Parameter(error) => error.fmt(f),
             Self::Design(error) => error.fmt(f),
-            Self::AnalysisOnly => f.write_str(
-                "scheme exact is for analysis only, no filter of finite order is equal to it: \
-                 take full or piecewise-linear",
-            ),
+            Self::AnalysisOnly => {
+                f.write_str("scheme exact is for analysis only: use full or piecewise-linear")
+            }
         }
     }
 }

@@ -29,11 +29,7 @@ impl Named for ShapeName {
             "ball",
             "A disc with two axes, a sphere with three",
         ),
-        (
-            Self::HollowBall,
-            "hollow-ball",
-            "A room inside a ball",
-        ),
+        (Self::HollowBall, "hollow-ball", "A room inside a ball"),
     ];
 }
 

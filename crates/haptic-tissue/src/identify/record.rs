@@ -64,8 +64,7 @@ impl Record {
         let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
             return Err(IdentifyError::Record(format!(
-                "the modulus grows with time, as a compliance does and no tissue that relaxes: give {kind_creep}, or look whether \
-                 the columns are in the right order",
+                "the modulus grows with time, as only a compliance does: give {kind_creep}, or check the order of the columns",
                 kind_creep = KIND.set_to("creep")
             )));
         }
@@ -80,8 +79,8 @@ impl Record {
         let record = Self::of_logarithms(RecordKind::Creep, time_s, compliance_per_pa, Vec::new())?;
         if record.growth() < -GROWTH {
             return Err(IdentifyError::Record(format!(
-                "the compliance falls with time, as a relaxation modulus does and no tissue that creeps: give {kind_relaxation}, or \
-                 look whether the columns are in the right order",
+                "the compliance falls with time, as only a relaxation modulus does: give {kind_relaxation}, or check the order \
+                 of the columns",
                 kind_relaxation = KIND.set_to("relaxation")
             )));
         }
@@ -114,7 +113,7 @@ impl Record {
         for (index, values) in time_s.iter().zip(&strain).zip(&stress_pa).enumerate() {
             let ((&time, &strain), &stress) = values;
             if ![time, strain, stress].iter().all(|x| x.is_finite()) {
-                let reason = "a number is not finite; leave the sample out".to_owned();
+                let reason = "a number is not finite; omit the sample".to_owned();
                 return Err(IdentifyError::Sample { index, reason });
             }
         }
@@ -125,15 +124,14 @@ impl Record {
             .fold(0.0, f64::max);
         if range == 0.0 {
             return Err(IdentifyError::Record(format!(
-                "the strain stays at {}: a record needs the loading too; give {kind_relaxation} and {STRAIN}, or begin the record \
-                 before the motion",
+                "the strain stays at {}: give {kind_relaxation} and {STRAIN}, or begin the record before the motion",
                 Shown(strain[0]),
                 kind_relaxation = KIND.set_to("relaxation")
             )));
         }
         if strain[0].abs() > REST * range {
             return Err(IdentifyError::Record(format!(
-                "the strain begins at {}, not at rest: begin the record before the motion, or subtract the strain at rest",
+                "the strain begins at {}, not at rest: begin the record earlier, or subtract the strain at rest",
                 strain[0]
             )));
         }
@@ -142,9 +140,7 @@ impl Record {
         let together: f64 = strain.iter().zip(&stress_pa).map(|(e, s)| e * s).sum();
         if together <= 0.0 {
             return Err(IdentifyError::Record(
-                "strain and stress have opposite signs: give both positive in compression, or both in tension, so change the sign \
-                 of one column"
-                    .to_owned(),
+                "strain and stress have opposite signs: change the sign of one column".to_owned(),
             ));
         }
         Ok(Self {
@@ -253,19 +249,17 @@ fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), Id
     let n = x.len();
     if first.len() != n || second.is_some_and(|second| second.len() != n) {
         return Err(IdentifyError::Record(
-            "the columns have different lengths: give one number of each in every sample"
-                .to_owned(),
+            "the columns have different lengths: give one number of each per sample".to_owned(),
         ));
     }
     if n == 0 {
         return Err(IdentifyError::Record(
-            "there is no sample: give at least as many as the model has parameters, and one more"
-                .to_owned(),
+            "there are no samples: give at least one more than the model has parameters".to_owned(),
         ));
     }
     if n > SAMPLES_MOST {
         return Err(IdentifyError::Record(format!(
-            "{n} samples are more than {SAMPLES_MOST}: leave out every second one, or cut the record"
+            "{n} samples are more than {SAMPLES_MOST}: omit every second one, or cut the record"
         )));
     }
     Ok(())
@@ -278,7 +272,7 @@ fn positive(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError>
         Some(index) => Err(IdentifyError::Sample {
             index,
             reason: format!(
-                "{what} {} {unit} is not above 0 {unit}, where its logarithm is taken: leave out the rows before, or correct it",
+                "{what} {} {unit} is not above 0 {unit}: correct it, or omit the rows up to it",
                 values[index]
             ),
         }),
@@ -292,7 +286,7 @@ fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
         Some(before) => Err(IdentifyError::Sample {
             index: before + 1,
             reason: format!(
-                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows, and keep one of those that are equal",
+                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows, and keep one of equal ones",
                 x[before + 1],
                 x[before]
             ),
@@ -303,8 +297,7 @@ fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
 fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
     if values.len() > 1 && values.iter().all(|x| x.to_bits() == values[0].to_bits()) {
         return Err(IdentifyError::Record(format!(
-            "{what} is {} {unit} in every sample: nothing relaxes or creeps, so only a spring could be found; look whether this is the \
-             right column",
+            "{what} is {} {unit} in every sample: nothing relaxes or creeps; check that this is the right column",
             values[0]
         )));
     }

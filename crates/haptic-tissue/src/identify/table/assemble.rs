@@ -85,7 +85,7 @@ impl Columns {
             .find(|value| self.chosen.contains(&value.0));
         if let (Ok(_), Some((column, name, _))) = (&record, unused) {
             return Err(IdentifyError::Record(format!(
-                "the column {name} has no effect on a record of kind {}: leave {COLUMNS} {}= out, or give another {KIND}",
+                "the column {name} has no effect on a record of kind {}: omit {COLUMNS} {}=, or give another {KIND}",
                 kind.name(),
                 column.name()
             )));
@@ -163,7 +163,7 @@ impl Columns {
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else {
                 return Err(IdentifyError::Record(format!(
-                    "{parameter} has no effect without a column {}: leave it out, or name the column by {COLUMNS} {}=",
+                    "{parameter} has no effect without a column {}: omit it, or name the column by {COLUMNS} {}=",
                     from.header(),
                     from.name()
                 )));
@@ -288,7 +288,7 @@ impl Columns {
         let stress = self.need(Column::Stress, kind)?;
         if let Some(strain) = loading.strain.filter(|strain| strain.abs() > 1.0) {
             return Err(IdentifyError::Record(format!(
-                "{STRAIN} {share} is {} %, more than a linear model holds for: give it as a share, as 0.05 or 5%",
+                "{STRAIN} {share} is {} %, too much for a linear model: give it as a share, as 0.05 or 5%",
                 Shown(100.0 * strain),
                 share = Shown(strain)
             )));
@@ -340,7 +340,7 @@ impl Columns {
 fn no_effect(given: Option<f64>, name: Key, unit: &str) -> Result<(), IdentifyError> {
     given.map_or(Ok(()), |given| {
         Err(IdentifyError::Record(format!(
-            "{name} {given}{unit} has no effect on this record: leave it out",
+            "{name} {given}{unit} has no effect on this record: omit it",
             given = Shown(given)
         )))
     })
@@ -365,7 +365,7 @@ fn held(
         && !(stays && (given - mean).abs() <= STAYS * mean.abs())
     {
         return Err(IdentifyError::Record(format!(
-            "{name} {given}{unit} is not what its column says: leave it out, or begin the record where the column stays, with {FROM}",
+            "{name} {given}{unit} contradicts its column: omit it, or begin the record where the column stays, with {FROM}",
             given = Shown(given)
         )));
     }

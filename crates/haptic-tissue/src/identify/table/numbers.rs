@@ -75,7 +75,10 @@ impl Reader {
         notes.extend(empty.note("a cell without a number"));
         notes.extend(outside.note("outside the range asked for"));
         if columns.lines.is_empty() {
-            return Err(IdentifyError::Record("no row with numbers is left: give at least as many as the model has parameters, and one more".to_owned()));
+            return Err(IdentifyError::Record(
+                "no row with numbers is left: give at least one more than the model has parameters"
+                    .to_owned(),
+            ));
         }
         columns.notes = notes;
         Ok(columns)
@@ -91,7 +94,7 @@ impl Reader {
             return Err(wrong(
                 table.header_line,
                 &format!(
-                    "there is no header, only numbers: add one, as time_s,relaxation_modulus_pa, or name the columns by {COLUMNS}, as in \
+                    "there is no header: add one, as time_s,relaxation_modulus_pa, or name the columns by {COLUMNS}, as in \
                  time=1,modulus=2"
                 ),
             ));
@@ -220,7 +223,7 @@ impl Reader {
                 };
                 if own.is_some_and(|own| (own / given - 1.0).abs() > 1e-9) {
                     return Err(IdentifyError::Record(format!(
-                        "column {} says its unit itself: leave {}={unit} of {UNITS} out, or correct the header",
+                        "column {} names its own unit: omit {}={unit} of {UNITS}, or correct the header",
                         f.name,
                         f.column.name()
                     )));
@@ -272,9 +275,7 @@ impl Reader {
             let value = number(cell, table.delimiter).ok_or_else(|| IdentifyError::Line {
                 line,
                 column: Some(f.name.clone()),
-                reason: format!(
-                    "{cell:?} is not a finite number: correct it, or leave the row out"
-                ),
+                reason: format!("{cell:?} is not a finite number: correct it, or omit the row"),
             })?;
             values.push(value * f.factor.unwrap_or(1.0));
         }

@@ -13,7 +13,8 @@ use testkit::book;
 
 const FILE: &str = "experiment-keys.md";
 /// What stands above is written by hand, what stands below is made here.
-const MARK: &str = "<!-- Made from the tables: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
+const MARK: &str =
+    "<!-- Made from the tables: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
 /// With this in the environment the page is written, not compared.
 const UPDATE: &str = "UPDATE_GUIDE";
 
@@ -127,7 +128,9 @@ fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String])
 /// The page below its mark.
 fn made() -> String {
     let all = [TABLES, CONTROLLER_FILES, PLANT_FILES].concat();
-    let all = all.iter().flat_map(|(heading, parameters)| rows(heading, parameters));
+    let all = all
+        .iter()
+        .flat_map(|(heading, parameters)| rows(heading, parameters));
     let mut counts: BTreeMap<String, (&str, usize)> = BTreeMap::new();
     for (key, row) in all {
         counts.entry(row).or_insert((key, 0)).1 += 1;
