@@ -1,10 +1,10 @@
-//! Records of a specimen: valid numbers in SI units.
+//! Validated records of a specimen, in SI units.
 
 use super::error::IdentifyError;
 use crate::identify::keys::{KIND, STRAIN};
 use fracdiff::parameter::Shown;
 
-/// No record is longer, samples.
+/// Longest record, samples.
 pub const SAMPLES_MOST: usize = 1_000_000;
 
 /// The four kinds of records.
@@ -42,7 +42,7 @@ impl RecordKind {
     }
 }
 
-/// A record that has been checked.
+/// A validated record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) kind: RecordKind,
@@ -58,8 +58,8 @@ impl Record {
     /// Stress relaxation: times after the step, s, and the relaxation modulus, Pa.
     ///
     /// # Errors
-    /// Times that are not positive and increasing, moduli that are not positive, columns of different length, a modulus that does
-    /// not change or that grows.
+    /// Times or moduli that are not positive, times that do not increase, columns of different length, a modulus
+    /// that is constant or grows.
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
@@ -90,7 +90,7 @@ impl Record {
     /// Oscillation: angular frequencies, rad/s, storage and loss modulus, Pa, in any order.
     ///
     /// # Errors
-    /// Frequencies or moduli that are not positive, a frequency that is there twice, columns of different length.
+    /// Frequencies or moduli that are not positive, a repeated frequency, columns of different length.
     pub fn oscillation(
         omega_rad_s: Vec<f64>,
         storage_modulus_pa: Vec<f64>,
@@ -100,10 +100,10 @@ impl Record {
         Self::of_logarithms(kind, omega_rad_s, storage_modulus_pa, loss_modulus_pa)
     }
 
-    /// Any motion from rest: times, s, strain and stress, Pa, at these times; between them the strain is taken as straight.
+    /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between.
     ///
     /// # Errors
-    /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or does not move.
+    /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or is constant.
     pub fn history(
         time_s: Vec<f64>,
         strain: Vec<f64>,
@@ -136,7 +136,7 @@ impl Record {
             )));
         }
         constant(&stress_pa, "the stress", "Pa")?;
-        // No passive body pulls back as it is pulled: over the whole motion it takes work in, strain and stress go together.
+        // A passive body takes work in over the whole motion, so strain and stress have the same sign.
         let together: f64 = strain.iter().zip(&stress_pa).map(|(e, s)| e * s).sum();
         if together <= 0.0 {
             return Err(IdentifyError::Record(
@@ -216,7 +216,7 @@ impl Record {
         Ok(record)
     }
 
-    /// Frequency sweeps come upwards or downwards.
+    /// Sweeps may go up or down.
     fn sort(&mut self) {
         let mut order: Vec<usize> = (0..self.x.len()).collect();
         order.sort_by(|&a, &b| self.x[a].total_cmp(&self.x[b]));
@@ -225,7 +225,7 @@ impl Record {
         }
     }
 
-    /// The slope of ln first over ln x by least squares.
+    /// Least-squares slope of ln first over ln x.
     pub(super) fn growth(&self) -> f64 {
         let points = || {
             let pairs = self.x.iter().zip(&self.first);
@@ -240,7 +240,7 @@ impl Record {
     }
 }
 
-/// A slope of the logarithms that no noise makes: the record is of the other kind.
+/// A log slope that noise cannot explain: the record is of the other kind.
 const GROWTH: f64 = 0.02;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;

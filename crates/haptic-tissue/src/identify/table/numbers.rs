@@ -1,4 +1,4 @@
-//! From a table as text to columns of numbers in SI units.
+//! A table of text as columns of numbers in SI units.
 
 use super::super::error::IdentifyError;
 use super::assemble::Columns;
@@ -7,33 +7,33 @@ use super::header::{Heading, remedy, split, understand};
 use super::text::{Passed, TextTable, wrong};
 use crate::identify::keys::{COLUMNS, UNITS};
 
-/// How a user says to read a table.
+/// The user's instructions for a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reader {
-    /// Columns by place or name, where headers do not say it.
+    /// Columns by place or name.
     pub columns: Vec<(Column, Choice)>,
-    /// Units, where headers do not say them or say them wrong.
+    /// Units that headers omit or get wrong.
     pub units: Vec<(Column, String)>,
-    /// Only rows from this time (or angular frequency) on.
+    /// First time (or angular frequency).
     pub from: Option<f64>,
-    /// Only rows up to this time (or angular frequency).
+    /// Last time (or angular frequency).
     pub to: Option<f64>,
 }
 
-/// A column of the table that is wanted.
+/// A column to read.
 struct Found {
     column: Column,
     place: usize,
     name: String,
-    /// SI units in one of it; none until a unit is known.
+    /// SI units per unit; `None` until known.
     factor: Option<f64>,
 }
 
 impl Reader {
-    /// The columns of a table that hold quantities of a record.
+    /// Columns with quantities of a record.
     ///
     /// # Errors
-    /// Two columns of one quantity, a unit that does not fit, a cell that is no number, with line and column.
+    /// Two columns of one quantity, a wrong unit, a cell that is not a number, with line and column.
     pub fn read(&self, mut table: TextTable) -> Result<Columns, IdentifyError> {
         let mut notes = Vec::new();
         if table
@@ -84,7 +84,7 @@ impl Reader {
         Ok(columns)
     }
 
-    /// A table that begins with numbers: the first row is one of them, and columns must be named by number.
+    /// A table without a header: columns must be named by number.
     fn without_header(&self, table: &mut TextTable) -> Result<(), IdentifyError> {
         let numbered = self
             .columns
@@ -109,7 +109,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Columns that a user named, then those with a header that is understood.
+    /// Columns that a user named, then those with a known header.
     fn find(&self, table: &TextTable) -> Result<Vec<Found>, IdentifyError> {
         let mut found: Vec<Found> = Vec::new();
         for (column, choice) in &self.columns {
@@ -161,7 +161,7 @@ impl Reader {
         Ok(found)
     }
 
-    /// A header, understood; a unit that does not fit is refused, unless another one is given.
+    /// A known header; a wrong unit is refused unless another is given.
     fn heading(&self, table: &TextTable, name: &str) -> Result<Option<Heading>, IdentifyError> {
         match understand(name) {
             None => Ok(None),
@@ -188,7 +188,7 @@ impl Reader {
         unit.map(|unit| unit.1.as_str())
     }
 
-    /// Units: as a user gives them, as a row of units below the header, else SI, and said.
+    /// Units: the user's, a row of units below the header, else SI with a note.
     fn units(
         &self,
         table: &mut TextTable,
@@ -245,7 +245,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The numbers of a row in SI; none if a cell is empty.
+    /// The numbers of a row in SI; `None` if a cell is empty.
     fn row(
         &self,
         table: &TextTable,
@@ -283,7 +283,7 @@ impl Reader {
     }
 }
 
-/// A finite number; with a decimal comma where commas do not separate cells.
+/// A finite number; decimal commas where commas do not separate cells.
 fn number(cell: &str, delimiter: u8) -> Option<f64> {
     let value = match cell.parse::<f64>() {
         Ok(value) => Some(value),
