@@ -1,10 +1,10 @@
-//! Why a host cannot go on with a device, in one line each.
+//! Errors of a host with its device, in one line each.
 
 use crate::Impossible;
 use core::fmt;
 use haptic_link::{FaultReport, Keys, LineCounters, Refusal};
 
-/// Why the conversation cannot go on.
+/// An error that ends the conversation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LinkError {
@@ -12,7 +12,7 @@ pub enum LinkError {
     NoAnswer {
         /// Name of the request.
         request: &'static str,
-        /// Counts of the frames that came instead, from the second try on.
+        /// Frames that came instead, from the second try on.
         line: LineCounters,
     },
     /// The device refused.
@@ -27,9 +27,9 @@ pub enum LinkError {
         /// Its version.
         version: u8,
     },
-    /// The port sends back what it is sent.
+    /// The port echoes what it is sent.
     Echo,
-    /// The device was built with another definition of a message.
+    /// The device defines a message differently.
     OtherMessages {
         /// Its firmware version.
         firmware: [u8; 3],
@@ -38,27 +38,27 @@ pub enum LinkError {
     },
     /// A fault latched on the device.
     Faulted(FaultReport),
-    /// The device does not know this connection any more.
+    /// The device has dropped this connection.
     Rebooted,
-    /// No sample for so long where there ought to be some, and no answer to a question after that.
+    /// Samples and answers stopped for this long.
     NoSamples {
         /// Waited, ms.
         waited_ms: u64,
     },
-    /// No sample for so long where there ought to be some, though the device answers a question after that: it was let go.
+    /// Samples stopped for this long although the device answers; it was told to let go.
     HeldUp {
         /// Waited, ms.
         waited_ms: u64,
     },
-    /// The reading was stopped, and no sample came meanwhile.
+    /// Stopped before any sample came.
     Stopped,
-    /// A sample cannot be. The device was told to let go.
+    /// An impossible sample. The device was told to let go.
     Impossible(Impossible),
-    /// The device tells of itself what cannot be.
+    /// The device reports an impossible ability.
     Capability {
         /// In words.
         what: &'static str,
-        /// What it tells.
+        /// The reported value.
         value: f32,
     },
     /// The line is gone.
@@ -145,7 +145,7 @@ impl fmt::Display for Short {
     }
 }
 
-/// Explains a missing answer by the frames that came instead.
+/// A missing answer, explained by the frames that came instead.
 fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounters) -> fmt::Result {
     match line {
         LineCounters {
