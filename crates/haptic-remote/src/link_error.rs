@@ -159,7 +159,7 @@ fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounter
             corrupt + oversize
         ),
         LineCounters { received: 0, .. } if request != "hello" => f.write_str(
-            "silence: check its plug and supply, then reset it",
+            "nothing came: check its plug and supply, then reset it",
         ),
         LineCounters { received: 0, .. } => f.write_str(
             "nothing came; is this the right port, and is the device switched on and flashed?",

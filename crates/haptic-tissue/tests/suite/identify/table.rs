@@ -245,7 +245,7 @@ const REFUSED: &[(&str, Option<RecordKind>, &[&str])] = &[
     (
         "time_s,relaxation_modulus_pa\n0,5\n1,4\n",
         None,
-        &["line 2", "time 0 s is not above 0 s", "leave out the rows"],
+        &["line 2", "time 0 s is not above 0 s", "omit the rows"],
     ),
     (
         "time_s,relaxation_modulus_pa\n2,5\n\n1,4\n",
