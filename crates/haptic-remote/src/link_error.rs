@@ -1,10 +1,10 @@
-//! Why a host cannot go on with a device, in one line each.
+//! Errors of a host with its device, in one line each.
 
 use crate::Impossible;
 use core::fmt;
 use haptic_link::{FaultReport, Keys, LineCounters, Refusal};
 
-/// Why the conversation cannot go on.
+/// An error that ends the conversation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LinkError {
@@ -12,7 +12,7 @@ pub enum LinkError {
     NoAnswer {
         /// Name of the request.
         request: &'static str,
-        /// Counts of the frames that came instead, from the second try on.
+        /// Frames that came instead, from the second try on.
         line: LineCounters,
     },
     /// The device refused.
@@ -27,9 +27,9 @@ pub enum LinkError {
         /// Its version.
         version: u8,
     },
-    /// The port sends back what it is sent.
+    /// The port echoes what it is sent.
     Echo,
-    /// The device was built with another definition of a message.
+    /// The device defines a message differently.
     OtherMessages {
         /// Its firmware version.
         firmware: [u8; 3],
@@ -38,27 +38,27 @@ pub enum LinkError {
     },
     /// A fault latched on the device.
     Faulted(FaultReport),
-    /// The device does not know this connection any more.
+    /// The device has dropped this connection.
     Rebooted,
-    /// No sample for so long where there ought to be some, and no answer to a question after that.
+    /// Samples and answers stopped for this long.
     NoSamples {
         /// Waited, ms.
         waited_ms: u64,
     },
-    /// No sample for so long where there ought to be some, though the device answers a question after that: it was let go.
+    /// Samples stopped for this long although the device answers; it was told to let go.
     HeldUp {
         /// Waited, ms.
         waited_ms: u64,
     },
-    /// The reading was stopped, and no sample came meanwhile.
+    /// Stopped before any sample came.
     Stopped,
-    /// A sample cannot be. The device was told to let go.
+    /// An impossible sample. The device was told to let go.
     Impossible(Impossible),
-    /// The device tells of itself what cannot be.
+    /// The device reports an impossible ability.
     Capability {
         /// In words.
         what: &'static str,
-        /// What it tells.
+        /// The reported value.
         value: f32,
     },
     /// The line is gone.
@@ -79,19 +79,19 @@ impl fmt::Display for LinkError {
             Self::OtherVersion { version } => write!(
                 f,
                 "the device speaks protocol version {version}, this program {}: flash the firmware of this \
-                 program, or take the program of that firmware",
+                 program, or use the program of that firmware",
                 haptic_link::PROTOCOL_VERSION
             ),
             Self::Echo => {
-                f.write_str("the port sends back what it is sent, so it is no device but an echo")
+                f.write_str("the port echoes what it is sent: there is no device behind it")
             }
             Self::OtherMessages {
                 firmware: [major, minor, patch],
                 message,
             } => write!(
                 f,
-                "the device has firmware {major}.{minor}.{patch}, whose message \"{message}\" is not that of this \
-                 program: flash the firmware of this version, or take the program of that one"
+                "the device has firmware {major}.{minor}.{patch}, with another message \"{message}\": flash the \
+                 firmware of this version, or use the program of that one"
             ),
             Self::Faulted(report) => match haptic_loop::Fault::from_code(report.status.fault) {
                 Some(fault) => write!(f, "the device latched a fault at tick {}: {fault}", report.tick),
@@ -102,29 +102,29 @@ impl fmt::Display for LinkError {
                 ),
             },
             Self::Rebooted => f.write_str(
-                "the device does not know this connection any more: it was reset, or another program has \
-                 connected; connect again",
+                "the device has dropped this connection: it was reset, or another program has connected; connect \
+                 again",
             ),
             Self::NoSamples { waited_ms } => write!(
                 f,
-                "no sample came for {waited_ms} ms, and the device does not answer either: look at its plug and \
-                 supply, then reset it"
+                "no sample for {waited_ms} ms, and the device does not answer: check its plug and supply, then reset \
+                 it"
             ),
             Self::HeldUp { waited_ms } => write!(
                 f,
-                "no sample came for {waited_ms} ms, though the device answers: this machine or the line was held \
-                 up: close other programs on this machine, or take a better line"
+                "no sample for {waited_ms} ms, though the device answers: close other programs on this machine, or \
+                 use a better line"
             ),
-            Self::Stopped => f.write_str("stopped, where no sample came: look at the device, then start again"),
+            Self::Stopped => f.write_str("stopped without a sample: check the device, then start again"),
             Self::Impossible(impossible) => write!(
                 f,
-                "the device told what cannot be, {impossible}, and was told to let go: look at its sensor and its firmware"
+                "the device reported the impossible, {impossible}, and was told to let go: check its sensor and firmware"
             ),
             Self::Capability { what, value } => write!(
                 f,
-                "the device tells of itself a {what} of {value}, which cannot be: flash its firmware anew"
+                "the device reports an impossible {what} of {value}: flash its firmware again"
             ),
-            Self::Gone => f.write_str("the line is gone: look at the plug and the supply of the device"),
+            Self::Gone => f.write_str("the line is gone: check the plug and supply of the device"),
         }
     }
 }
@@ -145,7 +145,7 @@ impl fmt::Display for Short {
     }
 }
 
-/// Explains a missing answer by the frames that came instead.
+/// A missing answer, explained by the frames that came instead.
 fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounters) -> fmt::Result {
     match line {
         LineCounters {
@@ -159,14 +159,14 @@ fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounter
             corrupt + oversize
         ),
         LineCounters { received: 0, .. } if request != "hello" => f.write_str(
-            "nothing came any more: look at its plug and supply, then reset it",
+            "nothing came: check its plug and supply, then reset it",
         ),
         LineCounters { received: 0, .. } => f.write_str(
             "nothing came; is this the right port, and is the device switched on and flashed?",
         ),
         _ => f.write_str(
-            "other frames came, so the line works, but the device does not answer: leave this machine to itself, take a better line, \
-             or reset the device",
+            "other frames came, so the line works: close other programs on this machine, use a better line, or reset the \
+             device",
         ),
     }
 }
@@ -196,7 +196,7 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
         Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
         Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
         Refusal::Unsupported(field) => {
-            write!(f, "{field} as asked for is not possible on this board")
+            write!(f, "this board does not support this {field}")
         }
         Refusal::UnknownFault => {
             f.write_str("a fault has latched in the meantime; look at its cause, then arm again")
@@ -211,13 +211,12 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
              move the device out of the wall"
         ),
         Refusal::FaultPersists(code) => match haptic_loop::Fault::from_code(*code) {
-            Some(fault) => write!(f, "{fault}; mend that first"),
+            Some(fault) => write!(f, "{fault}; fix that first"),
             None => write!(f, "the cause of fault {code} is still there"),
         },
-        Refusal::Connection => f.write_str(
-            "it does not know this connection, or another one has armed it: it was reset, or another program has \
-             connected; connect again",
-        ),
+        Refusal::Connection => {
+            f.write_str("it was reset, or another program has connected or armed it; connect again")
+        }
         Refusal::Looser(field) => write!(
             f,
             "{field} is looser than what is set on the device, and a run may only tighten it: change what is set \

@@ -28,10 +28,10 @@ pub use sizes::{DEGREE_MAX, FULL_MODES, FULL_TAPS, SHORT_MOST};
 use std::boxed::Box;
 use std::string::{String, ToString};
 
-/// Tolerance of `full`, `piecewise-linear` and `full-bdf2` where none is given.
+/// Default tolerance of `full`, `piecewise-linear` and `full-bdf2`.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
-/// An operator by name and parameters, not yet made for an order and a sample time.
+/// An operator by name and parameters, without order and sample time.
 ///
 /// ```
 /// use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
@@ -84,17 +84,17 @@ pub enum Scheme {
     Exact,
 }
 
-/// Why a scheme could not be read or made.
+/// Error of reading or building a scheme.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SchemeError {
-    /// Not one of the names, or parameters missing or too many.
+    /// An unknown name, or missing or surplus parameters.
     Unknown(String),
     /// A parameter that is not a number.
     NotANumber(String),
     /// A parameter outside its range.
     Parameter(ParameterError),
-    /// No full memory for this tolerance and horizon.
+    /// No full memory has this tolerance and horizon.
     Design(DesignError),
     /// `exact` cannot run as a filter.
     AnalysisOnly,
@@ -132,10 +132,9 @@ impl fmt::Display for SchemeError {
             }
             Self::Parameter(error) => error.fmt(f),
             Self::Design(error) => error.fmt(f),
-            Self::AnalysisOnly => f.write_str(
-                "scheme exact is for analysis only, no filter of finite order is equal to it: \
-                 take full or piecewise-linear",
-            ),
+            Self::AnalysisOnly => {
+                f.write_str("scheme exact is for analysis only: use full or piecewise-linear")
+            }
         }
     }
 }
@@ -192,7 +191,7 @@ fn number<T: FromStr>(text: &str) -> Result<T, SchemeError> {
     parsed.map_err(|_| SchemeError::NotANumber(text.to_string()))
 }
 
-/// That of a full memory: the one parameter it may have.
+/// The optional parameter of a full memory.
 fn tolerance(parameters: &[&str]) -> Result<f64, SchemeError> {
     use crate::full_memory::{TOLERANCE_MAX, TOLERANCE_MIN};
     let tolerance = match parameters {
@@ -230,7 +229,7 @@ impl fmt::Display for Scheme {
     }
 }
 
-/// With as few modes as the tolerance allows, for at least 100 samples.
+/// Fewest modes for the tolerance, over at least 100 samples.
 fn pruned(
     kernel: Kernel,
     order: Order,
@@ -242,11 +241,11 @@ fn pruned(
 }
 
 impl Scheme {
-    /// Makes the operator. A full memory is designed for `horizon` samples (raised to 100 where less
-    /// is asked), with as few modes as the tolerance allows.
+    /// Builds the operator. A full memory is designed for `horizon` samples, at least 100, with the fewest modes
+    /// that the tolerance allows.
     ///
     /// # Errors
-    /// A parameter outside its range, a tolerance that cannot be reached, or the scheme `exact`.
+    /// A parameter outside its range, an unreachable tolerance, or the scheme `exact`.
     pub fn build<F: Real>(
         self,
         order: Order,
@@ -283,8 +282,8 @@ impl Scheme {
         })
     }
 
-    /// The scheme for whole records: the sum that it stands for, over all samples, no memory cut but that of `grunwald:N`.
-    /// A tolerance plays no part in it. `None` for `muir`, `tustin-muir` and `oustaloup`, which are no such sums.
+    /// The defining sum of the scheme over whole records, cut only by `grunwald:N` and regardless of the tolerance.
+    /// `None` for `muir`, `tustin-muir` and `oustaloup`, which have none.
     ///
     /// ```
     /// use fracdiff::{Order, Scheme, Seconds};

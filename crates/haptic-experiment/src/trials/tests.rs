@@ -49,7 +49,7 @@ fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
         panic!("nothing more can be tried");
     };
     let said = failure.to_string();
-    assert!(said.contains("look at its plug and supply"), "{said}");
+    assert!(said.contains("check its plug and supply"), "{said}");
     assert_eq!(failure.exit_code(), 3, "{said}");
     drop(stuck);
 }

@@ -114,32 +114,30 @@ fn allowed(
     if !door.knows_host(headers) {
         return sentence(
             StatusCode::FORBIDDEN,
-            "This server answers to 127.0.0.1 and localhost only: copy the address from the terminal.",
+            "Use 127.0.0.1 or localhost: copy the address from the terminal.",
         );
     }
     if method != Method::GET && method != Method::HEAD {
         return sentence(
             StatusCode::METHOD_NOT_ALLOWED,
-            "Only GET and HEAD are answered.",
+            "Only GET and HEAD are allowed.",
         );
     }
     let Some(name) = door.behind(uri.path()) else {
         return sentence(
             StatusCode::NOT_FOUND,
-            "This address has not the token of the server: copy the whole address from the terminal.",
+            "The token is missing or wrong: copy the whole address from the terminal.",
         );
     };
     if name != "ws" {
         let file = assets::file(name, headers)
             .or_else(|| tables::fetched(&hub.tables, name, &hub.work, BUSY));
-        return file.unwrap_or_else(|| {
-            sentence(StatusCode::NOT_FOUND, "The page has no file of this name.")
-        });
+        return file.unwrap_or_else(|| sentence(StatusCode::NOT_FOUND, "No such file."));
     }
     if !door.knows_origin(headers) {
         return sentence(
             StatusCode::FORBIDDEN,
-            "Another web site asked for the socket of this page: open the address from the terminal.",
+            "Refused for another web site: open the address from the terminal.",
         );
     }
     match upgrade {

@@ -60,14 +60,14 @@ impl fmt::Display for IdentifyError {
                 parameters,
             } => write!(
                 f,
-                "{numbers} numbers are too few for the {parameters} parameters of {model}: it needs at least {}; give a \
-                 longer record or a model with fewer parameters",
+                "{numbers} numbers are too few for the {parameters} parameters of {model}: give at least {}, or a model with fewer \
+                 parameters",
                 parameters + 1
             ),
             Self::NotConverged { model } => write!(
                 f,
-                "the fit of {model} found no minimum from any start, so it makes no tissue; give another model, or look \
-                 whether kind and units of the record are right"
+                "the fit of {model} found no minimum from any start: give another model, or check kind and units of \
+                 the record"
             ),
         }
     }

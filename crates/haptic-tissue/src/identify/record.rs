@@ -1,10 +1,10 @@
-//! Records of a specimen: valid numbers in SI units.
+//! Validated records of a specimen, in SI units.
 
 use super::error::IdentifyError;
 use crate::identify::keys::{KIND, STRAIN};
 use fracdiff::parameter::Shown;
 
-/// No record is longer, samples.
+/// Longest record, samples.
 pub const SAMPLES_MOST: usize = 1_000_000;
 
 /// The four kinds of records.
@@ -42,7 +42,7 @@ impl RecordKind {
     }
 }
 
-/// A record that has been checked.
+/// A validated record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) kind: RecordKind,
@@ -58,14 +58,13 @@ impl Record {
     /// Stress relaxation: times after the step, s, and the relaxation modulus, Pa.
     ///
     /// # Errors
-    /// Times that are not positive and increasing, moduli that are not positive, columns of different length, a modulus that does
-    /// not change or that grows.
+    /// Times or moduli that are not positive, times that do not increase, columns of different length, a modulus
+    /// that is constant or grows.
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
             return Err(IdentifyError::Record(format!(
-                "the modulus grows with time, as a compliance does and no tissue that relaxes: give {kind_creep}, or look whether \
-                 the columns are in the right order",
+                "the modulus grows with time, as only a compliance does: give {kind_creep}, or check the order of the columns",
                 kind_creep = KIND.set_to("creep")
             )));
         }
@@ -80,8 +79,8 @@ impl Record {
         let record = Self::of_logarithms(RecordKind::Creep, time_s, compliance_per_pa, Vec::new())?;
         if record.growth() < -GROWTH {
             return Err(IdentifyError::Record(format!(
-                "the compliance falls with time, as a relaxation modulus does and no tissue that creeps: give {kind_relaxation}, or \
-                 look whether the columns are in the right order",
+                "the compliance falls with time, as only a relaxation modulus does: give {kind_relaxation}, or check the order \
+                 of the columns",
                 kind_relaxation = KIND.set_to("relaxation")
             )));
         }
@@ -91,7 +90,7 @@ impl Record {
     /// Oscillation: angular frequencies, rad/s, storage and loss modulus, Pa, in any order.
     ///
     /// # Errors
-    /// Frequencies or moduli that are not positive, a frequency that is there twice, columns of different length.
+    /// Frequencies or moduli that are not positive, a repeated frequency, columns of different length.
     pub fn oscillation(
         omega_rad_s: Vec<f64>,
         storage_modulus_pa: Vec<f64>,
@@ -101,10 +100,10 @@ impl Record {
         Self::of_logarithms(kind, omega_rad_s, storage_modulus_pa, loss_modulus_pa)
     }
 
-    /// Any motion from rest: times, s, strain and stress, Pa, at these times; between them the strain is taken as straight.
+    /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between.
     ///
     /// # Errors
-    /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or does not move.
+    /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or is constant.
     pub fn history(
         time_s: Vec<f64>,
         strain: Vec<f64>,
@@ -114,7 +113,7 @@ impl Record {
         for (index, values) in time_s.iter().zip(&strain).zip(&stress_pa).enumerate() {
             let ((&time, &strain), &stress) = values;
             if ![time, strain, stress].iter().all(|x| x.is_finite()) {
-                let reason = "a number is not finite; leave the sample out".to_owned();
+                let reason = "a number is not finite; omit the sample".to_owned();
                 return Err(IdentifyError::Sample { index, reason });
             }
         }
@@ -125,26 +124,23 @@ impl Record {
             .fold(0.0, f64::max);
         if range == 0.0 {
             return Err(IdentifyError::Record(format!(
-                "the strain stays at {}: a record needs the loading too; give {kind_relaxation} and {STRAIN}, or begin the record \
-                 before the motion",
+                "the strain stays at {}: give {kind_relaxation} and {STRAIN}, or begin the record before the motion",
                 Shown(strain[0]),
                 kind_relaxation = KIND.set_to("relaxation")
             )));
         }
         if strain[0].abs() > REST * range {
             return Err(IdentifyError::Record(format!(
-                "the strain begins at {}, not at rest: begin the record before the motion, or subtract the strain at rest",
+                "the strain begins at {}, not at rest: begin the record earlier, or subtract the strain at rest",
                 strain[0]
             )));
         }
         constant(&stress_pa, "the stress", "Pa")?;
-        // No passive body pulls back as it is pulled: over the whole motion it takes work in, strain and stress go together.
+        // A passive body takes work in over the whole motion, so strain and stress have the same sign.
         let together: f64 = strain.iter().zip(&stress_pa).map(|(e, s)| e * s).sum();
         if together <= 0.0 {
             return Err(IdentifyError::Record(
-                "strain and stress have opposite signs: give both positive in compression, or both in tension, so change the sign \
-                 of one column"
-                    .to_owned(),
+                "strain and stress have opposite signs: change the sign of one column".to_owned(),
             ));
         }
         Ok(Self {
@@ -220,7 +216,7 @@ impl Record {
         Ok(record)
     }
 
-    /// Frequency sweeps come upwards or downwards.
+    /// Sweeps may go up or down.
     fn sort(&mut self) {
         let mut order: Vec<usize> = (0..self.x.len()).collect();
         order.sort_by(|&a, &b| self.x[a].total_cmp(&self.x[b]));
@@ -229,7 +225,7 @@ impl Record {
         }
     }
 
-    /// The slope of ln first over ln x by least squares.
+    /// Least-squares slope of ln first over ln x.
     pub(super) fn growth(&self) -> f64 {
         let points = || {
             let pairs = self.x.iter().zip(&self.first);
@@ -244,7 +240,7 @@ impl Record {
     }
 }
 
-/// A slope of the logarithms that no noise makes: the record is of the other kind.
+/// A log slope that noise cannot explain: the record is of the other kind.
 const GROWTH: f64 = 0.02;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;
@@ -253,19 +249,17 @@ fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), Id
     let n = x.len();
     if first.len() != n || second.is_some_and(|second| second.len() != n) {
         return Err(IdentifyError::Record(
-            "the columns have different lengths: give one number of each in every sample"
-                .to_owned(),
+            "the columns have different lengths: give one number of each per sample".to_owned(),
         ));
     }
     if n == 0 {
         return Err(IdentifyError::Record(
-            "there is no sample: give at least as many as the model has parameters, and one more"
-                .to_owned(),
+            "there are no samples: give at least one more than the model has parameters".to_owned(),
         ));
     }
     if n > SAMPLES_MOST {
         return Err(IdentifyError::Record(format!(
-            "{n} samples are more than {SAMPLES_MOST}: leave out every second one, or cut the record"
+            "{n} samples are more than {SAMPLES_MOST}: omit every second one, or cut the record"
         )));
     }
     Ok(())
@@ -278,7 +272,7 @@ fn positive(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError>
         Some(index) => Err(IdentifyError::Sample {
             index,
             reason: format!(
-                "{what} {} {unit} is not above 0 {unit}, where its logarithm is taken: leave out the rows before, or correct it",
+                "{what} {} {unit} is not above 0 {unit}: correct it, or omit the rows up to it",
                 values[index]
             ),
         }),
@@ -292,7 +286,7 @@ fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
         Some(before) => Err(IdentifyError::Sample {
             index: before + 1,
             reason: format!(
-                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows, and keep one of those that are equal",
+                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows, and keep one of equal ones",
                 x[before + 1],
                 x[before]
             ),
@@ -303,8 +297,7 @@ fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
 fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
     if values.len() > 1 && values.iter().all(|x| x.to_bits() == values[0].to_bits()) {
         return Err(IdentifyError::Record(format!(
-            "{what} is {} {unit} in every sample: nothing relaxes or creeps, so only a spring could be found; look whether this is the \
-             right column",
+            "{what} is {} {unit} in every sample: nothing relaxes or creeps; check that this is the right column",
             values[0]
         )));
     }

@@ -1,4 +1,4 @@
-//! From columns to a record: which kind it is, and forces turned into stresses.
+//! Columns as a record: its kind, and forces as stresses.
 
 use super::super::error::IdentifyError;
 use super::super::record::{Record, RecordKind};
@@ -7,7 +7,7 @@ use crate::identify::keys::{AREA, COLUMNS, FROM, KIND, STRAIN, STRESS, THICKNESS
 use fracdiff::parameter::Shown;
 use haptic_quantity::Key;
 
-/// What a table does not say of the experiment.
+/// Facts of the experiment that a table lacks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loading {
     /// Held strain of a relaxation.
@@ -23,31 +23,31 @@ pub struct Loading {
 /// Columns of numbers in SI units, all of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
-    /// Lines of the samples, for messages; empty where there are none.
+    /// Lines of the samples, for messages.
     pub lines: Vec<u64>,
     /// The columns with their names.
     pub values: Vec<(Column, String, Vec<f64>)>,
-    /// Those that a user named: they count before others, and each has to have an effect.
+    /// Those that a user named: they come first, and each must have an effect.
     pub chosen: Vec<Column>,
-    /// Said of the way here: guesses, units, what was left out.
+    /// Guesses, units, omissions.
     pub notes: Vec<String>,
 }
 
-/// A record, and what was said on the way.
+/// A record and its notes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Understood {
     /// The record.
     pub record: Record,
-    /// Guesses and rows that were left out.
+    /// Guesses and omitted rows.
     pub notes: Vec<String>,
 }
 
 /// The kind and the loading of a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// The kind; without it, it is guessed from the columns where that is clear.
+    /// The kind; `None`: inferred from the columns if clear.
     pub kind: Option<RecordKind>,
-    /// What the table does not say.
+    /// Facts that the table lacks.
     pub loading: Loading,
 }
 
@@ -55,7 +55,7 @@ impl Columns {
     /// Makes a record of the columns.
     ///
     /// # Errors
-    /// Columns that make no record of the kind, or of more than one; bad numbers, with their lines.
+    /// Columns that make no record, or several; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         self.divide_by_specimen(&reading.loading)?;
@@ -85,7 +85,7 @@ impl Columns {
             .find(|value| self.chosen.contains(&value.0));
         if let (Ok(_), Some((column, name, _))) = (&record, unused) {
             return Err(IdentifyError::Record(format!(
-                "the column {name} has no effect on a record of kind {}: leave {COLUMNS} {}= out, or give another {KIND}",
+                "the column {name} has no effect on a record of kind {}: omit {COLUMNS} {}=, or give another {KIND}",
                 kind.name(),
                 column.name()
             )));
@@ -104,7 +104,7 @@ impl Columns {
         })
     }
 
-    /// Leaves out what could be made of columns that a user named, unless it is named too.
+    /// Drops what columns named by the user can provide, unless it is named too.
     fn prefer_chosen(&mut self) {
         let loads = [Column::Stress, Column::Force];
         let moves = [Column::Strain, Column::Position];
@@ -132,7 +132,7 @@ impl Columns {
         Some(self.values.remove(place).2)
     }
 
-    /// Forces and positions become stresses and strains, if the specimen is known.
+    /// Forces and positions as stresses and strains, if the specimen is known.
     fn divide_by_specimen(&mut self, loading: &Loading) -> Result<(), IdentifyError> {
         let sizes = [
             (Column::Force, Column::Stress, loading.area_m2, AREA, "m²"),
@@ -163,7 +163,7 @@ impl Columns {
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else {
                 return Err(IdentifyError::Record(format!(
-                    "{parameter} has no effect without a column {}: leave it out, or name the column by {COLUMNS} {}=",
+                    "{parameter} has no effect without a column {}: omit it, or name the column by {COLUMNS} {}=",
                     from.header(),
                     from.name()
                 )));
@@ -255,7 +255,7 @@ impl Columns {
         })
     }
 
-    /// A column that is what is asked for already: what was held has no effect on it.
+    /// A column that needs no held value.
     fn ready(
         &mut self,
         column: Column,
@@ -269,7 +269,7 @@ impl Columns {
         Ok(self.take(column))
     }
 
-    /// Neither this column nor the one that it could be made of is there.
+    /// Neither this column nor its source exists.
     fn neither(&mut self, column: Column, kind: RecordKind) -> IdentifyError {
         let missing = self.need(column, kind).err();
         missing.unwrap_or_else(|| self.no_record())
@@ -288,7 +288,7 @@ impl Columns {
         let stress = self.need(Column::Stress, kind)?;
         if let Some(strain) = loading.strain.filter(|strain| strain.abs() > 1.0) {
             return Err(IdentifyError::Record(format!(
-                "{STRAIN} {share} is {} %, more than a linear model holds for: give it as a share, as 0.05 or 5%",
+                "{STRAIN} {share} is {} %, too much for a linear model: give it as a share, as 0.05 or 5%",
                 Shown(100.0 * strain),
                 share = Shown(strain)
             )));
@@ -317,7 +317,7 @@ impl Columns {
         let omega = self.need(Column::Omega, kind)?;
         let storage = self.need(Column::Storage, kind)?;
         let loss = self.need(Column::Loss, kind)?;
-        // Sweeps go up or down: sorted here, so that a message names the right line.
+        // Sweeps go up or down: sorted here, so messages name the right line.
         let mut order: Vec<usize> = (0..omega.len()).collect();
         order.sort_by(|&a, &b| omega[a].total_cmp(&omega[b]));
         let sorted = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
@@ -336,17 +336,17 @@ impl Columns {
     }
 }
 
-/// Refuses a loading that the kind of record does not need.
+/// Refuses a loading that this kind does not need.
 fn no_effect(given: Option<f64>, name: Key, unit: &str) -> Result<(), IdentifyError> {
     given.map_or(Ok(()), |given| {
         Err(IdentifyError::Record(format!(
-            "{name} {given}{unit} has no effect on this record: leave it out",
+            "{name} {given}{unit} has no effect on this record: omit it",
             given = Shown(given)
         )))
     })
 }
 
-/// The held strain or stress: as given, or of a column that stays within 1 %.
+/// The held strain or stress: given, or a column constant within 1 %.
 fn held(
     given: Option<f64>,
     column: Option<Vec<f64>>,
@@ -365,7 +365,7 @@ fn held(
         && !(stays && (given - mean).abs() <= STAYS * mean.abs())
     {
         return Err(IdentifyError::Record(format!(
-            "{name} {given}{unit} is not what its column says: leave it out, or begin the record where the column stays, with {FROM}",
+            "{name} {given}{unit} contradicts its column: omit it, or begin the record where the column stays, with {FROM}",
             given = Shown(given)
         )));
     }

@@ -4,22 +4,22 @@ use super::column::Column;
 use super::unit::Dimension;
 use crate::identify::keys::UNITS;
 
-/// A header, understood.
+/// A known header.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Heading {
     pub(super) column: Column,
-    /// How many SI units one of the column is; none if the header names no unit.
+    /// SI units per unit of the column; `None` without a unit.
     pub(super) factor: Option<f64>,
 }
 
-/// A header with a unit that its quantity cannot have.
+/// A unit that does not fit the quantity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ForeignUnit {
     pub(super) column: Column,
     pub(super) unit: String,
 }
 
-/// A header as name and unit, if it has one in brackets, behind a slash, a comma or the word *in*.
+/// Name and unit, in brackets or behind a slash, a comma or the word *in*.
 pub(super) fn split(header: &str) -> (String, Option<String>) {
     let header = header.trim();
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
@@ -42,7 +42,7 @@ pub(super) fn split(header: &str) -> (String, Option<String>) {
     (header.to_owned(), None)
 }
 
-/// One spelling of primes, spaces and capitals.
+/// Normalised primes, spaces and capitals.
 fn plain(name: &str) -> String {
     let primes = name
         .replace(['′', '’', '´', '`'], "'")
@@ -55,7 +55,7 @@ fn plain(name: &str) -> String {
         .to_lowercase()
 }
 
-/// The quantity and unit of a header; none if it is no quantity of a record.
+/// Quantity and unit of a header; `None` if it is not a quantity of a record.
 pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
     let lower = header.trim().to_lowercase();
     if let Some(column) = Column::ALL
@@ -74,7 +74,7 @@ pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
         .filter(|column| column.spellings().contains(&name.as_str()))
         .collect();
     let Some(unit) = unit else {
-        // A name of two quantities, as f, is none.
+        // A name of two quantities, as f, is ambiguous.
         let [column] = known[..] else { return None };
         return Some(Ok(Heading {
             column,
@@ -94,7 +94,7 @@ pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
     }
 }
 
-/// `modulus_kpa`: the unit behind an underscore.
+/// `modulus_kpa`: a unit after an underscore.
 fn with_suffix(header: &str) -> Option<Heading> {
     let marks = header.match_indices('_').map(|(place, _)| place);
     marks.into_iter().find_map(|place| {
@@ -112,7 +112,7 @@ fn with_suffix(header: &str) -> Option<Heading> {
     })
 }
 
-/// The remedy for a unit that does not fit.
+/// Remedy for a wrong unit.
 pub(super) fn remedy(dimension: Dimension, column: Column) -> String {
     format!(
         "give one of {} in the header, or {UNITS} {}={}",

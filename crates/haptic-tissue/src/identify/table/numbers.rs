@@ -1,4 +1,4 @@
-//! From a table as text to columns of numbers in SI units.
+//! A table of text as columns of numbers in SI units.
 
 use super::super::error::IdentifyError;
 use super::assemble::Columns;
@@ -7,33 +7,33 @@ use super::header::{Heading, remedy, split, understand};
 use super::text::{Passed, TextTable, wrong};
 use crate::identify::keys::{COLUMNS, UNITS};
 
-/// How a user says to read a table.
+/// The user's instructions for a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reader {
-    /// Columns by place or name, where headers do not say it.
+    /// Columns by place or name.
     pub columns: Vec<(Column, Choice)>,
-    /// Units, where headers do not say them or say them wrong.
+    /// Units that headers omit or get wrong.
     pub units: Vec<(Column, String)>,
-    /// Only rows from this time (or angular frequency) on.
+    /// First time (or angular frequency).
     pub from: Option<f64>,
-    /// Only rows up to this time (or angular frequency).
+    /// Last time (or angular frequency).
     pub to: Option<f64>,
 }
 
-/// A column of the table that is wanted.
+/// A column to read.
 struct Found {
     column: Column,
     place: usize,
     name: String,
-    /// SI units in one of it; none until a unit is known.
+    /// SI units per unit; `None` until known.
     factor: Option<f64>,
 }
 
 impl Reader {
-    /// The columns of a table that hold quantities of a record.
+    /// Columns with quantities of a record.
     ///
     /// # Errors
-    /// Two columns of one quantity, a unit that does not fit, a cell that is no number, with line and column.
+    /// Two columns of one quantity, a wrong unit, a cell that is not a number, with line and column.
     pub fn read(&self, mut table: TextTable) -> Result<Columns, IdentifyError> {
         let mut notes = Vec::new();
         if table
@@ -75,13 +75,16 @@ impl Reader {
         notes.extend(empty.note("a cell without a number"));
         notes.extend(outside.note("outside the range asked for"));
         if columns.lines.is_empty() {
-            return Err(IdentifyError::Record("no row with numbers is left: give at least as many as the model has parameters, and one more".to_owned()));
+            return Err(IdentifyError::Record(
+                "no row with numbers is left: give at least one more than the model has parameters"
+                    .to_owned(),
+            ));
         }
         columns.notes = notes;
         Ok(columns)
     }
 
-    /// A table that begins with numbers: the first row is one of them, and columns must be named by number.
+    /// A table without a header: columns must be named by number.
     fn without_header(&self, table: &mut TextTable) -> Result<(), IdentifyError> {
         let numbered = self
             .columns
@@ -91,7 +94,7 @@ impl Reader {
             return Err(wrong(
                 table.header_line,
                 &format!(
-                    "there is no header, only numbers: add one, as time_s,relaxation_modulus_pa, or name the columns by {COLUMNS}, as in \
+                    "there is no header: add one, as time_s,relaxation_modulus_pa, or name the columns by {COLUMNS}, as in \
                  time=1,modulus=2"
                 ),
             ));
@@ -106,7 +109,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Columns that a user named, then those with a header that is understood.
+    /// Columns that a user named, then those with a known header.
     fn find(&self, table: &TextTable) -> Result<Vec<Found>, IdentifyError> {
         let mut found: Vec<Found> = Vec::new();
         for (column, choice) in &self.columns {
@@ -158,7 +161,7 @@ impl Reader {
         Ok(found)
     }
 
-    /// A header, understood; a unit that does not fit is refused, unless another one is given.
+    /// A known header; a wrong unit is refused unless another is given.
     fn heading(&self, table: &TextTable, name: &str) -> Result<Option<Heading>, IdentifyError> {
         match understand(name) {
             None => Ok(None),
@@ -185,7 +188,7 @@ impl Reader {
         unit.map(|unit| unit.1.as_str())
     }
 
-    /// Units: as a user gives them, as a row of units below the header, else SI, and said.
+    /// Units: the user's, a row of units below the header, else SI with a note.
     fn units(
         &self,
         table: &mut TextTable,
@@ -220,7 +223,7 @@ impl Reader {
                 };
                 if own.is_some_and(|own| (own / given - 1.0).abs() > 1e-9) {
                     return Err(IdentifyError::Record(format!(
-                        "column {} says its unit itself: leave {}={unit} of {UNITS} out, or correct the header",
+                        "column {} names its own unit: omit {}={unit} of {UNITS}, or correct the header",
                         f.name,
                         f.column.name()
                     )));
@@ -242,7 +245,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The numbers of a row in SI; none if a cell is empty.
+    /// The numbers of a row in SI; `None` if a cell is empty.
     fn row(
         &self,
         table: &TextTable,
@@ -272,9 +275,7 @@ impl Reader {
             let value = number(cell, table.delimiter).ok_or_else(|| IdentifyError::Line {
                 line,
                 column: Some(f.name.clone()),
-                reason: format!(
-                    "{cell:?} is not a finite number: correct it, or leave the row out"
-                ),
+                reason: format!("{cell:?} is not a finite number: correct it, or omit the row"),
             })?;
             values.push(value * f.factor.unwrap_or(1.0));
         }
@@ -282,7 +283,7 @@ impl Reader {
     }
 }
 
-/// A finite number; with a decimal comma where commas do not separate cells.
+/// A finite number; decimal commas where commas do not separate cells.
 fn number(cell: &str, delimiter: u8) -> Option<f64> {
     let value = match cell.parse::<f64>() {
         Ok(value) => Some(value),

@@ -57,7 +57,7 @@ pub struct TextTable {
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     if bytes.len() as u64 > TABLE_MOST {
         return Err(IdentifyError::Record(format!(
-            "the table is longer than {TABLE_MOST} bytes: leave out columns that are not needed, or every second row"
+            "the table is longer than {TABLE_MOST} bytes: omit unneeded columns, or every second row"
         )));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -71,7 +71,7 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     if header.len() < 2 {
         return Err(wrong(
             header_line,
-            "there is one column only: give at least two, apart by tabs, commas or semicolons",
+            "there is only one column: give at least two, separated by tabs, commas or semicolons",
         ));
     }
     Ok(TextTable {
@@ -126,9 +126,8 @@ fn rows(bytes: &[u8], delimiter: u8) -> Result<Vec<(u64, StringRecord)>, Identif
     })? {
         let line = lines.of_row_before(reader.position().byte(), &row);
         if rows.len() > SAMPLES_MOST + 1 {
-            let reason = format!(
-                "more than {SAMPLES_MOST} rows: leave out every second one, or cut the record"
-            );
+            let reason =
+                format!("more than {SAMPLES_MOST} rows: omit every second one, or cut the record");
             return Err(wrong(line, &reason));
         }
         if row.iter().any(|cell| !cell.is_empty()) {

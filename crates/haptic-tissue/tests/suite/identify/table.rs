@@ -222,7 +222,7 @@ fn columns_that_are_named_are_those_that_count() {
 /// A table, the kind of record that is asked for, and what the refusal says.
 const REFUSED: &[(&str, Option<RecordKind>, &[&str])] = &[
     ("", None, &["empty"]),
-    ("time_s\n1\n", None, &["line 1", "one column only"]),
+    ("time_s\n1\n", None, &["line 1", "only one column"]),
     ("1,2\n3,4\n", None, &["line 1", "no header", "`columns`"]),
     (
         "time_s,relaxation_modulus_pa\n",
@@ -245,7 +245,7 @@ const REFUSED: &[(&str, Option<RecordKind>, &[&str])] = &[
     (
         "time_s,relaxation_modulus_pa\n0,5\n1,4\n",
         None,
-        &["line 2", "time 0 s is not above 0 s", "leave out the rows"],
+        &["line 2", "time 0 s is not above 0 s", "omit the rows"],
     ),
     (
         "time_s,relaxation_modulus_pa\n2,5\n\n1,4\n",
@@ -364,7 +364,7 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
         &Reading::default(),
     )
     .expect_err("two units");
-    assert!(message.contains("says its unit itself"), "{message}");
+    assert!(message.contains("names its own unit"), "{message}");
 }
 
 const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";

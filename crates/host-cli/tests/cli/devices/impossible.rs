@@ -39,7 +39,7 @@ fn lies((words, lie): (&str, Lie), options: &str) {
     let ended = device.place.run(&line).failed(1);
     let said = ended.error();
     assert!(
-        said.contains("told what cannot be") && said.contains(words),
+        said.contains("reported the impossible") && said.contains(words),
         "{ended}"
     );
     let report = ended.json();
@@ -92,5 +92,5 @@ fn abilities_that_are_no_numbers_are_refused_before_anything_moves() {
         })
     });
     let ended = device.place.run("device info --device serial:line");
-    ended.refused(3, &["largest force, N, of NaN", "flash its firmware anew"]);
+    ended.refused(3, &["largest force, N, of NaN", "flash its firmware again"]);
 }

@@ -106,7 +106,7 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
             Impostor::new(|_| Vec::new()).refused(&["no answer", "nothing came", "switched on"]);
         });
         scope.spawn(|| {
-            Impostor::new(<[u8]>::to_vec).refused(&["sends back what it is sent", "echo"]);
+            Impostor::new(<[u8]>::to_vec).refused(&["echoes what it is sent"]);
         });
         scope.spawn(|| {
             let garbage = |_: &[u8]| b"AT+OK\r\n\0garbage\0".to_vec();
