@@ -38,7 +38,7 @@ pub struct Arguments {
     /// CSV with a header
     #[arg(value_name = "DATA")]
     data: PathBuf,
-    /// Headers of time / s, input and output, as in `input=valve,output=temperature` [default: `time=time_s,input=input,output=output`]
+    /// Columns of time / s, input and output, as in `input=valve,output=temperature` [default: `time_s`, `input`, `output`]
     #[arg(long, value_name = "SIGNAL=COLUMN", value_delimiter = ',', value_parser = signal, help_heading = "Table")]
     columns: Vec<(usize, String)>,
     /// Subtract the first row: the record begins at rest, but not at 0

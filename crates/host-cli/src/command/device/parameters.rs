@@ -6,6 +6,8 @@ use serde::Serialize;
 /// A configuration with units in its keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameters {
+    /// Its name.
+    pub device: String,
     /// `device` or `host`.
     #[serde(rename = "loop")]
     pub loop_mode: &'static str,
@@ -48,6 +50,8 @@ pub struct SafetyParameters {
     pub rise_time_s: f32,
     /// Lowest and highest position.
     pub workspace_m: Option<[f32; 2]>,
+    /// Why there is none.
+    pub workspace_reason: Option<&'static str>,
     /// Width of the zones to brake in.
     pub workspace_soft_m: f32,
     /// Largest speed.
@@ -74,6 +78,8 @@ pub struct SafetyParameters {
     pub jump_m: f32,
     /// Passivity guard.
     pub guard: Option<GuardParameters>,
+    /// Why there is none.
+    pub guard_reason: Option<&'static str>,
 }
 
 /// The passivity guard of a device.
@@ -110,6 +116,7 @@ impl SafetyParameters {
             start_force_n: limits.start_force_n,
             rise_time_s: limits.rise_time_s,
             workspace_m: (low < high).then_some([low, high]),
+            workspace_reason: (low >= high).then_some("none is set"),
             workspace_soft_m: limits.workspace_soft_m,
             speed_limit_m_per_s: limits.speed_hard_m_per_s,
             speed_soft_m_per_s: limits.speed_soft_m_per_s,
@@ -122,6 +129,7 @@ impl SafetyParameters {
             stuck_force_n: limits.stuck_force_n,
             stuck_time_s: limits.stuck_time_s,
             jump_m: limits.jump_m,
+            guard_reason: kind.is_none().then_some("off"),
             guard: kind.map(|kind| GuardParameters {
                 kind,
                 damping_n_s_per_m: guard.damping_n_s_per_m,
@@ -167,9 +175,9 @@ pub struct SimulationParameters {
 }
 
 impl Parameters {
-    /// Of a configuration and its coefficients.
+    /// Of a device, its configuration and its coefficients.
     #[must_use]
-    pub fn new(configuration: &Configuration, coefficients: &[f32]) -> Self {
+    pub fn new(device: String, configuration: &Configuration, coefficients: &[f32]) -> Self {
         let simulation = &configuration.simulation;
         let kind = match simulation.kind {
             SimulationKind::Real => None,
@@ -178,6 +186,7 @@ impl Parameters {
             SimulationKind::CompliantIndentation => Some("compliant-indentation"),
         };
         Self {
+            device,
             loop_mode: match configuration.loop_mode {
                 LoopMode::Device => "device",
                 LoopMode::Host => "host",

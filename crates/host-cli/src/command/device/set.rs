@@ -41,7 +41,7 @@ impl GetArguments {
         let configuration = link.configuration();
         let (configuration, values) =
             configuration.map_err(|error| at_port(link.path(), &error))?;
-        output.report(&Parameters::new(&configuration, &values))
+        output.report(&Parameters::new(link.name(), &configuration, &values))
     }
 }
 
@@ -64,6 +64,6 @@ impl SetArguments {
         for limit in loosened(&before, &configuration.limits) {
             note("warning", format_args!("loosened: {limit}"));
         }
-        output.summary(&Parameters::new(&configuration, &values))
+        output.summary(&Parameters::new(link.name(), &configuration, &values))
     }
 }
