@@ -1,7 +1,20 @@
 //! Force as it should have been: the full history, and the largest error beside it.
 
+pub(crate) mod curves;
+pub(crate) mod decimated;
+pub(crate) mod modelled_tissue;
+pub(crate) mod preflight;
+pub(crate) mod reference;
+pub(crate) mod report;
+pub(crate) mod settling;
+pub(crate) mod warnings;
+
+pub use curves::{Origin, Published};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme, Seconds, batch};
+pub use modelled_tissue::{ModelledTissue, TissuePiece, operator};
+pub use preflight::Preflight;
+pub use report::{Errors, Files, RunReport, Summary, TickTimes};
 
 /// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
 ///
@@ -17,6 +30,11 @@ pub(crate) fn full_history(
         Reference::Kernel(kernel) => batch::full_history(kernel, order, sample_time, x)?,
         Reference::Bdf2 => batch::full_bdf2(order, sample_time, x)?,
     })
+}
+
+/// In per cent, without the digits that binary fractions add.
+pub(crate) fn percent(fraction: f64) -> f64 {
+    (fraction * 1e8).round() / 1e6
 }
 
 /// The weights whose full history a run is compared with.

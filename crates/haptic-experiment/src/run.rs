@@ -6,23 +6,49 @@
 //! A tick after which the world does not go on, by a fault or a silence, does not count; one in which somebody asked to
 //! stop does.
 
-use super::budget::TickParts;
-use super::ended::Ended;
-use super::flight::FaultSeen;
-use super::kept::{KeptSample, Record, TickRecord};
-use super::lateness::Lateness;
-use super::preflight::PreflightVerdict;
-use super::realtime::RealtimeSummary;
-use super::recorder::{Recorded, Recorder, Stopped};
-use super::schedule::{Pace, Schedule};
-use crate::device::Warn;
-use crate::failure::Failure;
-use crate::folder::{FolderRequest, OutputFolder};
-use crate::parameters::{REALTIME, SAMPLE_TIME};
+mod budget;
+pub mod device;
+pub(crate) mod ending;
+pub(crate) mod fault_recorder;
+pub(crate) mod folder;
+pub(crate) mod imperfections;
+pub(crate) mod lateness;
+pub(crate) mod plant_file;
+pub(crate) mod preflight;
+pub(crate) mod realtime;
+pub(crate) mod record;
+pub(crate) mod recorder;
+pub(crate) mod remote;
+pub(crate) mod safety;
+pub(crate) mod samples;
+pub(crate) mod schedule;
+pub(crate) mod sensors;
+pub(crate) mod simulate;
+
+use crate::document::failure::Failure;
+use crate::document::parameters::{REALTIME, SAMPLE_TIME};
+use crate::run::budget::TickParts;
+use crate::run::device::Warn;
+use crate::run::lateness::Lateness;
+use crate::run::realtime::RealtimeSummary;
+use crate::run::record::{KeptSample, Record, TickRecord};
+use crate::run::schedule::{Pace, Schedule};
+pub use ending::{Ended, LetGo};
+pub use fault_recorder::{FaultSeen, FlightRecorder, RunOfFault};
+pub use folder::{FolderRequest, OutputFolder, Table, fault_log_of, next_free, write_text};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{AnyTick, END, FinishedLog, StartTime};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Cycle, Periodic};
+pub use plant_file::{DeviceModel, DeviceValues, Interval, PlantFile, PlantModel, read_response};
+pub use preflight::{
+    CouplerVerdict, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
+};
+pub use recorder::{Recorded, Recorder, Stopped};
+pub use remote::{
+    FrameCounts, LinkSummary, RemoteDevice, RemoteLaw, RemoteRun, guard_of, round_trip,
+};
+pub use safety::{GuardChoice, GuardedDevice, Safety, speed, workspace};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};

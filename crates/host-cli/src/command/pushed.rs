@@ -1,7 +1,7 @@
 //! The result of a wall or a coupler as a person reads it.
 
 use super::summary::{print_end, print_force, print_length, print_operator};
-use haptic_experiment::report::RunReport;
+use haptic_experiment::judge::RunReport;
 use haptic_experiment::{CouplerReport, Settling, WallReport};
 use std::io::{self, Write};
 

@@ -2,7 +2,7 @@
 
 use crate::whole::whole;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::{Pace, RealtimeOptions, RealtimeSummary};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use std::io::{self, Write};

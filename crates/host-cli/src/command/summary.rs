@@ -2,8 +2,8 @@
 
 use fracdiff::Scheme;
 use haptic_experiment::Report;
-use haptic_experiment::drive::DriveReport;
-use haptic_experiment::report::{Errors, RunReport};
+use haptic_experiment::experiment::DriveReport;
+use haptic_experiment::judge::{Errors, RunReport};
 use std::io::{self, Write};
 
 /// The result as a person reads it.

@@ -2,7 +2,7 @@
 
 use super::summary::{plain, print_end, print_length};
 use haptic_experiment::TeleoperationReport;
-use haptic_experiment::teleoperation::{FeltAt, LineCounts};
+use haptic_experiment::experiment::teleoperation::{FeltAt, LineCounts};
 use std::io::{self, Write};
 
 /// The result.

@@ -6,7 +6,7 @@ use crate::output::{Output, fixed};
 use clap::Args;
 use fracdiff::parameter::Shown;
 use haptic_analysis::{AnalysisError, Largest, OnePort};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
 

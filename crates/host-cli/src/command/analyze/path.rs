@@ -3,9 +3,10 @@
 use crate::within::{number_within, within};
 use clap::Args;
 use haptic_analysis::ForcePath;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::parameters::{self, range};
-use haptic_experiment::plant_file::DeviceValues;
+use haptic_experiment::Failure;
+use haptic_experiment::document::parameters;
+use haptic_experiment::document::parameters::range;
+use haptic_experiment::run::DeviceValues;
 use haptic_quantity::Time;
 use serde::Serialize;
 

@@ -6,7 +6,7 @@ use crate::output::{Output, fixed};
 use clap::Args;
 use fracdiff::parameter::Shown;
 use haptic_analysis::{BoundaryPoint, StabilityRegion};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 use std::io::{self, Write};

@@ -5,7 +5,7 @@ use super::path::PathResult;
 use crate::output::Output;
 use crate::whole::whole;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 

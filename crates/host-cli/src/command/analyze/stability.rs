@@ -5,7 +5,7 @@ use super::path::PathResult;
 use crate::output::{Output, fixed};
 use clap::Args;
 use fracdiff::parameter::Shown;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
 

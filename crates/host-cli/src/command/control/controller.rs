@@ -8,10 +8,10 @@ use crate::within::within;
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{ControllerParameters, FractionalTransferFunction, PidParameters};
-use haptic_experiment::controller_file::ControllerFile;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::input::short;
-use haptic_experiment::parameters::range;
+use haptic_experiment::Failure;
+use haptic_experiment::document::ControllerFile;
+use haptic_experiment::document::parameters::range;
+use haptic_experiment::document::short;
 use haptic_quantity::Time;
 use std::path::Path;
 

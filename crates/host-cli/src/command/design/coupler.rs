@@ -3,8 +3,10 @@
 use super::{Arguments, nothing_found};
 use crate::files::Place;
 use crate::output::Output;
-use haptic_experiment::design::coupler::{CouplerAnswer, CouplerCandidate, CouplerDesign};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::question::design::coupler::{
+    CouplerAnswer, CouplerCandidate, CouplerDesign,
+};
 use serde::Serialize;
 use std::io::{self, Write};
 

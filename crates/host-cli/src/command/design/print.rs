@@ -1,6 +1,6 @@
 //! The answer as a person reads it.
 
-use haptic_experiment::design::{Candidate, DesignReport};
+use haptic_experiment::question::design::{Candidate, DesignReport};
 use std::io::{self, Write};
 
 /// Text after a space and in brackets; nothing for none.

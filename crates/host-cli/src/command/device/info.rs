@@ -3,8 +3,8 @@
 use super::port::PortArguments;
 use crate::output::Output;
 use clap::Args;
-use haptic_experiment::device::{at_port, firmware_version, trouble};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::run::device::{at_port, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::SerialLink;
@@ -197,7 +197,7 @@ fn print(out: &mut dyn Write, info: &Info) -> io::Result<()> {
     writeln!(
         out,
         "  round trip        {}",
-        haptic_experiment::remote::round_trip([
+        haptic_experiment::run::round_trip([
             info.round_trip_us.p50,
             info.round_trip_us.p99,
             info.round_trip_us.max

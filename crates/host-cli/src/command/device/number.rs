@@ -1,7 +1,7 @@
 //! Numbers as a device has them: single precision, whole microseconds, whole milliseconds.
 
-use haptic_experiment::failure::Failure;
-use haptic_experiment::refused::single;
+use haptic_experiment::Failure;
+use haptic_experiment::document::advice::single;
 use haptic_link::Limits;
 use haptic_quantity::Time;
 

@@ -4,7 +4,7 @@ use super::draw::draw;
 use super::print::digits;
 use crate::files::{PlaceOfFile, overwrite_acts};
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_log::record::StartTime;
 use haptic_tissue::identify::{Identification, RecordKind};
 use haptic_tissue::{Material, Source, ValidRange};

@@ -6,10 +6,10 @@ use super::super::draw::over_time;
 use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
 use super::super::words::{decibel, digits, in_degrees, percent};
 use fractional_control::PidParameters;
+use haptic_experiment::Failure;
 use haptic_experiment::control::design::{
     Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
 };
-use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::f64::consts::LN_10;
 use std::io::{self, Write};

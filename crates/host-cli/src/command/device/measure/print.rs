@@ -1,7 +1,7 @@
 //! The result for programs and for people.
 
 use crate::output::short;
-use haptic_experiment::measured_device::{Estimate, Measured, MotionRecord};
+use haptic_experiment::question::measurement::{Estimate, Measured, MotionRecord};
 use serde::Serialize;
 use std::io::{self, Write};
 

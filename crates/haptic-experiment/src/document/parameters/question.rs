@@ -1,0 +1,65 @@
+//! Of `[zwidth]` and `[design]`: questions to a device, answered without a log.
+
+use super::experiment::{AREA, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS};
+use super::kind::{Parameter, joined, parameters};
+use super::measure::SIMULATED;
+use super::range;
+use super::range::Range;
+use super::wall::{IMPACT, ONE_SIDED, PUSH, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW};
+
+parameters! {
+    /// Orders of a Z-width.
+    ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", range::WALL_ORDERS, "Orders of the dissipation, 0 to 2");
+    /// Dissipations of a Z-width.
+    ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
+    /// Aim of a design.
+    WISH = text("wish", "stiffest-wall", "What is wanted most");
+    /// Tissue of a design.
+    WISH_TISSUE = text("tissue", "", "Of the wish tissue: a name from `host-cli materials list`, or the path of a TOML file");
+    /// Frequency of a design, Hz.
+    WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
+        "Frequency of most-damping, and where the orders of a tissue or coupler are compared [default there: 1 Hz]");
+    /// What a wall must be.
+    REQUIRE = text("require", "stable", "What the wall must be");
+    /// Gain margin of a design.
+    GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
+        "Factor by which a stable wall could grow before it is unstable");
+    /// Orders of a design.
+    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2");
+    /// Limit on the noise of the force, N.
+    FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
+        "Largest noise of the force that encoder steps and sensor noise may make, rms [default: any]");
+}
+
+/// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
+pub const COMPARED_AT_HZ: f64 = 1.0;
+
+/// The device of both.
+pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
+
+/// Of `[zwidth]`, beside [`BENCH`].
+pub const ZWIDTH: &[Parameter] = &[
+    ZWIDTH_ORDERS,
+    ZWIDTH_POINTS,
+    SCHEME,
+    ONE_SIDED,
+    PUSH,
+    IMPACT,
+    TRIAL_DURATION,
+    WINDOW,
+];
+
+/// Of `[design]`, beside [`BENCH`].
+pub const DESIGN: &[Parameter] = &[
+    WISH,
+    WISH_TISSUE,
+    LIBRARY,
+    AREA,
+    THICKNESS,
+    WISH_FREQUENCY,
+    REQUIRE,
+    GAIN_MARGIN,
+    DESIGN_ORDERS,
+    SCHEME,
+    FORCE_NOISE_LIMIT,
+];

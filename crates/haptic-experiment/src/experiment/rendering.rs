@@ -1,0 +1,13 @@
+//! A tissue rendered on the simulated rig: everything that relaxation and creep share.
+
+mod device;
+mod history;
+mod metadata;
+pub(crate) mod outcome;
+pub(crate) mod reading;
+mod report;
+mod running;
+mod specification;
+
+pub use report::{Quantity, Report, TheoryCurves};
+pub use specification::{Contact, Precision, Rendering};
