@@ -1,9 +1,12 @@
 //! A device as a record tells it: numbers with their intervals, and what a user should know of them.
 
 use super::intervals::GOES_ON;
+use crate::document::parameters as p;
+use crate::document::parameters::Parameter;
 use crate::document::parameters::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
 };
+use crate::run::plant_file::{DeviceModel, DeviceValues, Interval};
 use serde::Serialize;
 
 /// Widest interval of the mass, half of it, that still is an answer.
@@ -199,6 +202,46 @@ impl Measured {
                     "the {what} is known {known}: a larger {MEASURE_FORCE_LIMIT}, a larger {MEASURE_BOX} or a longer {MEASURE_DURATION} tells more"
                 ));
             }
+        }
+    }
+}
+
+impl DeviceModel {
+    /// A device that was measured.
+    #[must_use]
+    pub fn measured(found: &Measured, program: &str, note: &str) -> Self {
+        let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
+        let hand = found.hand_stiffness_n_per_m;
+        let estimates: [(&'static Parameter, Option<Estimate>); 7] = [
+            (&p::MASS, Some(found.mass_kg)),
+            (&p::DAMPING, Some(found.damping_n_s_per_m)),
+            (&p::HAND_STIFFNESS, hand),
+            (&p::DELAY, Some(found.delay_s)),
+            (&p::CURRENT_LAG, Some(found.current_lag_s)),
+            (&p::FRICTION, Some(found.friction_n)),
+            (&p::SENSOR_NOISE, Some(found.sensor_noise_m)),
+        ];
+        let intervals = estimates.iter().filter_map(|(parameter, estimate)| {
+            estimate.map(|estimate| Interval {
+                key: parameter.key,
+                low: six(estimate.low),
+                high: six(estimate.high),
+            })
+        });
+        Self {
+            values: DeviceValues {
+                mass_kg: six(found.mass_kg.value),
+                damping_n_s_per_m: six(found.damping_n_s_per_m.value),
+                hand_stiffness_n_per_m: hand.map_or(0.0, |hand| six(hand.value)),
+                delay_s: six(found.delay_s.value),
+                current_lag_s: six(found.current_lag_s.value),
+                friction_n: six(found.friction_n.value),
+                encoder_resolution_m: six(found.encoder_resolution_m),
+                sensor_noise_m: six(found.sensor_noise_m.value),
+            },
+            intervals: intervals.collect(),
+            program: program.to_owned(),
+            note: note.to_owned(),
         }
     }
 }

@@ -5,7 +5,6 @@ use crate::document::Parsed;
 use crate::document::error::{FileError, text_of};
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
-use crate::question::measurement::{Estimate, Measured};
 use crate::run::imperfections::Imperfections;
 use crate::run::safety::GuardedDevice;
 use crate::run::sensors::Sensors;
@@ -94,44 +93,6 @@ impl DeviceModel {
             program: file.program,
             note: file.note,
         })
-    }
-
-    /// A device that was measured.
-    #[must_use]
-    pub fn measured(found: &Measured, program: &str, note: &str) -> Self {
-        let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
-        let hand = found.hand_stiffness_n_per_m;
-        let estimates: [(&'static Parameter, Option<Estimate>); 7] = [
-            (&p::MASS, Some(found.mass_kg)),
-            (&p::DAMPING, Some(found.damping_n_s_per_m)),
-            (&p::HAND_STIFFNESS, hand),
-            (&p::DELAY, Some(found.delay_s)),
-            (&p::CURRENT_LAG, Some(found.current_lag_s)),
-            (&p::FRICTION, Some(found.friction_n)),
-            (&p::SENSOR_NOISE, Some(found.sensor_noise_m)),
-        ];
-        let intervals = estimates.iter().filter_map(|(parameter, estimate)| {
-            estimate.map(|estimate| Interval {
-                key: parameter.key,
-                low: six(estimate.low),
-                high: six(estimate.high),
-            })
-        });
-        Self {
-            values: DeviceValues {
-                mass_kg: six(found.mass_kg.value),
-                damping_n_s_per_m: six(found.damping_n_s_per_m.value),
-                hand_stiffness_n_per_m: hand.map_or(0.0, |hand| six(hand.value)),
-                delay_s: six(found.delay_s.value),
-                current_lag_s: six(found.current_lag_s.value),
-                friction_n: six(found.friction_n.value),
-                encoder_resolution_m: six(found.encoder_resolution_m),
-                sensor_noise_m: six(found.sensor_noise_m.value),
-            },
-            intervals: intervals.collect(),
-            program: program.to_owned(),
-            note: note.to_owned(),
-        }
     }
 
     /// The text of its file.
