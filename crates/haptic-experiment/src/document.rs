@@ -9,13 +9,13 @@ pub(crate) mod named;
 pub mod parameters;
 pub(crate) mod reader;
 
-use crate::document::error::{Source, text_of};
-use crate::document::parameters::{Parameter, Value as Kind};
-use crate::document::reader::{Part, Table, in_order};
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
+use error::{Source, text_of};
 use haptic_log::record::{Entry, LogReader};
-pub use input::{ECHO_MOST, ROW_MOST, RowLength, Rows, short, without_bulk};
+pub use input::{Rows, short, without_bulk};
+use parameters::{Parameter, Value as Kind};
+use reader::{Part, Table, in_order};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;

@@ -17,7 +17,6 @@ pub use coupler::CouplerCurves;
 pub use drive::{DriveCurves, DriveReport, LoopVerdict};
 pub use rendering::{Quantity, TheoryCurves};
 pub use touch::{
-    Grip, HandPath, PostureVerdict, ShapeName, TouchCurves, TouchLaw, TouchShape, TouchVerdict,
-    WorkspaceBox,
+    Grip, HandPath, PostureVerdict, TouchCurves, TouchLaw, TouchShape, TouchVerdict, WorkspaceBox,
 };
 pub use wall::WallCurves;

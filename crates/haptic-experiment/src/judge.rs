@@ -12,9 +12,9 @@ pub(crate) mod warnings;
 pub use curves::{Origin, Published};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme, Seconds, batch};
-pub use modelled_tissue::{ModelledTissue, TissuePiece, operator};
+pub use modelled_tissue::operator;
 pub use preflight::Preflight;
-pub use report::{Errors, Files, RunReport, Summary, TickTimes};
+pub use report::{Errors, RunReport, TickTimes};
 
 /// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
 ///
@@ -104,7 +104,7 @@ fn plain(time_s: f64) -> f64 {
 impl Compared {
     /// No error, for this reason.
     #[must_use]
-    pub const fn without_meaning(reason: String) -> Self {
+    pub(crate) const fn without_meaning(reason: String) -> Self {
         Self {
             largest: None,
             from_s: None,
@@ -116,7 +116,7 @@ impl Compared {
 
     /// One error of so many samples, from the first to the last of these times, s.
     #[must_use]
-    pub fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
+    pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
             return Self::without_meaning("a value is not finite".to_owned());
         }

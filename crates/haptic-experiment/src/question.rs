@@ -2,7 +2,7 @@
 
 pub(crate) mod asked_device;
 pub mod design;
-pub mod machine_check;
+mod machine_check;
 pub mod measurement;
 pub(crate) mod zwidth;
 
@@ -18,17 +18,15 @@ use crate::experiment::reading::{remote, without};
 use crate::experiment::rendering::reading::piece;
 use crate::experiment::trial::TRIAL_SAMPLES;
 use crate::experiment::trial::reading::{device, with_devices};
-use crate::question::design::coupler::{CouplerCriterion, CouplerDesign};
-use crate::question::design::{Design, Device, RequireName, Requirement, Wish, WishName};
 use crate::{Imperfections, TissuePiece};
-pub use asked_device::AskedDevice;
+use design::coupler::{CouplerCriterion, CouplerDesign};
+use design::{Design, Device, RequireName, Requirement, Wish, WishName};
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamperConfig;
 pub use machine_check::{FIT_SHARE, Machine, Plain, Rate, RtCheck, RtReport};
 use std::path::Path;
-pub use zwidth::{
-    BoundaryPoint, BoundaryRow, OrderBoundary, ZWidth, ZWidthReport, dissertation_device,
-};
+use zwidth::ZWidth;
+pub use zwidth::{BoundaryPoint, BoundaryRow, OrderBoundary};
 
 /// A question, all of its parameters checked.
 ///

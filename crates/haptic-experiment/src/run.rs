@@ -27,28 +27,28 @@ pub(crate) mod simulate;
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{REALTIME, SAMPLE_TIME};
-use crate::run::budget::TickParts;
-use crate::run::device::Warn;
-use crate::run::lateness::Lateness;
-use crate::run::realtime::RealtimeSummary;
-use crate::run::record::{KeptSample, Record, TickRecord};
-use crate::run::schedule::{Pace, Schedule};
-pub use ending::{Ended, LetGo};
-pub use fault_recorder::{FaultSeen, FlightRecorder, RunOfFault};
-pub use folder::{FolderRequest, OutputFolder, Table, fault_log_of, next_free, write_text};
+use budget::TickParts;
+use device::Warn;
+use ending::Ended;
+pub use ending::LetGo;
+use fault_recorder::FaultSeen;
+pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{AnyTick, END, FinishedLog, StartTime};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Cycle, Periodic};
+use lateness::Lateness;
 pub use plant_file::{DeviceModel, DeviceValues, Interval, PlantFile, PlantModel, read_response};
-pub use preflight::{
-    CouplerVerdict, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
-};
-pub use recorder::{Recorded, Recorder, Stopped};
-pub use remote::{
-    FrameCounts, LinkSummary, RemoteDevice, RemoteLaw, RemoteRun, guard_of, round_trip,
-};
-pub use safety::{GuardChoice, GuardedDevice, Safety, speed, workspace};
+pub use preflight::CouplerVerdict;
+use preflight::PreflightVerdict;
+use realtime::RealtimeSummary;
+pub use realtime::{Microseconds, WorstTick};
+use record::{KeptSample, Record, TickRecord};
+use recorder::Recorded;
+pub use recorder::{Recorder, Stopped};
+pub use remote::{FrameCounts, LinkSummary, RemoteDevice, guard_of, round_trip};
+pub use safety::{GuardedDevice, speed, workspace};
+use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -11,7 +11,7 @@ use crate::document::parameters::{
 use haptic_loop::ParameterError;
 
 /// A parameter that the loop refuses, with the key that sets it.
-pub fn parameter(error: ParameterError) -> Failure {
+pub(crate) fn parameter(error: ParameterError) -> Failure {
     match advice(&error) {
         Some(advice) => Failure::input_with_advice(error, advice),
         None => Failure::input(error),

@@ -6,11 +6,11 @@ use std::io::{self, Read};
 use std::rc::Rc;
 
 /// A message shows at most so many characters of what somebody gave.
-pub const ECHO_MOST: usize = 200;
+pub(crate) const ECHO_MOST: usize = 200;
 /// No message is longer, whatever it shows, characters.
 const MESSAGE_MOST: usize = 4000;
 /// No row of a table is longer, bytes.
-pub const ROW_MOST: u64 = 1 << 20;
+pub(crate) const ROW_MOST: u64 = 1 << 20;
 
 /// Text that somebody gave, for a message: its beginning if it is long.
 #[must_use]

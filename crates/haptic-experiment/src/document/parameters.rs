@@ -34,27 +34,27 @@ use haptic_quantity::Key;
 use std::path::Path;
 
 /// Runs although the analysis says no.
-pub const FORCE_UNSTABLE: Key = Key("force_unstable");
+pub(crate) const FORCE_UNSTABLE: Key = Key("force_unstable");
 /// Folder of a run.
-pub const OUT: Key = Key("out");
+pub(crate) const OUT: Key = Key("out");
 /// Leave to write over a file or into a folder that is there.
-pub const OVERWRITE: Key = Key("overwrite");
+pub(crate) const OVERWRITE: Key = Key("overwrite");
 /// By the clock.
-pub const REALTIME: Key = Key("realtime");
+pub(crate) const REALTIME: Key = Key("realtime");
 /// Time to wait for a device or another side.
-pub const PATIENCE: Key = Key("patience");
+pub(crate) const PATIENCE: Key = Key("patience");
 /// Share of the ticks that may be skipped.
-pub const SKIPPED_SHARE: Key = Key("skipped_most");
+pub(crate) const SKIPPED_SHARE: Key = Key("skipped_most");
 /// Port at which one side of a teleoperation waits.
-pub const LISTEN: Key = Key("listen");
+pub(crate) const LISTEN: Key = Key("listen");
 /// Address of its other side.
-pub const CONNECT: Key = Key("connect");
+pub(crate) const CONNECT: Key = Key("connect");
 /// Core of the loop.
-pub const PIN: Key = Key("pin");
+pub(crate) const PIN: Key = Key("pin");
 /// Port of the page.
 pub const PORT: Key = Key("port");
 /// Rate of a loop, Hz.
-pub const RATE: Key = Key("rate_hz");
+pub(crate) const RATE: Key = Key("rate_hz");
 
 /// Kinds of experiments, the names of their tables in files.
 pub const KINDS: [&str; 6] = [
@@ -77,7 +77,7 @@ pub const DRIVE_TABLE: &str = "drive";
 
 /// True of a kind whose simulated device is that of its device file.
 #[must_use]
-pub fn takes_device(kind: &str) -> bool {
+pub(crate) fn takes_device(kind: &str) -> bool {
     ["wall", "coupler", "zwidth", "design", MEASUREMENT].contains(&kind)
 }
 

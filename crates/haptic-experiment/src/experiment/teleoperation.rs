@@ -32,4 +32,4 @@ pub use pair::{PairSink, PairTick, SideTick};
 pub use place::{PlaceName, RemotePlace};
 pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
 pub use specification::{ArchitectureName, HandModel, HandMotion, TeleoperationExperiment};
-pub use udp::{End, FarEnd, FarReport, SKIPPED_MOST, Terms};
+pub use udp::{End, FarEnd, FarReport, Terms};

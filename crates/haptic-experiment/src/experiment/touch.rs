@@ -26,5 +26,6 @@ pub(crate) use hand::GripName;
 pub use hand::{Grip, HandPath};
 pub use posture::PostureVerdict;
 pub use report::{TouchCurves, TouchReport, TouchVerdict};
-pub use shape::{ShapeName, TouchLaw, TouchShape};
+pub(crate) use shape::ShapeName;
+pub use shape::{TouchLaw, TouchShape};
 pub use specification::{TouchExperiment, WorkspaceBox};

@@ -98,7 +98,7 @@ impl ModelledTissue {
 
     /// E, Pa: what is left of the modulus at rest.
     #[must_use]
-    pub const fn rest_modulus_pa(&self) -> f64 {
+    pub(crate) const fn rest_modulus_pa(&self) -> f64 {
         match &self.law {
             Law::KelvinVoigt(tissue) => tissue.elastic_modulus().0,
             Law::Composed {
@@ -147,7 +147,7 @@ impl ModelledTissue {
     /// |B'·(jω)^μ| = (A/ℓ)·|M(jω) − E|
     /// ```
     #[must_use]
-    pub fn dissipation_at(&self, shape: f64, order: Order, omega_rad_s: f64) -> f64 {
+    pub(crate) fn dissipation_at(&self, shape: f64, order: Order, omega_rad_s: f64) -> f64 {
         match &self.law {
             Law::Composed {
                 model, order: own, ..
@@ -165,7 +165,7 @@ impl ModelledTissue {
 
     /// B, Pa·s^μ: E + B·s^μ is the modulus for slow motion.
     #[must_use]
-    pub const fn viscosity_pa_s_mu(&self) -> f64 {
+    pub(crate) const fn viscosity_pa_s_mu(&self) -> f64 {
         match &self.law {
             Law::KelvinVoigt(tissue) => tissue.viscosity_pa_s_alpha(),
             Law::Composed {

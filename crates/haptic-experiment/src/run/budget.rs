@@ -13,7 +13,7 @@ const EVERY_S: f64 = 1.0;
 
 /// Parts of a tick, ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TickParts {
+pub(crate) struct TickParts {
     /// From when it was due to when it began.
     pub lateness_ns: u64,
     /// From there until the force was written and the history kept.

@@ -2,7 +2,8 @@
 
 mod failed;
 
-pub use failed::{at_link, at_port, lost_board, refused_at_port, trouble};
+pub(crate) use failed::at_link;
+pub use failed::{at_port, lost_board, refused_at_port, trouble};
 
 use crate::document::failure::Failure;
 use crate::document::named::Named;

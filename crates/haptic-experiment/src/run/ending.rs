@@ -189,7 +189,7 @@ impl LetGo {
 impl Ended {
     /// True if a fault ended the run.
     #[must_use]
-    pub const fn is_fault(self) -> bool {
+    pub(crate) const fn is_fault(self) -> bool {
         matches!(
             self,
             Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_)

@@ -85,7 +85,7 @@ impl FlightRecorder {
     }
 
     /// A fault has latched; the first counts.
-    pub fn latch(&mut self, fault: FaultSeen) {
+    pub(crate) fn latch(&mut self, fault: FaultSeen) {
         // The news may come later than ticks that followed it.
         let behind = self.ticks.iter().rev();
         let behind = behind.take_while(|message| message.tick() > fault.tick);
@@ -103,12 +103,12 @@ impl FlightRecorder {
 
     /// True if a fault has latched and all that is kept after it is there.
     #[must_use]
-    pub const fn is_full(&self) -> bool {
+    pub(crate) const fn is_full(&self) -> bool {
         self.fault.is_some() && self.after >= AFTER
     }
 
     /// Adds what the device's own recorder has kept of this run and the line has lost.
-    pub fn fill(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
+    pub(crate) fn fill(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
         let known: BTreeMap<u64, AnyTick> =
             self.ticks.iter().map(|tick| (tick.tick(), *tick)).collect();
         let mut all = known.clone();

@@ -175,7 +175,7 @@ impl OutputFolder {
     }
 
     /// Removes CSV and pictures of an earlier run, which would pass for those of a run that made none.
-    pub fn remove_stale_results(&self) {
+    pub(crate) fn remove_stale_results(&self) {
         for extension in ["csv", "svg", "png"] {
             // Nothing there is as good.
             let _ = fs::remove_file(self.file(extension));
@@ -215,7 +215,7 @@ impl OutputFolder {
 
     /// Begins a table beside a log: rows under a header made of their fields' names.
     #[must_use]
-    pub fn table_beside_log(&self, extension: &str) -> Table {
+    pub(crate) fn table_beside_log(&self, extension: &str) -> Table {
         self.table(extension, "the log is whole")
     }
 
@@ -232,7 +232,7 @@ impl OutputFolder {
 
     /// The same of rows without names of their own, lists or tuples, under these names.
     #[must_use]
-    pub fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> Table {
+    pub(crate) fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> Table {
         self.table_beside_log(extension).named(names)
     }
 
@@ -271,7 +271,7 @@ const NOTHING_KEPT: &str = "nothing was left behind under that name, make space 
 
 /// A table that is being written; it appears when it is whole. What cannot be written is told at its end: an experiment goes on without it.
 #[derive(Debug)]
-pub struct Table(Result<OpenTable, Failure>);
+pub(crate) struct Table(Result<OpenTable, Failure>);
 
 #[derive(Debug)]
 struct OpenTable {
@@ -288,7 +288,7 @@ impl Table {
     }
 
     /// Adds a row.
-    pub fn row(&mut self, row: impl Serialize) {
+    pub(crate) fn row(&mut self, row: impl Serialize) {
         self.write(|writer| writer.serialize(row));
     }
 
@@ -307,7 +307,7 @@ impl Table {
     ///
     /// # Errors
     /// If the file exists and may not be replaced, cannot be made, or the disk does not take all of it; nothing is left behind then.
-    pub fn finish(self) -> Result<String, Failure> {
+    pub(crate) fn finish(self) -> Result<String, Failure> {
         let mut open = self.0?;
         let path = open.new_file.target().to_owned();
         let flushed = open.writer.flush();
@@ -345,7 +345,7 @@ pub fn write_text(path: &Path, text: &str, overwrite: bool) -> Result<(), Failur
 
 /// NAME-fault.mcap for NAME.mcap.
 #[must_use]
-pub fn fault_log_of(log: &Path) -> PathBuf {
+pub(crate) fn fault_log_of(log: &Path) -> PathBuf {
     let stem = log.file_stem().unwrap_or_default().to_string_lossy();
     log.with_file_name(format!("{stem}-fault.mcap"))
 }

@@ -34,7 +34,7 @@ impl Imperfections {
 
     /// True if there is none.
     #[must_use]
-    pub fn is_ideal(&self) -> bool {
+    pub(crate) fn is_ideal(&self) -> bool {
         let none = self.friction_n + self.delay_s + self.current_lag_s <= 0.0;
         none && self.sensors.are_ideal()
     }
@@ -52,7 +52,7 @@ impl Imperfections {
 
     /// Standard deviation of what the sensors add to the position, m: steps of q have q/√12.
     #[must_use]
-    pub fn position_noise_m(&self) -> f64 {
+    pub(crate) fn position_noise_m(&self) -> f64 {
         let steps = self.sensors.encoder_resolution_m / 12.0_f64.sqrt();
         steps.hypot(self.sensors.noise_m)
     }

@@ -30,7 +30,7 @@ impl Lateness {
 
     /// The watchdog time, s.
     #[must_use]
-    pub fn watchdog_s(self) -> f64 {
+    pub(crate) fn watchdog_s(self) -> f64 {
         f64::from(self.watchdog_ms) / 1e3
     }
 

@@ -23,12 +23,12 @@ pub struct PreflightRequest {
 
 /// Whole samples of delay for a round trip, µs: it, and the tick that the force waits for, rounded up.
 #[must_use]
-pub fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
+pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
 
 /// A loop that the analysis can look at.
-pub trait PreflightSubject {
+pub(crate) trait PreflightSubject {
     /// Looks at the loop with this device and `line` samples of delay beside its own.
     ///
     /// # Errors

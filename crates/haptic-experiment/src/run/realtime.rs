@@ -162,7 +162,7 @@ impl RealtimeSummary {
 
     /// For the log: the numbers, and the histograms.
     #[must_use]
-    pub fn metadata(&self, timing: &Timing) -> BTreeMap<String, String> {
+    pub(crate) fn metadata(&self, timing: &Timing) -> BTreeMap<String, String> {
         let or_none = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
         let mut values = BTreeMap::from([
             (

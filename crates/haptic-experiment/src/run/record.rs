@@ -52,13 +52,13 @@ impl KeptSample {
     /// True of a sample that says something of the law: no limiter acted in it, the ramp of the start neither. Others are counted, and
     /// compared with nothing.
     #[must_use]
-    pub const fn is_comparable(&self) -> bool {
+    pub(crate) const fn is_comparable(&self) -> bool {
         self.limiters == 0
     }
 
     /// Force that is opposed to an indentation, N: the negative of what is commanded.
     #[must_use]
-    pub fn reaction_n(&self) -> f64 {
+    pub(crate) fn reaction_n(&self) -> f64 {
         // Not a negation, which would make −0 of 0.
         0.0 - self.force_n
     }
@@ -96,7 +96,7 @@ pub(crate) const fn judged_force<T: Copy>(
 
 /// What a loop did in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Made<const D: usize> {
+pub(crate) struct Made<const D: usize> {
     /// Its number.
     pub tick: u64,
     /// Its time, s.
@@ -136,7 +136,7 @@ impl<const D: usize> Made<D> {
 }
 
 /// What is told of a tick: as the log has it, and as a run is judged by.
-pub trait TickRecord<const D: usize = 1>: Copy {
+pub(crate) trait TickRecord<const D: usize = 1>: Copy {
     /// With what a loop did.
     #[must_use]
     fn of(self, made: &Made<D>) -> Self;
@@ -281,7 +281,7 @@ impl Record {
     ///
     /// # Errors
     /// More samples than the machine can address.
-    pub fn with_room_for(samples: u64) -> anyhow::Result<Self> {
+    pub(crate) fn with_room_for(samples: u64) -> anyhow::Result<Self> {
         let whole = match keeps_all(samples) {
             true => Some(Vec::with_capacity(usize::try_from(samples)?)),
             false => None,
@@ -313,7 +313,7 @@ impl Record {
 
     /// Largest magnitude of the commanded force, N, of the samples that count.
     #[must_use]
-    pub const fn largest_force_n(&self) -> f64 {
+    pub(crate) const fn largest_force_n(&self) -> f64 {
         self.largest_force_n
     }
 
@@ -371,7 +371,7 @@ impl Record {
 
     /// Samples and events that the disk was too slow for.
     #[must_use]
-    pub fn dropped_by_disk(&self) -> u64 {
+    pub(crate) fn dropped_by_disk(&self) -> u64 {
         let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
         self.dropped.saturating_sub(line)
     }

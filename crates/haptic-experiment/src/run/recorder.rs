@@ -98,7 +98,7 @@ impl Recorder {
     }
 
     /// From now on a file of the log that has so many bytes is followed by another; `None` changes nothing.
-    pub fn roll_at(&mut self, full_bytes: Option<u64>) {
+    pub(crate) fn roll_at(&mut self, full_bytes: Option<u64>) {
         if let Some(full_bytes) = full_bytes {
             // A writer that has ended is seen at the first sample.
             let _ = self.push_waiting(Entry::RollAt(full_bytes));
@@ -126,7 +126,7 @@ impl Recorder {
     ///
     /// # Errors
     /// If the writer has ended.
-    pub fn timed_tick(
+    pub(crate) fn timed_tick(
         &mut self,
         tick: impl Into<AnyTick>,
         parts: TickParts,
@@ -164,12 +164,12 @@ impl Recorder {
 
     /// Of a fault, what follows it is kept too: whether that is done, or there was none.
     #[must_use]
-    pub fn has_aftermath(&self) -> bool {
+    pub(crate) fn has_aftermath(&self) -> bool {
         self.flight.fault().is_none() || self.flight.is_full()
     }
 
     /// Adds to it what a device's own recorder kept.
-    pub fn fill_flight(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
+    pub(crate) fn fill_flight(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
         self.flight.fill(kept);
     }
 

@@ -14,7 +14,7 @@ mod summary;
 
 use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
-pub use run::RemoteRun;
+pub(crate) use run::RemoteRun;
 pub(crate) use samples::blank;
 pub use summary::{FrameCounts, LinkSummary, round_trip};
 
@@ -67,14 +67,14 @@ impl RemoteDevice {
 
     /// Silence after which the device lets go, ms.
     #[must_use]
-    pub fn watchdog_ms(&self) -> u16 {
+    pub(crate) fn watchdog_ms(&self) -> u16 {
         self.watchdog_ms
             .unwrap_or_else(|| self.loop_mode.watchdog_ms())
     }
 
     /// How late this host may be for it.
     #[must_use]
-    pub fn lateness(&self) -> Lateness {
+    pub(crate) fn lateness(&self) -> Lateness {
         Lateness {
             watchdog_ms: self.watchdog_ms(),
             max_age_ticks: self.max_age_ticks,
@@ -84,7 +84,7 @@ impl RemoteDevice {
 
 /// Law that the device renders, and the plant that it simulates if it is simulated.
 #[derive(Clone, Debug)]
-pub struct RemoteLaw {
+pub(crate) struct RemoteLaw {
     /// K, N/m.
     pub stiffness_n_per_m: f64,
     /// B, N·s^μ/m.
@@ -111,7 +111,7 @@ impl RemoteLaw {
     /// No law at all: one of a loop on the host. Of the limits those that nobody has given stay as they are on the device: `rate` is the
     /// force rate limit, N/s. `device` is what is known of it for its guard.
     #[must_use]
-    pub fn none(
+    pub(crate) fn none(
         limits: haptic_loop::Limits,
         (rate, safety): (Option<f64>, &Safety),
         device: GuardedDevice,
@@ -138,7 +138,7 @@ impl RemoteLaw {
 
 /// Limits that an experiment does not speak of: they stay as they are on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Kept {
+pub(crate) struct Kept {
     /// Force rate limit.
     pub rate: bool,
     /// Speed limit, soft and hard.

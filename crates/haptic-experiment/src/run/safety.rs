@@ -131,7 +131,7 @@ impl Safety {
     /// The same with what a device file says of the device, where nothing else does, and as far as these settings ask for it; `real` is true for a
     /// device that is not simulated here.
     #[must_use]
-    pub fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
+    pub(crate) fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
         let bounded = self.guard == GuardChoice::EnergyBounding;
         let braked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
         let mass = known.mass_kg.filter(|_| real || braked);
@@ -151,7 +151,7 @@ impl Safety {
     ///
     /// # Errors
     /// A device file that would do nothing.
-    pub fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
+    pub(crate) fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
         let with_device = self.with_device(known, real);
         if !real && with_device == self {
             return Err(Failure::bad_input(format_args!(
@@ -167,7 +167,7 @@ impl Safety {
     ///
     /// # Errors
     /// Delay, lag or noise of the device without the guard that asks for it.
-    pub fn acts_on_device(&self) -> Result<(), Failure> {
+    pub(crate) fn acts_on_device(&self) -> Result<(), Failure> {
         if self.guard == GuardChoice::EnergyBounding {
             return Ok(());
         }
@@ -203,7 +203,7 @@ impl Safety {
 
     /// The limits for a device of this mass, unless somebody says otherwise, and delay: how much braking it bears.
     #[must_use]
-    pub fn braked(&self, limits: Limits, mass_kg: f64, delay_samples: u32) -> Limits {
+    pub(crate) fn braked(&self, limits: Limits, mass_kg: f64, delay_samples: u32) -> Limits {
         Limits {
             device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),
             device_delay_samples: delay_samples,
@@ -212,7 +212,7 @@ impl Safety {
     }
 
     /// Adds the settings that were asked for to the metadata of a log.
-    pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
+    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
         if self.guard != GuardChoice::Off {
             metadata.insert("guard".to_owned(), self.guard.name().to_owned());
         }

@@ -29,7 +29,7 @@ impl std::fmt::Display for Pace {
 
 /// Number of ticks, the time of each, and their pace.
 #[derive(Clone, Copy, Debug)]
-pub struct Schedule {
+pub(crate) struct Schedule {
     /// Ticks, the one at time 0 included.
     pub samples: u64,
     /// T, s.

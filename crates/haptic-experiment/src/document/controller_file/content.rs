@@ -119,7 +119,7 @@ impl ControllerFile {
 
     /// True if the command has a limit.
     #[must_use]
-    pub const fn is_limited(&self) -> bool {
+    pub(crate) const fn is_limited(&self) -> bool {
         self.output_low.is_some() || self.output_high.is_some()
     }
 
@@ -134,7 +134,7 @@ impl ControllerFile {
 
     /// How far back the powers are remembered with that tolerance, s.
     #[must_use]
-    pub fn horizon_s(&self) -> f64 {
+    pub(crate) fn horizon_s(&self) -> f64 {
         let default = MEMORY_SAMPLES * self.sample_time_s;
         self.memory_s.unwrap_or(default)
     }

@@ -5,7 +5,7 @@ use super::range::Range;
 use haptic_link::Limits as Wire;
 
 /// The device file that is shipped.
-pub const LABORATORY: &str = "laboratory";
+pub(crate) const LABORATORY: &str = "laboratory";
 
 parameters! {
     /// The device.

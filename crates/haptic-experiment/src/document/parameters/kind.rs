@@ -118,7 +118,7 @@ impl Parameter {
 
     /// It and the value that it is to have, in a sentence.
     #[must_use]
-    pub fn set_to<V: fmt::Display>(&self, value: V) -> impl fmt::Display {
+    pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> impl fmt::Display {
         Key(self.key).set_to(value)
     }
 
@@ -133,7 +133,7 @@ impl Parameter {
 
     /// The default of a list of numbers; empty if it has none.
     #[must_use]
-    pub fn default_numbers(&self) -> Vec<f64> {
+    pub(crate) fn default_numbers(&self) -> Vec<f64> {
         let numbers = self.shown.split(',');
         numbers.filter_map(|number| number.parse().ok()).collect()
     }

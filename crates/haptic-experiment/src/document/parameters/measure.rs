@@ -32,9 +32,9 @@ pub const MEASURE: &[Parameter] = &[
     HELD,
 ];
 /// Of the device that is measured, and of the line to it.
-pub const MEASURED: &[Parameter] = &[MEASURE_DEVICE, WATCHDOG, MAX_AGE_TICKS];
+pub(crate) const MEASURED: &[Parameter] = &[MEASURE_DEVICE, WATCHDOG, MAX_AGE_TICKS];
 /// Of a simulated one.
-pub const SIMULATED: &[Parameter] = &joined::<10>(&[
+pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[
     &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
 ]);

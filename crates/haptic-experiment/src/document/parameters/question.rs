@@ -32,7 +32,7 @@ parameters! {
 }
 
 /// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
-pub const COMPARED_AT_HZ: f64 = 1.0;
+pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
 /// The device of both.
 pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);

@@ -79,55 +79,55 @@ pub const DURATIONS: Range = above_0(1e7);
 /// Pasts that are remembered, s: that of the longest sample time with the longest memory.
 pub const MEMORIES: Range = above_0(1e15);
 /// Times of a safety chain, s: who waits a minute for a force forgets it.
-pub const SAFETY_TIMES: Range = above_0(60.0);
+pub(crate) const SAFETY_TIMES: Range = above_0(60.0);
 /// Delays and lags of a device, s: through more nobody feels anything, and 1.3 was to be 1.3 ms.
 pub const DEVICE_TIMES: Range = up_to(1.0);
 /// Dead times and delays of any plant, s: a day.
-pub const DEAD_TIMES: Range = up_to(86_400.0);
+pub(crate) const DEAD_TIMES: Range = up_to(86_400.0);
 /// Masses, kg: more no hand moves.
-pub const MASSES: Range = above_0(100.0);
+pub(crate) const MASSES: Range = above_0(100.0);
 /// The same of an object, which may weigh nothing.
-pub const OBJECT_MASSES: Range = up_to(100.0);
+pub(crate) const OBJECT_MASSES: Range = up_to(100.0);
 /// Viscous damping, N·s/m: the heaviest mass to rest within 0.1 ms.
-pub const DAMPINGS: Range = up_to(1e6);
+pub(crate) const DAMPINGS: Range = up_to(1e6);
 /// The same of a device or line that needs some.
-pub const DAMPINGS_ABOVE_0: Range = above_0(1e6);
+pub(crate) const DAMPINGS_ABOVE_0: Range = above_0(1e6);
 /// Stiffnesses, N/m: a bar of steel, 1 cm² across and 20 cm long.
-pub const STIFFNESSES: Range = up_to(1e8);
+pub(crate) const STIFFNESSES: Range = up_to(1e8);
 /// The same of a hand that holds.
-pub const STIFFNESSES_ABOVE_0: Range = above_0(1e8);
+pub(crate) const STIFFNESSES_ABOVE_0: Range = above_0(1e8);
 /// Dissipations, N·s^μ/m, whose unit lies between those of stiffness, damping and mass.
-pub const DISSIPATIONS: Range = up_to(1e8);
+pub(crate) const DISSIPATIONS: Range = up_to(1e8);
 /// Forces that are pushed with or that rub, N: ten times what a person can do.
 pub const FORCES: Range = up_to(1e4);
 /// The same of a push that has to be there.
-pub const FORCES_ABOVE_0: Range = above_0(1e4);
+pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
 /// Limits of a force, N: so high a one limits nothing any more.
 pub const FORCE_LIMITS: Range = above_0(1e6);
 /// Limits of its rate, N/s: that force within 0.1 ms.
 pub const FORCE_RATES: Range = above_0(1e10);
 /// Limits of a speed, m/s: what flies past is not held by a hand.
-pub const SPEEDS: Range = above_0(100.0);
+pub(crate) const SPEEDS: Range = above_0(100.0);
 /// Speeds of an impact, m/s: ten times what a hand does.
-pub const IMPACTS: Range = up_to(10.0);
+pub(crate) const IMPACTS: Range = up_to(10.0);
 /// Steps of an encoder and noise, m: a ruler is finer than 1 mm.
-pub const SENSOR_STEPS: Range = up_to(1e-3);
+pub(crate) const SENSOR_STEPS: Range = up_to(1e-3);
 /// Small distances, m: as far as an arm reaches.
-pub const REACHES: Range = up_to(1.0);
+pub(crate) const REACHES: Range = up_to(1.0);
 /// The same above 0.
-pub const REACHES_ABOVE_0: Range = above_0(1.0);
+pub(crate) const REACHES_ABOVE_0: Range = above_0(1.0);
 /// Places of a hand on a device that stands on a table, m.
 pub const ARM_PLACES: Range = either_sign(1.0);
 /// Sizes of a specimen, m or m²: it stands on a table.
-pub const SPECIMENS: Range = above_0(10.0);
+pub(crate) const SPECIMENS: Range = above_0(10.0);
 /// Places, m: where no hand comes any more.
 pub const PLACES: Range = either_sign(1e3);
 /// Radii, m: from a grain of dust to what is a plane to a hand.
-pub const RADII: Range = Range::Within(1e-6, 1e3);
+pub(crate) const RADII: Range = Range::Within(1e-6, 1e3);
 /// Strains that are held: all of the thickness.
-pub const STRAINS: Range = above_0(1.0);
+pub(crate) const STRAINS: Range = above_0(1.0);
 /// Stresses, Pa: tissue is gone long before.
-pub const STRESSES: Range = above_0(1e9);
+pub(crate) const STRESSES: Range = above_0(1e9);
 /// Times in a record, s.
 pub const RECORD_TIMES: Range = either_sign(1e12);
 /// Frequencies, Hz: ten times what is felt.
@@ -137,7 +137,7 @@ pub const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
 /// Gains, limits and entries of a matrix, in any unit that a plant has.
 pub const NUMBERS: Range = either_sign(1e12);
 /// Ratios, as of a margin.
-pub const RATIOS: Range = above_0(1e6);
+pub(crate) const RATIOS: Range = above_0(1e6);
 /// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
 pub const BOUNDS: Range = Range::Within(1e-15, 1e6);
 /// Delays of a loop, samples.
@@ -151,9 +151,9 @@ pub const SPEED_UPS: Range = Range::Within(1e-3, 1e3);
 /// Chances and shares.
 pub const SHARES: Range = up_to(1.0);
 /// Orders of a wall.
-pub const WALL_ORDERS: Range = up_to(2.0);
+pub(crate) const WALL_ORDERS: Range = up_to(2.0);
 /// Orders of a coupler that gives no energy by itself.
-pub const COUPLER_ORDERS: Range = up_to(1.0);
+pub(crate) const COUPLER_ORDERS: Range = up_to(1.0);
 /// α, β and γ of the analysis.
 pub const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
 /// δ of the analysis.

@@ -68,7 +68,7 @@ parameters! {
 }
 
 /// Mass on an axis that is not given, kg.
-pub const TOUCH_MASS_DEFAULT: f64 = MASS_KG;
+pub(crate) const TOUCH_MASS_DEFAULT: f64 = MASS_KG;
 
 /// Of `[touch]`.
 pub const TOUCH: &[Parameter] = &joined::<36>(&[TOUCHED, LESS_THAN_IDEAL, TOUCHING]);

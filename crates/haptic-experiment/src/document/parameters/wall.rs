@@ -51,7 +51,7 @@ parameters! {
 pub const WALL_REQUIRED: &[Parameter] =
     &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
 /// Of a simulated device that is less than ideal.
-pub const LESS_THAN_IDEAL: &[Parameter] = &[
+pub(crate) const LESS_THAN_IDEAL: &[Parameter] = &[
     DELAY,
     FRICTION,
     CURRENT_LAG,

@@ -69,7 +69,7 @@ impl CouplerExperiment {
     ///
     /// # Errors
     /// If the loop is closed there.
-    pub fn check_loop(&self) -> Result<(), Failure> {
+    pub(crate) fn check_loop(&self) -> Result<(), Failure> {
         match self.setup.remote.as_ref().map(|remote| remote.loop_mode) {
             Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
                 "a loop on the device cannot carry a coupler, its firmware renders walls: give {loop_host}",

@@ -135,7 +135,7 @@ impl DriveVerdict {
     ///
     /// # Errors
     /// Bad input, with what to change.
-    pub fn require_stable(&self, force: bool) -> Result<(), Failure> {
+    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
         if force || self.stable() {
             return Ok(());
         }
@@ -161,7 +161,7 @@ impl DriveVerdict {
     }
 
     /// Adds the verdict to the metadata of a log.
-    pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
+    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
         let or_none =
             |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
         let loops = [("free", self.free), ("in_contact", Some(self.in_contact))];

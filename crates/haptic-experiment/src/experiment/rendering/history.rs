@@ -15,7 +15,7 @@ impl Rendering {
     ///
     /// # Errors
     /// If the record cannot be transformed.
-    pub fn full_history_force(&self, position_m: &[f64]) -> anyhow::Result<Vec<f64>> {
+    pub(crate) fn full_history_force(&self, position_m: &[f64]) -> anyhow::Result<Vec<f64>> {
         // The virtual tissue begins at 0 and only pushes.
         let depth: Vec<f64> = position_m.iter().map(|x| x.max(0.0)).collect();
         let (shape, t) = (self.shape(), Seconds(self.sample_time_s));

@@ -37,7 +37,7 @@ fn rig_values(
 impl Rendering {
     /// Everything needed to make this rendering again.
     #[must_use]
-    pub fn metadata(&self, experiment: &str, drive: RigDrive) -> BTreeMap<String, String> {
+    pub(crate) fn metadata(&self, experiment: &str, drive: RigDrive) -> BTreeMap<String, String> {
         let entries = [
             ("experiment", experiment.to_owned()),
             ("device", self.device_name()),

@@ -129,7 +129,7 @@ impl Rendering {
     /// Memory of the operator, s; `None` for all of the past. For the recursive forms the time that
     /// their slowest part takes to fade, about one period of the lower corner or N samples.
     #[must_use]
-    pub fn memory_s(&self) -> Option<f64> {
+    pub(crate) fn memory_s(&self) -> Option<f64> {
         let t = self.sample_time_s;
         match self.scheme {
             Scheme::Grunwald { length } => Some(length as f64 * t),
@@ -151,7 +151,7 @@ impl Rendering {
 
     /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
     #[must_use]
-    pub fn reference_kernel(&self) -> Reference {
+    pub(crate) fn reference_kernel(&self) -> Reference {
         Reference::of(self.scheme)
     }
 
@@ -167,7 +167,7 @@ impl Rendering {
 
     /// The number type that the force was computed in: that of the device, if the loop was closed there.
     #[must_use]
-    pub fn precision_run(&self) -> Precision {
+    pub(crate) fn precision_run(&self) -> Precision {
         match &self.remote {
             Some(remote) if remote.loop_mode == LoopMode::Device => Precision::F32,
             _ => self.precision,
@@ -176,7 +176,7 @@ impl Rendering {
 
     /// The device, as on the command line.
     #[must_use]
-    pub fn device_name(&self) -> String {
+    pub(crate) fn device_name(&self) -> String {
         crate::run::remote::device_name(self.remote.as_ref())
     }
 }

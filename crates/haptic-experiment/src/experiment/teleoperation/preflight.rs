@@ -13,7 +13,7 @@ impl TeleoperationExperiment {
     ///
     /// # Errors
     /// A number that the analysis does not take.
-    pub fn preflight(&self) -> Result<Option<PreflightVerdict>, Failure> {
+    pub(crate) fn preflight(&self) -> Result<Option<PreflightVerdict>, Failure> {
         let law = self.place.constants();
         if law.stiffness_n_per_m <= 0.0 && law.dissipation_n_s_mu_per_m <= 0.0 {
             return Ok(None);

@@ -81,7 +81,7 @@ pub struct HandMotion {
 
 impl HandMotion {
     /// Time in which the motion begins, s.
-    pub const RISE_S: f64 = 1.0;
+    pub(crate) const RISE_S: f64 = 1.0;
 
     /// So many frequencies from low to high, evenly in the logarithm, each with whole periods in the window.
     #[must_use]

@@ -26,7 +26,7 @@ use haptic_teleoperation::{Heard, Introduction, Port};
 pub use line::End;
 use line::{Line, unusable};
 use record::Kept;
-pub use report::{FarEnd, FarReport, SKIPPED_MOST, Terms};
+pub use report::{FarEnd, FarReport, Terms};
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -58,7 +58,7 @@ pub enum HandPath {
 
 impl HandPath {
     /// Time in which a circle is reached, s.
-    pub const APPROACH_S: f64 = 1.0;
+    pub(crate) const APPROACH_S: f64 = 1.0;
 
     /// Refuses a path that is none for so many axes.
     ///
@@ -153,7 +153,7 @@ impl HandPath {
 
     /// In a few words.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         match self {
             Self::WayPoints(rows) => format!("{} way points", rows.len()),
             Self::Circle {

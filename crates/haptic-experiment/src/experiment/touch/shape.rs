@@ -12,7 +12,7 @@ use haptic_tissue::Model;
 
 /// Kinds of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShapeName {
+pub(crate) enum ShapeName {
     /// A plane.
     Plane,
     /// A ball.
@@ -98,7 +98,7 @@ impl TouchShape {
 
     /// In a few words.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         match self {
             Self::Plane { normal, .. } if normal.len() == 2 => "straight edge".to_owned(),
             Self::Plane { .. } => "plane".to_owned(),
@@ -155,7 +155,7 @@ pub(super) type Touched<const D: usize> =
 impl TouchLaw {
     /// K in N/m, and B in N·s^μ/m.
     #[must_use]
-    pub fn spring_and_damper(&self) -> (f64, f64) {
+    pub(crate) fn spring_and_damper(&self) -> (f64, f64) {
         match self {
             Self::Tissue(piece) => piece.spring_and_damper(),
             Self::Wall {
@@ -203,7 +203,7 @@ impl TouchLaw {
 
     /// In a few words.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         if let Self::Tissue(piece) = self {
             return piece.material.name.clone();
         }

@@ -7,7 +7,7 @@ use haptic_tissue::Model;
 impl ModelledTissue {
     /// Stress under a strain that rises to ε₀ in T₀ and is then held, Pa; zero for t ≤ 0.
     #[must_use]
-    pub fn relaxation_stress(&self, strain: f64, ramp_time_s: f64, time_s: f64) -> f64 {
+    pub(crate) fn relaxation_stress(&self, strain: f64, ramp_time_s: f64, time_s: f64) -> f64 {
         match &self.law {
             Law::KelvinVoigt(tissue) => tissue.relaxation_stress(strain, ramp_time_s, time_s).0,
             Law::Composed { model, .. } => ramp(model, strain, ramp_time_s, &[time_s])[0],

@@ -15,13 +15,13 @@ pub struct TissuePiece {
 impl TissuePiece {
     /// A/ℓ, m.
     #[must_use]
-    pub fn shape_m(&self) -> f64 {
+    pub(crate) fn shape_m(&self) -> f64 {
         self.specimen.area().0 / self.specimen.thickness().0
     }
 
     /// K in N/m and B in N·s^μ/m.
     #[must_use]
-    pub fn spring_and_damper(&self) -> (f64, f64) {
+    pub(crate) fn spring_and_damper(&self) -> (f64, f64) {
         self.material.spring_and_damper(self.shape_m())
     }
 }

@@ -219,7 +219,7 @@ impl Requirement {
 
     /// Of the stable one.
     #[must_use]
-    pub fn gain_margin(self) -> Option<f64> {
+    pub(crate) fn gain_margin(self) -> Option<f64> {
         match self {
             Self::Passive => None,
             Self::Stable { gain_margin } => Some(gain_margin),

@@ -39,7 +39,7 @@ pub struct Machine {
 impl Machine {
     /// Looks into `proc` and `sys` in this folder, `/` but for tests.
     #[must_use]
-    pub fn inspect(root: &Path) -> Self {
+    pub(crate) fn inspect(root: &Path) -> Self {
         let text = |path: &str| fs::read_to_string(root.join(path)).ok();
         let line = |path: &str| text(path).map(|text| text.trim().to_owned());
         let version = text("proc/version");
@@ -82,7 +82,7 @@ impl Machine {
 
     /// Changes to make, the most useful first.
     #[must_use]
-    pub fn advice(
+    pub(crate) fn advice(
         &self,
         fallback: Option<Fallback>,
         rates: &[Rate],

@@ -33,14 +33,8 @@ impl MotionRecord {
 
     /// Ticks.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.position_m.len().min(self.force_n.len())
-    }
-
-    /// True without any tick.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Samples that were lost.

@@ -40,7 +40,7 @@ pub struct DeviceModel {
 impl DeviceValues {
     /// Parameters with the values.
     #[must_use]
-    pub fn named(&self) -> [(&'static Parameter, f64); 8] {
+    pub(crate) fn named(&self) -> [(&'static Parameter, f64); 8] {
         [
             (&p::MASS, self.mass_kg),
             (&p::DAMPING, self.damping_n_s_per_m),

@@ -41,7 +41,7 @@ impl PreflightVerdict {
     ///
     /// # Errors
     /// Bad input, with the numbers and what to change.
-    pub fn require_stable(&self, force: bool) -> Result<(), Failure> {
+    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
         if force {
             return Ok(());
         }
@@ -158,7 +158,7 @@ impl PreflightVerdict {
     }
 
     /// Adds the verdict to the metadata of a log.
-    pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
+    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
         let or_none =
             |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
         for (key, value) in [

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// A run to be made on a device.
-pub struct RemoteRun<'a, P, M = TickMessage> {
+pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     /// The device.
     pub device: &'a RemoteDevice,
     /// Law that it renders.
@@ -58,7 +58,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
     ///
     /// # Errors
     /// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
-    pub fn run<F: Real, E: Environment<F, D>, const D: usize>(
+    pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
         controller: &mut Controller<F, D, E>,
         supervisor: Supervisor<'_>,

@@ -73,7 +73,7 @@ impl LinkSummary {
 
     /// Samples of the device that did not get to the log because of the line.
     #[must_use]
-    pub fn samples_missing(&self) -> u64 {
+    pub(crate) fn samples_missing(&self) -> u64 {
         self.samples_lost + self.samples_dropped
     }
 }

@@ -85,7 +85,7 @@ impl GuardedDevice {
 
     /// Facts that a board tells of its sensor: it rounds to its resolution.
     #[must_use]
-    pub fn read_by(capabilities: &Capabilities) -> Self {
+    pub(crate) fn read_by(capabilities: &Capabilities) -> Self {
         let sensors = Sensors {
             encoder_resolution_m: f64::from(capabilities.position_resolution_m),
             noise_m: 0.0,

@@ -27,10 +27,6 @@ pub enum FarEnd {
     Fault,
 }
 
-/// Share of the ticks that may be skipped unless something else is asked for: the device is then sampled a tenth more slowly than
-/// the experiment says.
-pub const SKIPPED_MOST: f64 = 0.1;
-
 /// Terms on which a side meets the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
@@ -156,7 +152,7 @@ mod tests {
     fn a_run_that_skipped_too_many_ticks_is_no_result() {
         let terms = Terms {
             patience: Duration::from_secs(1),
-            skipped_most: SKIPPED_MOST,
+            skipped_most: 0.1,
         };
         for (ended, skipped, want) in [
             (FarEnd::Done, 100, FarEnd::Done),
