@@ -6,7 +6,7 @@
 //! at rest, μ = 1: x = push/(k + 1/(1/b_c + 1/k_o)), the object at F/k_o
 //! ```
 //! - *Below order 1* nothing holds the push: the coupler creeps as t^(1−μ) under it. There is no place of rest then, and the force
-//!   alone is judged, as for a wall without a spring.
+//!   alone is verdict, as for a wall without a spring.
 //! - *The rule* by which all is at rest is that of a wall, [`settling`](crate::judge::settling).
 //! - *Before the run* Llewellyn's criterion and the sampled loop are looked at, see [`CouplerPreflight`].
 //! - *The object* is in no log: it follows from the positions, and the table of the run has it.

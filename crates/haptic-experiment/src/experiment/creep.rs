@@ -5,17 +5,17 @@
 //! the damping of the rig, 7 N·s/m together, slow the start down.
 
 use super::rendering::Rendering;
-use super::rendering::outcome::{Comparison, Judged, publish};
+use super::rendering::outcome::{Comparison, TheorySample, publish};
 use super::rendering::{Quantity, Report, TheoryCurves};
 use crate::document::failure::Failure;
 use crate::document::parameters::STRESS;
 use crate::experiment::drive::DriveVerdict;
 use crate::judge::curves::Published;
-use crate::judge::reference::Track;
+use crate::judge::reference::ReferenceSeries;
 use crate::run::folder::FolderRequest;
-use crate::run::record::KeptSample;
 use crate::run::samples::Samples;
 use crate::run::simulate::Sink;
+use crate::run::tick::KeptSample;
 use crate::run::{Ran, Supervisor};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
@@ -136,13 +136,16 @@ impl Creep {
     }
 
     /// Judges sample by sample.
-    fn judge<'a>(&'a self, ran: &Ran) -> Result<impl FnMut(&KeptSample) -> Judged + 'a, Failure> {
+    fn judge<'a>(
+        &'a self,
+        ran: &Ran,
+    ) -> Result<impl FnMut(&KeptSample) -> TheorySample + 'a, Failure> {
         let Rendering {
             material, specimen, ..
         } = &self.rendering;
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = self.rendering.full_history(samples, self.duration_s)?;
-        let mut ideal = Track::new(
+        let mut ideal = ReferenceSeries::new(
             samples,
             |x| {
                 let mut strain = self.without_rig(x.len() as u64)?;
@@ -158,7 +161,7 @@ impl Creep {
         Ok(move |sample: &KeptSample| {
             let closed_form = strain(sample.tick, sample.time_s);
             let value = specimen.strain(Metres(sample.position_m));
-            Judged {
+            TheorySample {
                 ideal_position_m: specimen.displacement(closed_form).0,
                 full_history_force_n: history.at(sample),
                 value,

@@ -5,7 +5,7 @@
 //! Control in Haptics*, figure 7.2.
 
 use super::rendering::Rendering;
-use super::rendering::outcome::{Comparison, Judged, publish};
+use super::rendering::outcome::{Comparison, TheorySample, publish};
 use super::rendering::{Quantity, Report, TheoryCurves};
 use crate::document::failure::Failure;
 use crate::document::parameters;
@@ -13,11 +13,11 @@ use crate::document::parameters::{RAMP_TIME, STRAIN};
 use crate::experiment::drive::DriveVerdict;
 use crate::judge::curves::Published;
 use crate::judge::percent;
-use crate::judge::reference::Track;
+use crate::judge::reference::ReferenceSeries;
 use crate::run::folder::FolderRequest;
-use crate::run::record::KeptSample;
 use crate::run::samples::Samples;
 use crate::run::simulate::Sink;
+use crate::run::tick::KeptSample;
 use crate::run::{Ran, Supervisor};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
@@ -177,12 +177,12 @@ impl Relaxation {
         &'a self,
         ran: &Ran,
         profile: RampHold,
-    ) -> Result<impl FnMut(&KeptSample) -> Judged + 'a, Failure> {
+    ) -> Result<impl FnMut(&KeptSample) -> TheorySample + 'a, Failure> {
         let rendering = &self.rendering;
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = rendering.full_history(samples, self.duration_s)?;
         let t = rendering.sample_time_s;
-        let mut ideal = Track::new(
+        let mut ideal = ReferenceSeries::new(
             samples,
             |x| {
                 let time = (0..x.len()).map(|n| n as f64 * t);
@@ -201,7 +201,7 @@ impl Relaxation {
         Ok(move |sample: &KeptSample| {
             let full_history_force_n = history.at(sample);
             let stress = Pascals(stress(sample.tick, sample.time_s));
-            Judged {
+            TheorySample {
                 ideal_position_m: profile.position(sample.time_s),
                 full_history_force_n,
                 value: sample.reaction_n(),

@@ -31,7 +31,7 @@ pub use report::TrialReport;
 pub(crate) use setup::Parts;
 pub use setup::TrialSetup;
 use std::ops::{ControlFlow, RangeInclusive};
-pub(crate) use verdict::{Judged, Seen, incomparable, judged, limited};
+pub(crate) use verdict::{Seen, Verdict, incomparable, limited, verdict};
 
 /// A wall at the device's start position.
 pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
@@ -48,7 +48,7 @@ pub struct TrialPlan {
     pub impact_m_per_s: f64,
     /// Duration, s.
     pub duration_s: f64,
-    /// Window at the end that is judged, s.
+    /// Window at the end that is verdict, s.
     pub window_s: f64,
     /// Largest force, N.
     pub force_limit_n: f64,

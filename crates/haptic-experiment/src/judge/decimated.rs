@@ -14,7 +14,7 @@ const SHARE: u64 = 2000;
 
 /// M curves over one time.
 #[derive(Clone, Debug)]
-pub(crate) struct Thinned<const M: usize> {
+pub(crate) struct Decimated<const M: usize> {
     dense: u64,
     count: u64,
     /// The group that is being filled, and with which sample it ends.
@@ -33,7 +33,7 @@ struct Point<const M: usize> {
     values: [f64; M],
 }
 
-impl<const M: usize> Thinned<M> {
+impl<const M: usize> Decimated<M> {
     /// Empty, for the samples of this record: those in memory are all kept.
     pub(crate) fn of(record: &Record) -> Self {
         Self::new(record.whole.as_ref().map_or(0, |_| WHOLE_MOST))
@@ -119,8 +119,8 @@ impl<const M: usize> Thinned<M> {
 mod tests {
     use super::*;
 
-    fn thinned(samples: u64, dense: u64, curve: impl Fn(u64) -> f64) -> Thinned<1> {
-        let mut thinned = Thinned::new(dense);
+    fn thinned(samples: u64, dense: u64, curve: impl Fn(u64) -> f64) -> Decimated<1> {
+        let mut thinned = Decimated::new(dense);
         (0..samples).for_each(|n| thinned.add(1e-3 * n as f64, [curve(n)]));
         thinned.finish();
         thinned

@@ -5,15 +5,15 @@
 
 use crate::document::failure::Failure;
 use crate::judge::Reference;
-use crate::run::record::KeptSample;
 use crate::run::samples::Samples;
+use crate::run::tick::KeptSample;
 use fracdiff::{Channel, Operator, Order, Seconds};
 
 /// Largest relative error of any weight of an operator that stands for the full history.
 pub(crate) const TOLERANCE: f64 = 1e-9;
 
 /// A value for each sample, asked for in their order.
-pub(crate) struct Track<'a>(Source<'a>);
+pub(crate) struct ReferenceSeries<'a>(Source<'a>);
 
 enum Source<'a> {
     /// Made already.
@@ -29,7 +29,7 @@ enum Source<'a> {
 /// The next value of every tick, given its number and the position.
 pub(crate) type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
 
-impl<'a> Track<'a> {
+impl<'a> ReferenceSeries<'a> {
     /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick.
     ///
     /// # Errors

@@ -8,8 +8,9 @@ use crate::run::ending::LetGo;
 use crate::run::folder::Table;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::realtime::RealtimeSummary;
-use crate::run::record::{KeptSample, Record};
+use crate::run::record::Record;
 use crate::run::remote::LinkSummary;
+use crate::run::tick::KeptSample;
 use serde::Serialize;
 
 /// Percentiles of the time that a tick took, ns, the simulated rig included.

@@ -8,7 +8,7 @@ use haptic_remote::{Impossible, LinkError};
 
 /// Why a run ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ended {
+pub enum Ending {
     /// Somebody asked for it.
     Interrupted,
     /// The safety chain latched a fault.
@@ -107,22 +107,24 @@ impl Fall {
 
 impl LetGo {
     /// Of a run that ended for this reason, on a device that this program serves or on one with a watchdog of its own.
-    pub(crate) fn of(ended: Ended, fall: Fall, served: bool) -> Self {
+    pub(crate) fn of(ended: Ending, fall: Fall, served: bool) -> Self {
         match (ended, fall.zero_after_gap_s) {
             (
-                Ended::LinkLost(LinkError::Refused {
+                Ending::LinkLost(LinkError::Refused {
                     request: "arm" | "start",
                     ..
                 }),
                 _,
             ) => Self::NeverBegan,
-            (Ended::LinkLost(_), _) if served => Self::TakenAway,
-            (Ended::LinkLost(_), _) => Self::ByItself,
-            (Ended::DeviceFault(report), _) if report.status.fault == Fault::BoardFailed.code() => {
+            (Ending::LinkLost(_), _) if served => Self::TakenAway,
+            (Ending::LinkLost(_), _) => Self::ByItself,
+            (Ending::DeviceFault(report), _)
+                if report.status.fault == Fault::BoardFailed.code() =>
+            {
                 Self::Told
             }
             _ if !fall.has_fallen() => Self::Unseen,
-            (Ended::DeviceFault(_), _) if !fall.seen => Self::Unseen,
+            (Ending::DeviceFault(_), _) if !fall.seen => Self::Unseen,
             (_, Some(zero_s)) => Self::AfterGap { zero_s, served },
             _ if fall.acting > 0 => Self::Ramped {
                 until_s: fall.acting_until_s,
@@ -132,7 +134,7 @@ impl LetGo {
     }
 
     /// The same of a run whose stop the device did not hear.
-    pub(crate) fn unheard(ended: Ended, fall: Fall, served: bool) -> Self {
+    pub(crate) fn unheard(ended: Ending, fall: Fall, served: bool) -> Self {
         match fall.acting {
             0 => Self::of(ended, fall, served),
             _ => Self::PushedOn {
@@ -186,7 +188,7 @@ impl LetGo {
     }
 }
 
-impl Ended {
+impl Ending {
     /// True if a fault ended the run.
     #[must_use]
     pub(crate) const fn is_fault(self) -> bool {
@@ -264,7 +266,7 @@ mod tests {
 
     #[test]
     fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {
-        let fault = |fault: Fault| Ended::DeviceFault(reported(fault));
+        let fault = |fault: Fault| Ending::DeviceFault(reported(fault));
         let refused = LinkError::Refused {
             request: "start",
             refusal: haptic_link::Refusal::Connection,
@@ -287,15 +289,15 @@ mod tests {
             ..ramp
         };
         for (ended, fall, let_go) in [
-            (Ended::Interrupted, ramp, ramped),
-            (Ended::Interrupted, none, LetGo::InOneSample),
-            (Ended::Fault(Fault::Workspace), none, LetGo::InOneSample),
+            (Ending::Interrupted, ramp, ramped),
+            (Ending::Interrupted, none, LetGo::InOneSample),
+            (Ending::Fault(Fault::Workspace), none, LetGo::InOneSample),
             (fault(Fault::HostSilent), ramp, ramped),
             (fault(Fault::HostSilent), still, LetGo::Unseen),
             (fault(Fault::HostSilent), none, LetGo::Unseen),
-            (Ended::Interrupted, still, LetGo::Unseen),
+            (Ending::Interrupted, still, LetGo::Unseen),
             (fault(Fault::BoardFailed), none, LetGo::Told),
-            (Ended::LinkLost(refused), none, LetGo::NeverBegan),
+            (Ending::LinkLost(refused), none, LetGo::NeverBegan),
         ] {
             for served in [true, false] {
                 assert_eq!(LetGo::of(ended, fall, served), let_go, "{ended:?} {fall:?}");
@@ -308,14 +310,14 @@ mod tests {
             // A device at the other end of a line has its own watchdog.
             assert_eq!(let_go.words().contains("unless its own watchdog"), served);
         }
-        let gone = Ended::LinkLost(LinkError::Gone);
+        let gone = Ending::LinkLost(LinkError::Gone);
         assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);
         assert_eq!(LetGo::of(gone, none, true), LetGo::TakenAway);
     }
 
     #[test]
     fn a_stop_that_was_not_heard_is_told_by_the_samples_after_it() {
-        let silent = Ended::DeviceFault(reported(Fault::HostSilent));
+        let silent = Ending::DeviceFault(reported(Fault::HostSilent));
         let fell = Fall {
             acting: 10,
             seen: true,

@@ -46,7 +46,7 @@ pub struct RunOfFault<'a> {
 
 /// Keeps the last ticks, and the first after a fault.
 #[derive(Clone, Debug)]
-pub struct FlightRecorder {
+pub struct FaultRecorder {
     ticks: VecDeque<AnyTick>,
     fault: Option<FaultSeen>,
     /// Ticks after that of the fault.
@@ -55,7 +55,7 @@ pub struct FlightRecorder {
     filled: Vec<u64>,
 }
 
-impl Default for FlightRecorder {
+impl Default for FaultRecorder {
     /// Empty; never allocates while it takes in ticks.
     fn default() -> Self {
         Self {
@@ -67,7 +67,7 @@ impl Default for FlightRecorder {
     }
 }
 
-impl FlightRecorder {
+impl FaultRecorder {
     /// Takes in a tick. Once a fault has latched it takes 100 more, then none.
     pub fn tick(&mut self, tick: impl Into<AnyTick>) {
         let tick = tick.into();
@@ -211,13 +211,13 @@ mod tests {
         }
     }
 
-    fn ticks(recorder: &FlightRecorder) -> Vec<u64> {
+    fn ticks(recorder: &FaultRecorder) -> Vec<u64> {
         recorder.ticks.iter().map(AnyTick::tick).collect()
     }
 
     #[test]
     fn a_thousand_ticks_before_a_fault_and_a_hundred_after_it_are_kept() {
-        let mut recorder = FlightRecorder::default();
+        let mut recorder = FaultRecorder::default();
         (0..=5000).for_each(|n| recorder.tick(tick(n)));
         assert!(recorder.fault().is_none() && !recorder.is_full());
         recorder.latch(fault(5000));
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_fault_that_is_heard_of_late_keeps_its_place() {
-        let mut recorder = FlightRecorder::default();
+        let mut recorder = FaultRecorder::default();
         (0..=230).for_each(|n| recorder.tick(tick(n)));
         recorder.latch(fault(200));
         (231..400).for_each(|n| recorder.tick(tick(n)));
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_device_fills_what_the_line_lost_and_changes_nothing_else() {
-        let mut recorder = FlightRecorder::default();
+        let mut recorder = FaultRecorder::default();
         let lost = [3, 4, 9];
         let came = (0..12).filter(|n| !lost.contains(n));
         came.for_each(|n| recorder.tick(tick(n)));
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn what_the_device_adds_makes_the_log_no_longer() {
-        let mut recorder = FlightRecorder::default();
+        let mut recorder = FaultRecorder::default();
         let lost = 1990..2010;
         let came = (0..3000).filter(|n| !lost.contains(n));
         came.for_each(|n| {
@@ -278,9 +278,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("run-fault.mcap");
         let run = folder.path().join("run.mcap");
-        let mut recorder = FlightRecorder::default();
+        let mut recorder = FaultRecorder::default();
         (0..50).for_each(|n| recorder.tick(tick(n)));
-        let write = |recorder: &FlightRecorder, overwrite| {
+        let write = |recorder: &FaultRecorder, overwrite| {
             let run = RunOfFault {
                 log: &run,
                 experiment: BTreeMap::new(),

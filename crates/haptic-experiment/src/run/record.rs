@@ -6,17 +6,14 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
-use super::ending::{Ended, Fall, LetGo};
+use super::ending::{Ending, Fall, LetGo};
 use super::lateness::Lateness;
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
-use fracdiff::Real;
-use haptic_log::record::flaw::{IMPOSSIBLE, LATE_FORCE};
-use haptic_log::record::{AnyTick, EndKind, RunEnd, TickMessage};
-use haptic_loop::Sample;
+use super::tick::{KeptSample, TickRecord};
+use haptic_log::record::{EndKind, RunEnd};
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
-use nalgebra::SVector;
 
 /// Runs of up to so many samples are kept in memory.
 pub(crate) const WHOLE_MOST: u64 = 1_000_000;
@@ -24,166 +21,6 @@ pub(crate) const WHOLE_MOST: u64 = 1_000_000;
 /// True of a run whose samples are all kept in memory.
 pub(crate) const fn keeps_all(samples: u64) -> bool {
     samples <= WHOLE_MOST
-}
-
-/// A sample that counts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeptSample {
-    /// Its number.
-    pub tick: u64,
-    /// Its time, s.
-    pub time_s: f64,
-    /// Position of the renderer as the loop read it, m.
-    pub position_m: f64,
-    /// Force on the device by which the run is judged, N: the one commanded in answer to this position where the device made that, else the
-    /// one that it made.
-    pub force_n: f64,
-    /// Force that the device made in this tick, N.
-    pub applied_force_n: f64,
-    /// Place of the indenter, m.
-    pub indenter_position_m: f64,
-    /// Force between indenter and renderer, N.
-    pub contact_force_n: f64,
-    /// Limiters that acted, bits.
-    pub limiters: u8,
-}
-
-impl KeptSample {
-    /// True of a sample that says something of the law: no limiter acted in it, the ramp of the start neither. Others are counted, and
-    /// compared with nothing.
-    #[must_use]
-    pub(crate) const fn is_comparable(&self) -> bool {
-        self.limiters == 0
-    }
-
-    /// Force that is opposed to an indentation, N: the negative of what is commanded.
-    #[must_use]
-    pub(crate) fn reaction_n(&self) -> f64 {
-        // Not a negation, which would make −0 of 0.
-        0.0 - self.force_n
-    }
-
-    pub(crate) const fn of(message: &TickMessage) -> Self {
-        Self {
-            tick: message.tick,
-            time_s: message.time_s,
-            position_m: message.position_m,
-            force_n: judged_force(
-                (message.limiters, message.flaws),
-                message.commanded_force_n,
-                message.applied_force_n,
-            ),
-            applied_force_n: message.applied_force_n,
-            indenter_position_m: message.indenter_position_m,
-            contact_force_n: message.contact_force_n,
-            limiters: message.limiters,
-        }
-    }
-}
-
-/// The force by which a tick is judged: the one commanded in answer to its position, unless the device made another because its own chain
-/// limited, or because it had none of the newest answers. A log of forces that no device made would be judged as if it had.
-pub(crate) const fn judged_force<T: Copy>(
-    (limiters, flaws): (u8, u8),
-    commanded: T,
-    applied: T,
-) -> T {
-    match (limiters, flaws & (LATE_FORCE | IMPOSSIBLE)) {
-        (0, 0) => commanded,
-        _ => applied,
-    }
-}
-
-/// What a loop did in a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Made<const D: usize> {
-    /// Its number.
-    pub tick: u64,
-    /// Its time, s.
-    pub time_s: f64,
-    /// Position as the loop read it, m.
-    pub position_m: SVector<f64, D>,
-    /// Force that the environment wanted, N.
-    pub environment_force_n: SVector<f64, D>,
-    /// Force commanded in answer to it, N.
-    pub commanded_force_n: SVector<f64, D>,
-    /// Force that the device made, N: in a loop on the host it answers an earlier position.
-    pub applied_force_n: SVector<f64, D>,
-    /// Limiters that acted, bits.
-    pub limiters: u8,
-    /// What is wrong with the tick, bits of [`flaw`](haptic_log::record::flaw).
-    pub flaws: u8,
-    /// Energy that the guard observed, J; not a number without one.
-    pub observed_energy_j: f64,
-}
-
-impl<const D: usize> Made<D> {
-    /// Of a loop of this program.
-    fn by_loop<F: Real>(sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self {
-        let force_n = sample.force.newtons().map(F::to_f64);
-        Self {
-            tick: sample.reading.tick,
-            time_s: sample.reading.time_s,
-            position_m: sample.reading.position_m.map(F::to_f64),
-            environment_force_n: sample.environment_force_n.map(F::to_f64),
-            commanded_force_n: force_n,
-            applied_force_n: force_n,
-            limiters: sample.limiters.bits(),
-            flaws: 0,
-            observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
-        }
-    }
-}
-
-/// What is told of a tick: as the log has it, and as a run is judged by.
-pub(crate) trait TickRecord<const D: usize = 1>: Copy {
-    /// With what a loop did.
-    #[must_use]
-    fn of(self, made: &Made<D>) -> Self;
-
-    /// With what a loop of this program did.
-    #[must_use]
-    fn of_loop<F: Real>(self, sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self {
-        self.of(&Made::by_loop(sample, guarded_energy_j))
-    }
-
-    /// For the log.
-    fn logged(&self) -> AnyTick;
-
-    /// For the report.
-    fn kept(&self) -> KeptSample;
-
-    /// The limiters that acted.
-    fn limiters(&self) -> u8;
-}
-
-impl TickRecord for TickMessage {
-    fn of(self, made: &Made<1>) -> Self {
-        Self {
-            tick: made.tick,
-            time_s: made.time_s,
-            position_m: made.position_m[0],
-            environment_force_n: made.environment_force_n[0],
-            commanded_force_n: made.commanded_force_n[0],
-            applied_force_n: made.applied_force_n[0],
-            limiters: made.limiters,
-            flaws: made.flaws,
-            observed_energy_j: made.observed_energy_j,
-            ..self
-        }
-    }
-
-    fn logged(&self) -> AnyTick {
-        (*self).into()
-    }
-
-    fn kept(&self) -> KeptSample {
-        KeptSample::of(self)
-    }
-
-    fn limiters(&self) -> u8 {
-        self.limiters
-    }
 }
 
 /// The tick of the log with which a run begins to count, and its time: 0 but where a simulated plant waits for its device to raise its
@@ -253,7 +90,7 @@ pub struct Record {
     /// All limiters that acted, as [`bits`](haptic_loop::Limiters::bits).
     pub limiters: u8,
     /// Why the run ended before its time, if it did.
-    pub ended: Option<Ended>,
+    pub ended: Option<Ending>,
     /// It was to be stopped, and the device did not say that it heard of it.
     pub stop_unheard: bool,
     /// Counts of the link, if there was one.
@@ -329,7 +166,7 @@ impl Record {
 
     /// True if the device cannot be used any more: its link is lost, or its board.
     pub(crate) const fn device_lost(&self) -> bool {
-        self.board_lost.is_some() || matches!(self.ended, Some(Ended::LinkLost(_)))
+        self.board_lost.is_some() || matches!(self.ended, Some(Ending::LinkLost(_)))
     }
 
     /// What became of the force, if the run ended before its time.
@@ -360,7 +197,12 @@ impl Record {
     /// Words of the board whose loss ended the run.
     fn lost(&self) -> Option<&str> {
         let words = self.board_lost.as_deref();
-        words.filter(|_| matches!(self.ended, Some(Ended::DeviceFault(_) | Ended::LinkLost(_))))
+        words.filter(|_| {
+            matches!(
+                self.ended,
+                Some(Ending::DeviceFault(_) | Ending::LinkLost(_))
+            )
+        })
     }
 
     /// Time of the last sample, s; 0 without samples.
@@ -381,9 +223,13 @@ impl Record {
         let ended = match self.ended {
             None => EndKind::Finished,
             // The log of a run that could not be written is cut: this does not reach it.
-            Some(Ended::Interrupted | Ended::OtherLeft | Ended::LogStopped) => EndKind::Interrupted,
-            Some(Ended::Fault(_) | Ended::DeviceFault(_) | Ended::Impossible(_)) => EndKind::Fault,
-            Some(Ended::LinkLost(_) | Ended::Silent) => EndKind::Link,
+            Some(Ending::Interrupted | Ending::OtherLeft | Ending::LogStopped) => {
+                EndKind::Interrupted
+            }
+            Some(Ending::Fault(_) | Ending::DeviceFault(_) | Ending::Impossible(_)) => {
+                EndKind::Fault
+            }
+            Some(Ending::LinkLost(_) | Ending::Silent) => EndKind::Link,
         };
         RunEnd {
             ended,
@@ -444,6 +290,7 @@ impl Record {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_log::record::TickMessage;
 
     #[test]
     fn a_run_counts_from_its_start() {

@@ -4,7 +4,7 @@
 //! each millisecond when the ring is empty.
 
 use super::budget::{Budget, TickParts};
-use super::fault_recorder::{FaultSeen, FlightRecorder, RunOfFault};
+use super::fault_recorder::{FaultRecorder, FaultSeen, RunOfFault};
 use crate::run::folder::fault_log_of;
 use haptic_log::live::Live;
 use haptic_log::record::{
@@ -32,7 +32,7 @@ pub struct Recorder {
     /// A full queue waits (virtual time) or drops and counts (real time).
     waits: bool,
     dropped: u64,
-    flight: FlightRecorder,
+    flight: FaultRecorder,
     path: PathBuf,
     overwrite: bool,
     /// Of the run, for the log of a fault.
@@ -89,7 +89,7 @@ impl Recorder {
             writer,
             waits,
             dropped: 0,
-            flight: FlightRecorder::default(),
+            flight: FaultRecorder::default(),
             path: path.to_owned(),
             overwrite,
             experiment: metadata,
@@ -158,7 +158,7 @@ impl Recorder {
 
     /// Recorder of the ticks around a fault.
     #[must_use]
-    pub const fn flight(&self) -> &FlightRecorder {
+    pub const fn flight(&self) -> &FaultRecorder {
         &self.flight
     }
 
@@ -169,7 +169,10 @@ impl Recorder {
     }
 
     /// Adds to it what a device's own recorder kept.
-    pub(crate) fn fill_flight(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
+    pub(crate) fn fill_fault_recorder(
+        &mut self,
+        kept: impl IntoIterator<Item = impl Into<AnyTick>>,
+    ) {
         self.flight.fill(kept);
     }
 

@@ -98,7 +98,7 @@ pub(crate) struct RemoteLaw {
     /// Limits of the safety chain, without a guard.
     pub limits: haptic_loop::Limits,
     /// Limits that stay as they are on the device.
-    pub kept: Kept,
+    pub unchanged: UnchangedLimits,
     /// The guard, and what is known of a real device.
     pub guard: (GuardChoice, GuardedDevice),
     /// The plant of a simulated device.
@@ -124,7 +124,7 @@ impl RemoteLaw {
             one_sided: false,
             operator: no_operator(),
             limits,
-            kept: Kept {
+            unchanged: UnchangedLimits {
                 rate: rate.is_none(),
                 speed: safety.speed_limit_m_per_s.is_none(),
                 rise: safety.rise_time_s.is_none(),
@@ -138,7 +138,7 @@ impl RemoteLaw {
 
 /// Limits that an experiment does not speak of: they stay as they are on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Kept {
+pub(crate) struct UnchangedLimits {
     /// Force rate limit.
     pub rate: bool,
     /// Speed limit, soft and hard.
@@ -147,7 +147,7 @@ pub(crate) struct Kept {
     pub rise: bool,
 }
 
-impl Kept {
+impl UnchangedLimits {
     /// The limits that are asked for, but for those of the device that stay.
     fn of(self, asked: Limits, device: &Limits) -> Limits {
         let mut limits = asked;
@@ -195,7 +195,7 @@ pub(crate) fn configuration(
     };
     single("force limit", limits.force.0)?;
     single("force rate limit", limits.rate.0)?;
-    let limits = law.kept.of(wire_limits(&limits, t), present);
+    let limits = law.unchanged.of(wire_limits(&limits, t), present);
     Ok(Configuration {
         loop_mode: device.loop_mode,
         tick_period_us: us.round() as u32,

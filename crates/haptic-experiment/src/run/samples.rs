@@ -1,6 +1,7 @@
 //! The samples of a run, wherever they are: in memory, or in its log.
 
-use super::record::{KeptSample, Record, Start};
+use super::record::{Record, Start};
+use super::tick::KeptSample;
 use crate::document::failure::Failure;
 use haptic_log::record::{Entry, LogReader};
 use std::path::PathBuf;

@@ -7,8 +7,8 @@
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
 
 use crate::run::World;
-use crate::run::ending::Ended;
-use crate::run::record::TickRecord;
+use crate::run::ending::Ending;
+use crate::run::tick::TickRecord;
 use fracdiff::Real;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{IndentationRig, MassDamper, Sensed};
@@ -85,9 +85,9 @@ where
         observed.of_loop(&sample, self.engaged.controller().guarded_energy_j())
     }
 
-    fn ended(&self) -> Option<Ended> {
+    fn ended(&self) -> Option<Ending> {
         let fault = self.engaged.controller().safety().fault();
-        fault.map(Ended::Fault)
+        fault.map(Ending::Fault)
     }
 
     fn stop(&mut self) {

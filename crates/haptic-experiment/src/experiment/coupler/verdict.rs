@@ -4,14 +4,14 @@ use super::report::{CouplerCurves, CouplerReport};
 use super::running::Law;
 use super::specification::CouplerExperiment;
 use crate::document::failure::Failure;
-use crate::experiment::trial::{Judged, Trial as _, incomparable, judged, limited, six_digits};
+use crate::experiment::trial::{Trial as _, Verdict, incomparable, limited, six_digits, verdict};
 use crate::judge::curves::Origin;
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::reference::operator;
 use crate::judge::settling::{Judge, Settling};
 use crate::judge::{Reference, full_history};
 use crate::run::Ran;
-use crate::run::record::KeptSample;
+use crate::run::tick::KeptSample;
 use fracdiff::{Channel, Operator, Order};
 use haptic_loop::Environment;
 use nalgebra::Vector1;
@@ -170,7 +170,7 @@ impl CouplerExperiment {
     }
 
     /// Writes the table of a run that reached its end, holds each force against theory, and tells the last place of the object.
-    fn judge(&self, ran: &Ran, object_m: &mut Option<f64>) -> Result<Judged<3>, Failure> {
+    fn judge(&self, ran: &Ran, object_m: &mut Option<f64>) -> Result<Verdict<3>, Failure> {
         let t = self.setup.device.sample_time.0;
         let mut history = self.history(ran)?;
         let reason = history.as_ref().err().copied();
@@ -178,7 +178,7 @@ impl CouplerExperiment {
         let mut replay = Replay::new(self.law(planned)?);
         let (mut object, mut last) = (Object::default(), 0.0);
         let names = ["position_m", "object_position_m", "reaction_force_n"];
-        judged(ran, names, reason, |sample| {
+        verdict(ran, names, reason, |sample| {
             let (x, reaction_force_n) = (sample.position_m, sample.reaction_n());
             let off = history.as_mut().map_or(0.0, |history| {
                 let y = object.deflection(self, x, reaction_force_n);
@@ -199,7 +199,7 @@ impl CouplerExperiment {
     }
 
     /// The curves, and what to say of them.
-    fn drawn(&self, origin: Origin, curves: Thinned<3>, settling: Settling) -> CouplerCurves {
+    fn drawn(&self, origin: Origin, curves: Decimated<3>, settling: Settling) -> CouplerCurves {
         let object = self.object;
         let subtitle = format!(
             "order μ = {} · damper {} N·s/m · spring {} N·s^{{1−μ}}/m\nobject {} kg, {} N·s/m, {} N/m · {}",

@@ -5,8 +5,9 @@
 use super::{ControllerHolder, Drive, DriveVerdict, set_point};
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, DRIVE_FORCE_LIMIT};
-use crate::judge::decimated::Thinned;
-use crate::run::record::{KeptSample, Record};
+use crate::judge::decimated::Decimated;
+use crate::run::record::Record;
+use crate::run::tick::KeptSample;
 use haptic_loop::plant::{Holder, RigDrive};
 use serde::Serialize;
 
@@ -82,7 +83,7 @@ pub(crate) struct DriveJudge {
     report: DriveReport,
     samples: u64,
     squares: f64,
-    curves: Thinned<2>,
+    curves: Decimated<2>,
 }
 
 impl DriveJudge {
@@ -116,7 +117,7 @@ impl DriveJudge {
             },
             samples: 0,
             squares: 0.0,
-            curves: Thinned::of(record),
+            curves: Decimated::of(record),
         })
     }
 

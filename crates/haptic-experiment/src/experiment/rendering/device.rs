@@ -2,7 +2,9 @@
 
 use super::specification::{Contact, Rendering};
 use crate::document::failure::Failure;
-use crate::run::remote::{Kept, RemoteDevice, RemoteLaw, indentation, no_operator, portable, push};
+use crate::run::remote::{
+    RemoteDevice, RemoteLaw, UnchangedLimits, indentation, no_operator, portable, push,
+};
 use crate::run::safety::GuardedDevice;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::RigDrive;
@@ -34,9 +36,9 @@ impl Rendering {
                 LoopMode::Host => no_operator(),
             },
             limits: self.limits(true),
-            kept: Kept {
+            unchanged: UnchangedLimits {
                 speed: self.safety.speed_limit_m_per_s.is_none(),
-                ..Kept::default()
+                ..UnchangedLimits::default()
             },
             guard: (
                 self.safety.guard,

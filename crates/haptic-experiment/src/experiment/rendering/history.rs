@@ -2,7 +2,7 @@
 
 use super::specification::Rendering;
 use crate::document::failure::Failure;
-use crate::judge::reference::Track;
+use crate::judge::reference::ReferenceSeries;
 use crate::run::samples::Samples;
 use fracdiff::Seconds;
 
@@ -52,8 +52,8 @@ impl Rendering {
         &self,
         samples: Samples<'_>,
         duration_s: f64,
-    ) -> Result<Track<'static>, Failure> {
-        Track::new(
+    ) -> Result<ReferenceSeries<'static>, Failure> {
+        ReferenceSeries::new(
             samples,
             |x| self.full_history_force(x).map_err(Failure::Run),
             || {

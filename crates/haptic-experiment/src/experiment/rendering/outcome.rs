@@ -5,15 +5,16 @@ use super::report::{Quantity, Report, TheoryCurves};
 use crate::document::failure::Failure;
 use crate::experiment::drive::{DriveJudge, DriveReport, drive_columns};
 use crate::judge::curves::Origin;
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
 use crate::judge::{LargestError, relative_error};
 use crate::run::Ran;
 use crate::run::folder::Table;
-use crate::run::record::{KeptSample, Record};
+use crate::run::record::Record;
 use crate::run::samples::Samples;
+use crate::run::tick::KeptSample;
 use haptic_loop::plant::RigDrive;
 
 /// The comparison with the full history begins here, s after contact.
@@ -21,7 +22,7 @@ pub(crate) const FROM_S: f64 = 0.01;
 
 /// A sample beside what theory says of it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Judged {
+pub(crate) struct TheorySample {
     /// Place of the renderer with an ideal rig, m.
     pub(crate) ideal_position_m: f64,
     /// Force by the full history of the position really recorded, N.
@@ -36,7 +37,7 @@ pub(crate) struct Judged {
     pub(crate) with_rig: f64,
 }
 
-impl Judged {
+impl TheorySample {
     /// The value over its closed form, where that has a meaning.
     fn over_theory(self) -> Option<f64> {
         Some(self.value / self.closed_form).filter(|ratio| ratio.is_finite())
@@ -80,7 +81,7 @@ impl Compared {
         }
     }
 
-    fn add(&mut self, sample: &KeptSample, judged: &Judged) {
+    fn add(&mut self, sample: &KeptSample, judged: &TheorySample) {
         let time_s = sample.time_s;
         if !sample.is_comparable() {
             for largest in [
@@ -131,7 +132,12 @@ fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Table {
 }
 
 /// A row of it. A sample without a relative error has an empty cell.
-fn row(quantity: Quantity, sample: &KeptSample, judged: &Judged, error: f64) -> Vec<Option<f64>> {
+fn row(
+    quantity: Quantity,
+    sample: &KeptSample,
+    judged: &TheorySample,
+    error: f64,
+) -> Vec<Option<f64>> {
     let mut row = vec![
         Some(sample.time_s),
         Some(judged.ideal_position_m),
@@ -151,9 +157,9 @@ fn row(quantity: Quantity, sample: &KeptSample, judged: &Judged, error: f64) -> 
 /// Results of judging a run.
 struct Seen {
     compared: Compared,
-    curves: Thinned<3>,
+    curves: Decimated<3>,
     drive: Option<DriveJudge>,
-    last: Option<Judged>,
+    last: Option<TheorySample>,
     /// The table; none of a run that was cut short.
     files: Files,
 }
@@ -163,7 +169,7 @@ fn see(
     comparison: Comparison<'_>,
     rendering: &Rendering,
     ran: &Ran,
-    mut judge: impl FnMut(&KeptSample) -> Judged,
+    mut judge: impl FnMut(&KeptSample) -> TheorySample,
 ) -> Result<Seen, Failure> {
     let Comparison {
         quantity,
@@ -173,7 +179,7 @@ fn see(
     } = comparison;
     let record = &ran.record;
     let mut compared = Compared::new(quantity, from_s);
-    let mut curves = Thinned::of(record);
+    let mut curves = Decimated::of(record);
     let mut drive = rendering.drive_judge(own, record)?;
     let whole = record.ended.is_none();
     let mut csv = whole.then(|| table(ran, quantity, drive.is_some().then_some(own)));
@@ -212,7 +218,7 @@ pub(crate) fn publish(
     comparison: Comparison<'_>,
     rendering: &Rendering,
     ran: &Ran,
-    judge: impl FnMut(&KeptSample) -> Judged,
+    judge: impl FnMut(&KeptSample) -> TheorySample,
 ) -> Result<(Report, Option<TheoryCurves>), Failure> {
     let quantity = comparison.quantity;
     let record = &ran.record;
@@ -223,7 +229,7 @@ pub(crate) fn publish(
         last,
         files,
     } = see(comparison, rendering, ran, judge)?;
-    let final_over_theory = last.and_then(Judged::over_theory);
+    let final_over_theory = last.and_then(TheorySample::over_theory);
     let strain = last.filter(|_| quantity == Quantity::Strain);
     let (drive, drive_curves) = drive.map(DriveJudge::finish).unzip();
     let warnings = warned(
@@ -284,7 +290,7 @@ fn drawn(
     comparison: Comparison<'_>,
     rendering: &Rendering,
     origin: Origin,
-    curves: Thinned<3>,
+    curves: Decimated<3>,
 ) -> TheoryCurves {
     let [values, closed_form, relative_error] = curves.curves;
     TheoryCurves {

@@ -1,17 +1,17 @@
 //! Runs a teleoperation with log, table and report.
 
 use super::curves::TeleoperationCurves;
-use super::judge::{Judged, line_counts};
+use super::judge::{Judge, line_counts};
 use super::pair::{Pair, PairTick};
 use super::report::{TeleoperationReport, TeleoperationVerdict};
 use super::specification::{HandMotion, TeleoperationExperiment};
 use crate::document::failure::Failure;
 use crate::document::parameters::{ARCHITECTURE, SAMPLE_TIME};
 use crate::judge::curves::Published;
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::report::{Files, RunReport};
 use crate::judge::warnings::Warnings;
-use crate::run::ending::Ended;
+use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::schedule::Schedule;
 use crate::run::{Ran, Supervisor, World, run_logged};
@@ -72,8 +72,8 @@ fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
 struct Hands {
     pair: Pair,
     motion: HandMotion,
-    judged: Judged,
-    curves: Thinned<6>,
+    judged: Judge,
+    curves: Decimated<6>,
     table: Option<Table>,
     newest: Option<(PairTick, f64)>,
 }
@@ -112,7 +112,7 @@ impl World for Hands {
         self.curves.add(tick.time_s, values);
     }
 
-    fn ended(&self) -> Option<Ended> {
+    fn ended(&self) -> Option<Ending> {
         self.pair.ended()
     }
 
@@ -151,8 +151,8 @@ impl TeleoperationExperiment {
         let mut hands = Hands {
             pair,
             motion: self.motion.clone(),
-            judged: Judged::new(self),
-            curves: Thinned::for_samples(schedule.samples),
+            judged: Judge::new(self),
+            curves: Decimated::for_samples(schedule.samples),
             table: None,
             newest: None,
         };
@@ -176,7 +176,7 @@ impl TeleoperationExperiment {
     fn report(
         &self,
         ran: &Ran,
-        (pair, judged): (&Pair, &Judged),
+        (pair, judged): (&Pair, &Judge),
         files: Files,
     ) -> Result<TeleoperationReport, Failure> {
         let whole = ran.record.ended.is_none();
@@ -212,7 +212,7 @@ impl TeleoperationExperiment {
         })
     }
 
-    fn warnings(&self, ran: &Ran, verdict: TeleoperationVerdict, judged: &Judged) -> Warnings {
+    fn warnings(&self, ran: &Ran, verdict: TeleoperationVerdict, judged: &Judge) -> Warnings {
         let mut warnings = Warnings::default();
         let unstable = ran.preflight.filter(|verdict| !verdict.stable);
         if let Some(warning) = unstable.and_then(|verdict| verdict.warning(false)) {
@@ -249,7 +249,7 @@ impl TeleoperationExperiment {
         )
     }
 
-    fn drawn(&self, report: &TeleoperationReport, curves: Thinned<6>) -> TeleoperationCurves {
+    fn drawn(&self, report: &TeleoperationReport, curves: Decimated<6>) -> TeleoperationCurves {
         let [hand_m, master_m, slave_m, master_n, slave_n, taken_j] = curves.curves;
         TeleoperationCurves {
             subtitle: format!(

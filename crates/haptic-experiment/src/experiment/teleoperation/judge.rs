@@ -17,7 +17,7 @@ pub(super) const ROUNDING: f64 = 1e-12;
 
 /// Sums over a run.
 #[derive(Clone, Debug)]
-pub(super) struct Judged {
+pub(super) struct Judge {
     /// Master, hand, slave, place: places and forces from outside.
     spectrum: Spectrum<4>,
     from_s: f64,
@@ -31,7 +31,7 @@ pub(super) struct Judged {
     pub(super) peaks_n: [f64; 2],
 }
 
-impl Judged {
+impl Judge {
     pub(super) fn new(experiment: &TeleoperationExperiment) -> Self {
         let t = experiment.sample_time().0;
         let omegas = experiment.motion.frequencies_hz.iter().map(|f| TAU * f);
@@ -141,7 +141,7 @@ impl TeleoperationExperiment {
     /// # Errors
     /// A parameter outside its range, or a run that a fault or silence ended.
     pub fn felt(&self) -> Result<Vec<FeltAt>, Failure> {
-        let mut judged = Judged::new(self);
+        let mut judged = Judge::new(self);
         let whole = self.simulate(&mut |tick| {
             judged.see(tick);
             ControlFlow::Continue(())

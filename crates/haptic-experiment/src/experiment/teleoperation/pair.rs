@@ -4,7 +4,7 @@ use super::body::Body;
 use super::specification::TeleoperationExperiment;
 use crate::document::advice::parameter;
 use crate::document::failure::Failure;
-use crate::run::ending::Ended;
+use crate::run::ending::Ending;
 use fracdiff::Operator;
 use haptic_link::HandSide;
 use haptic_loop::{Limiters, SafeForce};
@@ -165,10 +165,10 @@ impl Pair {
     }
 
     /// Why it does not go on: a side has a fault, or heard nothing for too long.
-    pub(super) fn ended(&self) -> Option<Ended> {
+    pub(super) fn ended(&self) -> Option<Ending> {
         let over = |port: &Port<_>| {
-            let fault = port.safety().fault().map(Ended::Fault);
-            fault.or_else(|| port.is_silent().then_some(Ended::Silent))
+            let fault = port.safety().fault().map(Ending::Fault);
+            fault.or_else(|| port.is_silent().then_some(Ending::Silent))
         };
         self.ports().into_iter().find_map(over)
     }

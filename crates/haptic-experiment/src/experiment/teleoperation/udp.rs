@@ -11,7 +11,7 @@ use super::curves::SideCurves;
 use super::specification::TeleoperationExperiment;
 use crate::document::failure::Failure;
 use crate::judge::curves::Published;
-use crate::run::ending::Ended;
+use crate::run::ending::Ending;
 use crate::run::folder::FolderRequest;
 use crate::run::realtime::RealtimeOptions;
 use crate::run::schedule::{Pace, Schedule};
@@ -25,7 +25,7 @@ use haptic_loop::{Limiters, SafeForce};
 use haptic_teleoperation::{Heard, Introduction, Port};
 pub use line::End;
 use line::{Line, unusable};
-use record::Kept;
+use record::SideRecord;
 pub use report::{FarEnd, FarReport, Terms};
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -218,7 +218,7 @@ impl Side {
         &mut self,
         periodic: &mut Periodic<W>,
         (samples, sample_time_s): (u64, f64),
-        (kept, supervisor): (&mut Kept, Supervisor<'_>),
+        (kept, supervisor): (&mut SideRecord, Supervisor<'_>),
     ) -> Result<(FarEnd, u64, u64, Option<f64>), Failure> {
         let (mut tick, mut skipped) = (0_u64, 0_u64);
         let (mut ended, mut silent_s) = (None, None);
@@ -276,7 +276,7 @@ impl Side {
         Ok(())
     }
 
-    fn tick(&mut self, tick: u64, kept: &mut Kept) -> Result<SafeForce<f64, 1>, Failure> {
+    fn tick(&mut self, tick: u64, kept: &mut SideRecord) -> Result<SafeForce<f64, 1>, Failure> {
         let observed = self.observed(tick, kept);
         let begun = self.port.begin(self.body.reading(tick));
         let force = begun.force();
@@ -299,7 +299,7 @@ impl Side {
     }
 
     /// A tick as the log has it, without what the port does in it.
-    fn observed(&self, tick: u64, kept: &Kept) -> TickMessage {
+    fn observed(&self, tick: u64, kept: &SideRecord) -> TickMessage {
         let reading = self.body.reading(tick);
         TickMessage {
             tick,
@@ -313,7 +313,7 @@ impl Side {
     }
 
     /// One that this machine was too late for.
-    fn skipped(&self, tick: u64, held: SafeForce<f64, 1>, kept: &Kept) -> TickMessage {
+    fn skipped(&self, tick: u64, held: SafeForce<f64, 1>, kept: &SideRecord) -> TickMessage {
         TickMessage {
             environment_force_n: f64::NAN,
             commanded_force_n: held.newtons()[0],
@@ -325,17 +325,22 @@ impl Side {
     }
 
     /// Why it is to end, for the report and for the log; the latter has none for a run that has reached its end.
-    fn ended(&self, over: bool, stop: &AtomicBool, kept: &Kept) -> Option<(FarEnd, Option<Ended>)> {
+    fn ended(
+        &self,
+        over: bool,
+        stop: &AtomicBool,
+        kept: &SideRecord,
+    ) -> Option<(FarEnd, Option<Ending>)> {
         if let Some(fault) = self.port.safety().fault() {
-            Some((FarEnd::Fault, Some(Ended::Fault(fault))))
-        } else if kept.record.ended == Some(Ended::LogStopped) {
+            Some((FarEnd::Fault, Some(Ending::Fault(fault))))
+        } else if kept.record.ended == Some(Ending::LogStopped) {
             Some((FarEnd::Interrupted, None))
         } else if stop.load(Ordering::Relaxed) {
-            Some((FarEnd::Interrupted, Some(Ended::Interrupted)))
+            Some((FarEnd::Interrupted, Some(Ending::Interrupted)))
         } else if self.left {
-            Some((FarEnd::OtherLeft, Some(Ended::OtherLeft)))
+            Some((FarEnd::OtherLeft, Some(Ending::OtherLeft)))
         } else if self.port.is_silent() {
-            Some((FarEnd::Silent, Some(Ended::Silent)))
+            Some((FarEnd::Silent, Some(Ending::Silent)))
         } else {
             over.then_some((FarEnd::Done, None))
         }

@@ -1,8 +1,8 @@
 //! The device in the hand, and what is told of each of its ticks.
 
 use super::hand::{Grip, HandPath};
-use crate::run::record::{KeptSample, Made, TickRecord, judged_force};
 use crate::run::simulate::Instrumented;
+use crate::run::tick::{KeptSample, Tick, TickRecord, judged_force};
 use fracdiff::Real;
 use haptic_log::record::{AnyTick, PerAxis, VectorTick};
 use haptic_loop::plant::Axes;
@@ -151,7 +151,7 @@ impl<const D: usize> TouchTick<D> {
 }
 
 impl<const D: usize> TickRecord<D> for TouchTick<D> {
-    fn of(self, made: &Made<D>) -> Self {
+    fn of(self, made: &Tick<D>) -> Self {
         Self {
             tick: VectorTick {
                 tick: made.tick,

@@ -9,15 +9,16 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{GUARD, RISE_TIME, SAMPLE_TIME};
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::curves::Origin;
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::memory;
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Reference, full_history};
 use crate::run::Ran;
-use crate::run::record::{KeptSample, Record, judged_force};
+use crate::run::record::Record;
 use crate::run::remote::device_name;
 use crate::run::safety::GuardChoice;
+use crate::run::tick::{KeptSample, judged_force};
 use haptic_log::record::{AXES, Entry, LogReader, PerAxis, VectorTick, column};
 use haptic_loop::Limiters;
 use std::f64::consts::TAU;
@@ -34,7 +35,7 @@ const OUTLINE: u32 = 180;
 /// Table and curves of a run that reached its end.
 struct Drawn {
     files: Files,
-    curves: Thinned<CURVES>,
+    curves: Decimated<CURVES>,
 }
 
 impl TouchExperiment {
@@ -242,7 +243,7 @@ impl TouchExperiment {
         header.extend(columns.iter().map(String::as_str));
         header.push("depth_m");
         let mut table = ran.folder.named_table_beside_log("csv", &header);
-        let mut curves = Thinned::of(&ran.record);
+        let mut curves = Decimated::of(&ran.record);
         // The way of the force to zero is no part of the result.
         let last = ran.record.last.map_or(0, |last| last.tick);
         for log in &ran.log.paths {
@@ -270,7 +271,7 @@ impl TouchExperiment {
 
     fn curves(
         &self,
-        curves: Thinned<CURVES>,
+        curves: Decimated<CURVES>,
         origin: Origin,
         verdict: TouchVerdict,
     ) -> TouchCurves {

@@ -3,11 +3,11 @@
 use super::described::warnings;
 use super::report::TrialReport;
 use super::setup::{Parts, TrialSetup};
-use super::verdict::Judged;
+use super::verdict::Verdict;
 use crate::document::failure::Failure;
 use crate::judge::Compared;
 use crate::judge::curves::{Origin, Published};
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::settling::{Judge, Settling};
@@ -124,8 +124,8 @@ pub(crate) trait Trial: Clone {
         &self,
         ran: &Ran,
         (judge, rest_m): (Judge, Option<f64>),
-        judged: impl FnOnce() -> Result<Judged<N>, Failure>,
-    ) -> Result<(TrialReport, Option<(Origin, Thinned<N>)>), Failure> {
+        judged: impl FnOnce() -> Result<Verdict<N>, Failure>,
+    ) -> Result<(TrialReport, Option<(Origin, Decimated<N>)>), Failure> {
         let setup = self.setup();
         let (order, scheme) = self.operator_choice();
         let record = &ran.record;

@@ -261,7 +261,7 @@ impl TrialSetup {
         })
     }
 
-    /// First and last time of the window that is judged, s, and its samples.
+    /// First and last time of the window that is verdict, s, and its samples.
     fn window(&self, record: &Record) -> ([f64; 2], u64) {
         let t = self.device.sample_time.0;
         let judged = ((self.plan.window_s / t).round() as u64).min(record.samples);

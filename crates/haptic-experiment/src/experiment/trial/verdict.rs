@@ -1,19 +1,20 @@
 //! A run that reached its end, sample by sample: its table, its curves, and each force against theory.
 
 use crate::document::failure::Failure;
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::report::Files;
 use crate::judge::{Compared, Reference};
 use crate::run::Ran;
-use crate::run::record::{KeptSample, Record};
+use crate::run::record::Record;
 use crate::run::samples::Samples;
+use crate::run::tick::KeptSample;
 use fracdiff::Order;
 use fracdiff::full_memory::Kernel;
 
 /// Results of a run that reached its end.
-pub(crate) struct Judged<const N: usize> {
+pub(crate) struct Verdict<const N: usize> {
     pub(super) files: Files,
-    pub(super) curves: Thinned<N>,
+    pub(super) curves: Decimated<N>,
     /// See [`Errors::max_relative_error`](crate::judge::report::Errors::max_relative_error).
     pub(super) operator_error: Compared,
 }
@@ -23,16 +24,16 @@ pub(crate) struct Judged<const N: usize> {
 ///
 /// # Errors
 /// A log that cannot be read again.
-pub(crate) fn judged<const N: usize>(
+pub(crate) fn verdict<const N: usize>(
     ran: &Ran,
     names: [&str; N],
     reason: Option<&'static str>,
     mut sample: impl FnMut(&KeptSample) -> (f64, [f64; N]),
-) -> Result<Judged<N>, Failure> {
+) -> Result<Verdict<N>, Failure> {
     let record = &ran.record;
     let header: Vec<&str> = ["time_s"].into_iter().chain(names).collect();
     let mut table = ran.folder.named_table_beside_log("csv", &header);
-    let mut curves = Thinned::of(record);
+    let mut curves = Decimated::of(record);
     let mut seen = Seen::default();
     Samples::of(record, &ran.log.paths).for_each(|kept| {
         let (error, values) = sample(kept);
@@ -46,7 +47,7 @@ pub(crate) fn judged<const N: usize>(
         None => seen.over(record),
         Some(reason) => Compared::without_meaning(reason.to_owned()),
     };
-    Ok(Judged {
+    Ok(Verdict {
         files: Files::of_run(ran, Some(table)),
         curves,
         operator_error,

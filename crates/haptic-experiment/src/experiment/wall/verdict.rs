@@ -3,11 +3,11 @@
 use super::report::{WallCurves, WallReport};
 use super::specification::WallExperiment;
 use crate::document::failure::Failure;
-use crate::experiment::trial::{Judged, Trial as _, incomparable, judged, six_digits};
+use crate::experiment::trial::{Trial as _, Verdict, incomparable, six_digits, verdict};
 use crate::judge::curves::Origin;
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::memory;
-use crate::judge::reference::{Track, operator};
+use crate::judge::reference::{ReferenceSeries, operator};
 use crate::judge::settling::{Judge, Settling};
 use crate::judge::{Reference, full_history};
 use crate::run::Ran;
@@ -40,7 +40,7 @@ impl WallExperiment {
     }
 
     /// D^μ x by the full history of x, or why the force is not −(K·x + B·D^μ x) of it.
-    fn derivative(&self, ran: &Ran) -> Result<Result<Track<'_>, &'static str>, Failure> {
+    fn derivative(&self, ran: &Ran) -> Result<Result<ReferenceSeries<'_>, &'static str>, Failure> {
         let record = &ran.record;
         let kernel = Reference::of(self.scheme);
         let reason = (self.one_sided.then_some("a one-sided wall is not compared"))
@@ -51,7 +51,7 @@ impl WallExperiment {
         let t = self.setup.device.sample_time;
         let samples = Samples::of(&ran.record, &ran.log.paths);
         if let Some(model) = &self.model {
-            let memory = Track::new(
+            let memory = ReferenceSeries::new(
                 samples,
                 |x| {
                     Ok(x.iter()
@@ -66,7 +66,7 @@ impl WallExperiment {
             )?;
             return Ok(Ok(memory));
         }
-        let derivative = Track::new(
+        let derivative = ReferenceSeries::new(
             samples,
             |x| full_history(kernel, self.order, t, x).map_err(Failure::Run),
             || {
@@ -96,10 +96,10 @@ impl WallExperiment {
     }
 
     /// Writes the table of a run that reached its end, and holds each force against theory.
-    fn judge(&self, ran: &Ran) -> Result<Judged<2>, Failure> {
+    fn judge(&self, ran: &Ran) -> Result<Verdict<2>, Failure> {
         let mut derivative = self.derivative(ran)?;
         let reason = derivative.as_ref().err().copied();
-        judged(ran, ["position_m", "reaction_force_n"], reason, |sample| {
+        verdict(ran, ["position_m", "reaction_force_n"], reason, |sample| {
             let (x, reaction_force_n) = (sample.position_m, sample.reaction_n());
             let off = derivative.as_mut().map_or(0.0, |derivative| {
                 let d = derivative.at(sample);
@@ -111,7 +111,7 @@ impl WallExperiment {
     }
 
     /// The curves, and what to say of them.
-    fn drawn(&self, origin: Origin, curves: Thinned<2>, settling: Settling) -> WallCurves {
+    fn drawn(&self, origin: Origin, curves: Decimated<2>, settling: Settling) -> WallCurves {
         let subtitle = format!(
             "order μ = {} · K = {} N/m · B = {} N·s^μ/m · {}",
             self.order,

@@ -9,7 +9,7 @@ use crate::run::device::{Warn, at_link, at_port, firmware_version, refused_at_po
 use crate::run::lateness::Lateness;
 use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{
-    Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push,
+    RemoteDevice, RemoteLaw, UnchangedLimits, configuration, keep_within, no_operator, push,
 };
 use crate::run::safety::{GuardChoice, GuardedDevice};
 use crate::run::schedule::{Pace, Schedule};
@@ -169,7 +169,7 @@ fn configure(
             workspace: None,
             ..plan.limits(0.0)
         },
-        kept: Kept::default(),
+        unchanged: UnchangedLimits::default(),
         guard: (GuardChoice::Off, GuardedDevice::default()),
         simulation: Simulation {
             kind: SimulationKind::MassDamper,

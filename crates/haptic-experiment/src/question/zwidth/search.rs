@@ -10,7 +10,7 @@ use crate::experiment::trial::{
 };
 use crate::judge::settling::Judge;
 use crate::question::zwidth::trials::Trials;
-use crate::run::remote::{Kept, RemoteLaw, portable, push};
+use crate::run::remote::{RemoteLaw, UnchangedLimits, portable, push};
 use crate::run::sensors::Sensors;
 use fracdiff::{Operator, Order};
 use haptic_link::{OperatorShape, Simulation};
@@ -309,7 +309,7 @@ impl<'a> Search<'a> {
             one_sided: self.experiment.one_sided,
             operator: operator.clone(),
             limits: force_alone(self.plan.force_limit_n, device.sample_time),
-            kept: Kept::default(),
+            unchanged: UnchangedLimits::default(),
             guard: Default::default(),
             simulation: Simulation {
                 mass_kg: device.mass.0 as f32,

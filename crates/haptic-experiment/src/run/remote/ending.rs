@@ -1,8 +1,8 @@
 //! The end of a run that the device may not have heard of: what it still says, and what the run ended with.
 
 use super::session::{AFTER_FAULT, HostSession};
-use crate::run::ending::Ended;
-use crate::run::record::TickRecord;
+use crate::run::ending::Ending;
+use crate::run::tick::TickRecord;
 use haptic_link::{EventKind, FaultReport};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError};
@@ -31,7 +31,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         };
         if let LinkError::Impossible(what) = error {
             self.keep_impossible();
-            self.ends(Ended::Impossible(what));
+            self.ends(Ending::Impossible(what));
             // It was told to let go: how the force falls.
             let _ = self.hear_out();
             return;
@@ -53,8 +53,8 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         };
         match last {
             Last::Over => {}
-            Last::Fault(report) => self.ends_unasked(Ended::DeviceFault(report)),
-            Last::Nothing => self.ends_unasked(Ended::LinkLost(error)),
+            Last::Fault(report) => self.ends_unasked(Ending::DeviceFault(report)),
+            Last::Nothing => self.ends_unasked(Ending::LinkLost(error)),
         }
     }
 
@@ -74,12 +74,12 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     /// True if a run began whose end is not known.
     fn may_run_on(&self) -> bool {
         let ended = self.record.ended;
-        !self.over && self.next_tick > 0 && matches!(ended, None | Some(Ended::Interrupted))
+        !self.over && self.next_tick > 0 && matches!(ended, None | Some(Ending::Interrupted))
     }
 
     /// The run ended so. One that was to be stopped, and was not known to be over, did not end because somebody asked for it.
-    fn ends_unasked(&mut self, ended: Ended) {
-        if self.record.ended == Some(Ended::Interrupted) && !self.over {
+    fn ends_unasked(&mut self, ended: Ending) {
+        if self.record.ended == Some(Ending::Interrupted) && !self.over {
             self.record.stop_unheard = true;
             self.record.ended = None;
         }

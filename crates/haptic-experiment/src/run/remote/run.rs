@@ -8,10 +8,11 @@ use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
     MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
-use crate::run::record::{Record, Start, TickRecord};
+use crate::run::record::{Record, Start};
 use crate::run::remote::{RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
 use crate::run::safety::GuardChoice;
 use crate::run::schedule::Schedule;
+use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;

@@ -1,10 +1,10 @@
 //! The samples of a session: each kept once, each that is missing counted.
 
 use super::session::{HostSession, applied_n};
-use crate::run::ending::Ended;
+use crate::run::ending::Ending;
 use crate::run::fault_recorder::AFTER;
-use crate::run::record::{Made, TickRecord};
 use crate::run::tell_end;
+use crate::run::tick::{Tick, TickRecord};
 use haptic_link::Sample;
 use haptic_log::record::TickMessage;
 use nalgebra::SVector;
@@ -56,7 +56,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     /// The last tick after a fault of the device that the log needs: those before it are told unasked.
     fn last_told(&self) -> Option<u64> {
         match self.record.ended {
-            Some(Ended::DeviceFault(report)) => Some(u64::from(report.tick) + AFTER),
+            Some(Ending::DeviceFault(report)) => Some(u64::from(report.tick) + AFTER),
             _ => None,
         }
     }
@@ -73,7 +73,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         }
         let axes = &sample.axes;
         let tick = u64::from(sample.tick);
-        let made = Made {
+        let made = Tick {
             tick,
             time_s: tick as f64 * self.schedule.sample_time_s,
             position_m: SVector::from_fn(|axis, _| f64::from(axes[axis].position_m)),
@@ -129,7 +129,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
 
     /// A fault on the device whose tick did not come, nor any later one.
     pub(super) fn count_missing_fault(&mut self) {
-        if let Some(Ended::DeviceFault(report)) = self.record.ended {
+        if let Some(Ending::DeviceFault(report)) = self.record.ended {
             let made = u64::from(report.tick) + 1;
             self.came_until(made.min(self.schedule.samples));
         }
@@ -145,16 +145,16 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             self.record.falls(&message);
         }
         if logged.is_err() && self.record.ended.is_none() {
-            self.record.ended = Some(Ended::LogStopped);
+            self.record.ended = Some(Ending::LogStopped);
         }
     }
 
-    pub(super) fn ends(&mut self, ended: Ended) {
+    pub(super) fn ends(&mut self, ended: Ending) {
         if self.record.ended.is_none() {
             self.record.ended = Some(ended);
             let tick = match ended {
-                Ended::DeviceFault(report) => u64::from(report.tick),
-                Ended::Impossible(what) => u64::from(what.tick()),
+                Ending::DeviceFault(report) => u64::from(report.tick),
+                Ending::Impossible(what) => u64::from(what.tick()),
                 _ => self.next_tick.saturating_sub(1),
             };
             let t = self.schedule.sample_time_s;

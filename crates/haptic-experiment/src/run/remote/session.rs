@@ -1,14 +1,15 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
 use crate::document::failure::Failure;
-use crate::run::ending::Ended;
+use crate::run::ending::Ending;
 use crate::run::fault_recorder::AFTER;
 use crate::run::folder::OutputFolder;
 use crate::run::preflight::PreflightVerdict;
-use crate::run::record::{Made, Record, TickRecord};
+use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::remote::summary::{flat, summarise};
 use crate::run::schedule::Schedule;
+use crate::run::tick::{Tick, TickRecord};
 use crate::run::{Ran, Supervisor, close};
 use fracdiff::Real;
 use haptic_link::{
@@ -67,7 +68,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             ..
         } = self;
         // Only a device that has let go answers so; its force falls within its own stop time.
-        let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
+        let let_go = record.ended == Some(Ending::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
         let asked = (!deaf).then(|| link.statistics().ok()).flatten();
         let counted = asked.map(|after| after.since(&before));
@@ -126,19 +127,19 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                     EventKind::Configured | EventKind::Armed | EventKind::Started => {}
                 },
                 Some(Heard::Fault(report)) => {
-                    self.ends(Ended::DeviceFault(report));
+                    self.ends(Ending::DeviceFault(report));
                     // Until the ramp is over its samples come by themselves; for those behind it, ask.
                     self.stream_after_fault(1);
                     patience = AFTER_FAULT;
                 }
                 Some(Heard::Over(error)) => return Err(error.into()),
-                None if self.record.ended.is_some_and(Ended::is_fault) => break,
+                None if self.record.ended.is_some_and(Ending::is_fault) => break,
                 None => return Err(self.link.silent(SILENCE).into()),
             }
             if self.is_all_told() {
                 break;
             }
-            if self.record.ended == Some(Ended::LogStopped) {
+            if self.record.ended == Some(Ending::LogStopped) {
                 self.link.ask(Request::Stop)?;
                 break;
             }
@@ -158,7 +159,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         let mut left = patience;
         loop {
             if self.record.ended.is_none() && supervisor.stop.load(Ordering::Relaxed) {
-                self.ends(Ended::Interrupted);
+                self.ends(Ending::Interrupted);
                 self.link.ask(Request::Stop)?;
             }
             let pause = left.min(PAUSE);
@@ -200,7 +201,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             let newest = session.link.newest().axes.first();
             let (newest_limiters, newest_flaws) =
                 newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
-            let made = Made {
+            let made = Tick {
                 tick,
                 time_s: reading.time_s,
                 position_m: reading.position_m.map(F::to_f64),
@@ -222,9 +223,9 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             (supervisor.progress)(session.counted());
             if session.record.ended.is_none() {
                 if let Some(fault) = done.fault {
-                    session.ends(Ended::Fault(fault));
+                    session.ends(Ending::Fault(fault));
                 } else if supervisor.stop.load(Ordering::Relaxed) {
-                    session.ends(Ended::Interrupted);
+                    session.ends(Ending::Interrupted);
                 }
             }
             if session.record.ended.is_some() || tick + 1 >= session.schedule.samples {
@@ -258,7 +259,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
     /// samples fill in for those that did not come.
     pub(super) fn after_fault(&mut self) {
-        if !matches!(self.record.ended, Some(Ended::DeviceFault(_))) {
+        if !matches!(self.record.ended, Some(Ending::DeviceFault(_))) {
             return;
         }
         if !self.is_all_told() {
@@ -292,7 +293,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                 None => break,
             }
         }
-        self.recorder.fill_flight(kept);
+        self.recorder.fill_fault_recorder(kept);
     }
 
     /// Samples in a frame.

@@ -6,9 +6,9 @@ use crate::experiment::teleoperation::curves::SideCurves;
 use crate::experiment::teleoperation::specification::{HandMotion, TeleoperationExperiment};
 use crate::experiment::teleoperation::udp::report::FarReport;
 use crate::judge::curves::Published;
-use crate::judge::decimated::Thinned;
+use crate::judge::decimated::Decimated;
 use crate::judge::report::Files;
-use crate::run::ending::Ended;
+use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
@@ -31,12 +31,12 @@ struct Row {
 }
 
 /// Log, table and curves of a side.
-pub(super) struct Kept {
+pub(super) struct SideRecord {
     pub(super) recorder: Recorder,
     pub(super) record: Record,
     folder: OutputFolder,
     table: Table,
-    curves: Thinned<4>,
+    curves: Decimated<4>,
     /// Of the hand, on the side of the master.
     motion: Option<HandMotion>,
     schedule: Schedule,
@@ -50,7 +50,7 @@ impl TeleoperationExperiment {
         peer: &str,
         (folder, request): (OutputFolder, &FolderRequest),
         (schedule, supervisor): (Schedule, Supervisor<'_>),
-    ) -> Result<Kept, Failure> {
+    ) -> Result<SideRecord, Failure> {
         let side = end.side();
         let mut metadata = self.metadata();
         metadata.insert("side".to_owned(), side.to_string());
@@ -60,10 +60,10 @@ impl TeleoperationExperiment {
         // A recorder that has ended is seen at the tick.
         let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
-        Ok(Kept {
+        Ok(SideRecord {
             recorder,
             table: folder.table_beside_log("csv"),
-            curves: Thinned::of(&record),
+            curves: Decimated::of(&record),
             record,
             folder,
             motion: (side == HandSide::Master).then(|| self.motion.clone()),
@@ -72,7 +72,7 @@ impl TeleoperationExperiment {
     }
 }
 
-impl Kept {
+impl SideRecord {
     /// Where the hand wants to be, m; not a number on the side without one.
     pub(super) fn reference_m(&self, time_s: f64) -> f64 {
         let motion = self.motion.as_ref();
@@ -108,12 +108,12 @@ impl Kept {
         let values = [reference_m, position_m, force_n, outside_force_n];
         self.curves.add(time_s, values);
         if logged.is_err() {
-            self.record.ended = Some(Ended::LogStopped);
+            self.record.ended = Some(Ending::LogStopped);
         }
     }
 
     /// The run ends so; the log says it.
-    pub(super) fn ends(&mut self, ended: Ended, tick: u64) {
+    pub(super) fn ends(&mut self, ended: Ending, tick: u64) {
         let at = (tick, self.record.duration_s());
         tell_end(&mut self.recorder, ended, None, at, at.1);
         self.record.ended = Some(ended);
