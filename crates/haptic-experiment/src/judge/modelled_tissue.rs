@@ -98,7 +98,7 @@ impl ModelledTissue {
 
     /// E, Pa: what is left of the modulus at rest.
     #[must_use]
-    pub(crate) const fn rest_modulus_pa(&self) -> f64 {
+    pub const fn rest_modulus_pa(&self) -> f64 {
         match &self.law {
             Law::KelvinVoigt(tissue) => tissue.elastic_modulus().0,
             Law::Composed {
