@@ -6,7 +6,7 @@ pub(crate) mod error;
 pub(crate) mod failure;
 pub(crate) mod input;
 pub(crate) mod named;
-pub mod parameters;
+pub(crate) mod parameters;
 pub(crate) mod reader;
 
 pub use controller_file::{ControllerFile, ControllerOrigin};
@@ -16,7 +16,6 @@ use haptic_log::record::{Entry, LogReader};
 pub use input::{Rows, short, without_bulk};
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;
 use toml::de::{DeTable, DeValue};
@@ -56,7 +55,7 @@ struct Given {
 }
 
 /// Where a log has the document of its run.
-const IN_LOG: (&str, &str) = ("experiment", "document");
+pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
 /// Entries of a log among which it stands.
 const MOST_BEFORE_TICKS: usize = 16;
 
@@ -173,54 +172,6 @@ impl Document {
         (text, said)
     }
 
-    /// The kind of the experiment or question: the name of its table.
-    ///
-    /// # Errors
-    /// A file that is not TOML, or has no table of a kind.
-    pub fn kind(&self) -> Result<&'static str, FileError> {
-        let parsed = self.parse()?;
-        let kinds = parameters::KINDS.into_iter().chain(parameters::QUESTIONS);
-        kinds
-            .chain([parameters::MEASUREMENT])
-            .find(|kind| parsed.has(kind))
-            .ok_or_else(|| parsed.fail(format!("no experiment: {}", choice(&parameters::KINDS))))
-    }
-
-    /// The document as one file: what was given, here or in the file, and the other defaults as comments. Paths are absolute, so it may lie anywhere.
-    ///
-    /// # Errors
-    /// As those of [`kind`](Self::kind).
-    pub fn to_toml(&self) -> Result<String, FileError> {
-        let kind = self.kind()?;
-        let parsed = self.parse()?;
-        let mut text = String::new();
-        for (name, table) in parsed.tables(&[kind, parameters::DRIVE_TABLE], "")? {
-            text += &format!("[{name}]\n");
-            let known = match name {
-                parameters::DRIVE_TABLE => vec![(name, parameters::DRIVE)],
-                kind => parameters::of_kind(kind),
-            };
-            for parameter in known.iter().flat_map(|(_, parameters)| *parameters) {
-                // What a device file above it says is not read.
-                let of_device =
-                    parameters::takes_device(kind) && parameters::DEVICE_PLANT.contains(parameter);
-                if !(of_device && table.lies_below(parameter, &parameters::DEVICE_MODEL)) {
-                    text += &line(&table, parameter);
-                }
-            }
-        }
-        Ok(text)
-    }
-
-    /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it.
-    ///
-    /// # Errors
-    /// As those of [`kind`](Self::kind).
-    pub fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
-        provenance.insert(IN_LOG.1.to_owned(), self.to_toml()?);
-        Ok(())
-    }
-
     pub(crate) fn parse(&self) -> Result<Parsed<'_>, FileError> {
         let given = Source {
             path: Path::new(""),
@@ -234,7 +185,7 @@ impl Document {
 }
 
 /// A line of a file for a parameter.
-fn line(table: &Table<'_>, parameter: &Parameter) -> String {
+pub(crate) fn line(table: &Table<'_>, parameter: &Parameter) -> String {
     let Parameter { key, shown, .. } = parameter;
     let written = table.written(parameter);
     match (written, parameter.value) {
@@ -255,7 +206,7 @@ fn line(table: &Table<'_>, parameter: &Parameter) -> String {
 }
 
 /// Kinds in words.
-fn choice(kinds: &[&str]) -> String {
+pub(crate) fn choice(kinds: &[&str]) -> String {
     let names: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
     format!("an experiment file has one of {}", names.join(", "))
 }
@@ -307,7 +258,7 @@ impl<'a> Parsed<'a> {
         })
     }
 
-    fn has(&self, table: &str) -> bool {
+    pub(crate) fn has(&self, table: &str) -> bool {
         let mut layers = self.layers.iter();
         layers.any(|layer| {
             in_order(&layer.root)

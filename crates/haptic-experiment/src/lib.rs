@@ -5,7 +5,7 @@ pub mod control;
 pub mod document;
 pub mod experiment;
 pub mod judge;
-pub mod open;
+mod open;
 pub mod question;
 pub mod run;
 
@@ -25,7 +25,8 @@ pub use judge::modelled_tissue::{ModelledTissue, TissuePiece};
 pub use judge::report::{RunReport, Summary};
 pub use judge::settling::{Criterion, Settling, TrialVerdict};
 pub use judge::warnings::Warnings;
-pub use open::ExperimentFile;
+pub use open::parameters;
+pub use open::{ExperimentFile, choices};
 pub use question::asked_device::AskedDevice;
 pub use question::zwidth::{ZWidth, ZWidthReport, dissertation_device};
 pub use run::Supervisor;

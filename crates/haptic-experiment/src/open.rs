@@ -14,16 +14,18 @@
 //! so are keys that are not known. Paths in a file start from the folder of the file.
 
 mod choices;
+mod document;
+pub mod parameters;
 #[cfg(test)]
 mod tests;
 
 use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters;
-use crate::document::parameters::{CONTROLLER, DEVICE, DRIVE_TABLE as DRIVE, FORCE_UNSTABLE};
+use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE};
+use crate::experiment::DRIVE_TABLE as DRIVE;
 use crate::experiment::trial::reading::with_devices;
-use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
+use crate::experiment::{coupler, drive, rendering, teleoperation, touch, wall};
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use crate::{
@@ -105,7 +107,7 @@ impl ExperimentFile {
             return Err(drive.fail(reason));
         }
         let drive = drive
-            .map(|drive| drive.with_keys(&[(DRIVE, parameters::DRIVE)]))
+            .map(|drive| drive.with_keys(&[(DRIVE, drive::keys::DRIVE)]))
             .transpose()?;
         let drive = drive.as_ref();
         match kind {

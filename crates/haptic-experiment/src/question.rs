@@ -2,6 +2,7 @@
 
 pub(crate) mod asked_device;
 pub mod design;
+pub(crate) mod keys;
 mod machine_check;
 pub mod measurement;
 pub(crate) mod zwidth;
@@ -9,24 +10,55 @@ pub(crate) mod zwidth;
 use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::parameters as p;
+use crate::document::parameters::ON_DEVICE;
 use crate::document::parameters::{
-    CURRENT_LAG, DELAY, DEVICE, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter,
-    SENSOR_NOISE, WISH_TISSUE,
+    CURRENT_LAG, DELAY, DEVICE, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SENSOR_NOISE,
 };
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, without};
 use crate::experiment::rendering::reading::piece;
 use crate::experiment::trial::TRIAL_SAMPLES;
+use crate::experiment::trial::keys::{IMPACT, TRIAL_FORCE_LIMIT};
 use crate::experiment::trial::reading::{device, with_devices};
+use crate::experiment::wall::keys::ONE_SIDED;
+use crate::question::design::keys::{
+    COMPARED_AT_HZ, DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
+    WISH_TISSUE,
+};
+use crate::question::zwidth::keys::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 use crate::{Imperfections, TissuePiece};
 use design::coupler::{CouplerCriterion, CouplerDesign};
 use design::{Design, Device, RequireName, Requirement, Wish, WishName};
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamperConfig;
+use keys::{BENCH, SIMULATED};
 pub use machine_check::{FIT_SHARE, Machine, Plain, Rate, RtCheck, RtReport};
 use std::path::Path;
 use zwidth::ZWidth;
 pub use zwidth::{BoundaryPoint, BoundaryRow, OrderBoundary};
+
+/// Questions to a device, the names of their tables.
+pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
+
+/// The question that lets a device move.
+pub const MEASUREMENT: &str = "measure";
+
+/// Tables of a question, or of a measurement: heading and parameters.
+pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
+    match kind {
+        "zwidth" => vec![
+            ("Z-width", zwidth::keys::ZWIDTH),
+            ("bench", BENCH),
+            ("device", ON_DEVICE),
+        ],
+        "design" => vec![("design", design::keys::DESIGN), ("bench", BENCH)],
+        _ => vec![
+            (MEASUREMENT, measurement::keys::MEASURE),
+            ("simulated", SIMULATED),
+            ("device", measurement::keys::MEASURED),
+        ],
+    }
+}
 
 /// A question, all of its parameters checked.
 ///
@@ -70,11 +102,11 @@ impl Question {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let choice = "a question has one of [zwidth], [design]";
-        let mut tables = document.tables(&p::QUESTIONS, choice)?.into_iter();
-        let (Some((kind, table)), None) = (tables.next(), tables.next()) else {
+        let mut found = document.tables(&QUESTIONS, choice)?.into_iter();
+        let (Some((kind, table)), None) = (found.next(), found.next()) else {
             return Err(document.fail(format!("not one table: {choice}")));
         };
-        let table = with_devices(table.with_keys(&p::of_kind(kind))?)?;
+        let table = with_devices(table.with_keys(&tables(kind))?)?;
         match kind {
             "zwidth" => zwidth(&table).map(Self::ZWidth),
             _ => design(&table),
@@ -97,7 +129,7 @@ fn bench(table: &Table<'_>) -> Result<Device, FileError> {
     Ok(Device {
         plant,
         sensors,
-        force_limit_n: table.number(&p::TRIAL_FORCE_LIMIT)?,
+        force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
     })
 }
 
@@ -105,7 +137,7 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
     let remote = remote(table)?;
     if remote.is_some() {
         // It has its own, whatever its file says of them.
-        let own = p::LESS_THAN_IDEAL.iter().chain([&p::IMPACT]);
+        let own = p::LESS_THAN_IDEAL.iter().chain([&IMPACT]);
         without(
             table,
             own,
@@ -126,10 +158,10 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
     let zwidth = ZWidth {
         device: bench.plant,
         sensors: bench.sensors,
-        one_sided: table.flag(&p::ONE_SIDED)?,
+        one_sided: table.flag(&ONE_SIDED)?,
         scheme: scheme(table)?,
-        orders: orders(table, &p::ZWIDTH_ORDERS)?,
-        points: usize::try_from(table.count(&p::ZWIDTH_POINTS)?).unwrap_or(usize::MAX),
+        orders: orders(table, &ZWIDTH_ORDERS)?,
+        points: usize::try_from(table.count(&ZWIDTH_POINTS)?).unwrap_or(usize::MAX),
         plan: crate::experiment::trial::reading::plan(table, duration_s)?,
         remote,
     };
@@ -141,10 +173,10 @@ fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
 
 fn design(table: &Table<'_>) -> Result<Question, FileError> {
     let bench = bench(table)?;
-    let wish: WishName = table.choice(&p::WISH)?;
-    let require: RequireName = table.choice(&p::REQUIRE)?;
+    let wish: WishName = table.choice(&WISH)?;
+    let require: RequireName = table.choice(&REQUIRE)?;
     if wish != WishName::Tissue {
-        for parameter in [p::WISH_TISSUE, p::LIBRARY, p::AREA, p::THICKNESS] {
+        for parameter in [WISH_TISSUE, p::LIBRARY, p::AREA, p::THICKNESS] {
             foreign(table, &parameter, "the wish tissue")?;
         }
     }
@@ -153,20 +185,20 @@ fn design(table: &Table<'_>) -> Result<Question, FileError> {
     }
     let requirement = match require {
         RequireName::Passive => {
-            foreign(table, &p::GAIN_MARGIN, "the requirement stable")?;
+            foreign(table, &GAIN_MARGIN, "the requirement stable")?;
             Requirement::Passive
         }
         RequireName::Stable => Requirement::Stable {
-            gain_margin: table.number(&p::GAIN_MARGIN)?,
+            gain_margin: table.number(&GAIN_MARGIN)?,
         },
     };
     let design = Design {
         device: bench,
         scheme: scheme(table)?,
-        orders: in_order(orders(table, &p::DESIGN_ORDERS)?),
+        orders: in_order(orders(table, &DESIGN_ORDERS)?),
         requirement,
         wish: aim(table, wish)?,
-        force_noise_limit_n: table.number_if(&p::FORCE_NOISE_LIMIT)?,
+        force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,
     };
     design
         .check()
@@ -176,25 +208,25 @@ fn design(table: &Table<'_>) -> Result<Question, FileError> {
 
 /// What is wanted most of a wall.
 fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
-    let frequency_hz = table.number_if(&p::WISH_FREQUENCY)?;
+    let frequency_hz = table.number_if(&WISH_FREQUENCY)?;
     Ok(match wish {
         WishName::MostDamping => Wish::MostDamping {
-            frequency_hz: table.required(&p::WISH_FREQUENCY)?,
+            frequency_hz: table.required(&WISH_FREQUENCY)?,
         },
         WishName::Tissue => {
-            if table.text(&p::WISH_TISSUE)?.is_empty() {
+            if table.text(&WISH_TISSUE)?.is_empty() {
                 let reason = format!("the wish tissue needs one: give {WISH_TISSUE}");
-                return Err(table.fail_at(p::WISH.key, reason));
+                return Err(table.fail_at(WISH.key, reason));
             }
             let TissuePiece { material, specimen } = piece(table)?;
             Wish::Tissue {
                 material: *material,
                 specimen,
-                frequency_hz: frequency_hz.unwrap_or(p::COMPARED_AT_HZ),
+                frequency_hz: frequency_hz.unwrap_or(COMPARED_AT_HZ),
             }
         }
         WishName::StiffestWall | WishName::Coupler => {
-            foreign(table, &p::WISH_FREQUENCY, "another wish")?;
+            foreign(table, &WISH_FREQUENCY, "another wish")?;
             Wish::StiffestWall
         }
     })
@@ -206,7 +238,7 @@ fn coupler(
     bench: Device,
     require: RequireName,
 ) -> Result<CouplerDesign, FileError> {
-    for parameter in [p::GAIN_MARGIN, p::FORCE_NOISE_LIMIT, p::TRIAL_FORCE_LIMIT] {
+    for parameter in [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT] {
         foreign(table, &parameter, "a wall")?;
     }
     if !bench.imperfections().is_ideal() {
@@ -221,12 +253,12 @@ fn coupler(
         device: ideal,
         object: CouplerDesign::OBJECT,
         scheme: scheme(table)?,
-        orders: in_order(orders(table, &p::DESIGN_ORDERS)?),
+        orders: in_order(orders(table, &DESIGN_ORDERS)?),
         criterion: match require {
             RequireName::Stable => CouplerCriterion::Llewellyn,
             RequireName::Passive => CouplerCriterion::Passive,
         },
-        frequency_hz: (table.number_if(&p::WISH_FREQUENCY)?).unwrap_or(p::COMPARED_AT_HZ),
+        frequency_hz: (table.number_if(&WISH_FREQUENCY)?).unwrap_or(COMPARED_AT_HZ),
     })
 }
 

@@ -3,7 +3,7 @@
 use super::bench::{Bench, Broken};
 use super::followed::Followed;
 use super::promise::Check;
-use haptic_experiment::document::parameters::FORCE_LIMIT;
+use haptic_experiment::parameters::FORCE_LIMIT;
 use haptic_link::{Refusal, State};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;

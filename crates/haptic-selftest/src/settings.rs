@@ -3,7 +3,7 @@
 use fracdiff::parameter::Shown;
 use haptic_experiment::Failure;
 use haptic_experiment::Named;
-use haptic_experiment::document::parameters::{FORCE_LIMIT, WATCHDOG};
+use haptic_experiment::parameters::{FORCE_LIMIT, WATCHDOG};
 use std::time::Duration;
 
 /// A flight test.

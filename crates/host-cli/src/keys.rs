@@ -1,6 +1,6 @@
 //! Keys that have an option, command by command: those that most runs change. Any other key is given as `KEY=VALUE`.
 
-use haptic_experiment::document::parameters::{
+use haptic_experiment::parameters::{
     AREA, CONTACT, CONTROLLER, CREEP_DURATION, DAMPING, DELAY, DESIGN_ORDERS, DEVICE, DEVICE_MODEL,
     FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_STIFFNESS, HELD, LOOP, MASS, MEASURE_BOX,
     MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, PUSH,

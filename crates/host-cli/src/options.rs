@@ -6,12 +6,12 @@ use crate::keys::Named;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use haptic_experiment::Failure;
+use haptic_experiment::choices;
 use haptic_experiment::document::Document;
-use haptic_experiment::document::parameters::{
+use haptic_experiment::document::short;
+use haptic_experiment::parameters::{
     DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, is_path, of_kind,
 };
-use haptic_experiment::document::short;
-use haptic_experiment::open::choices;
 use haptic_quantity::{kind_of_key, name_keys, parse_for_key, without_unit};
 use std::collections::BTreeSet;
 use std::marker::PhantomData;

@@ -1,7 +1,7 @@
 //! Pairs of quantities on the command line: the ends of a workspace, the interval of a delay.
 
 use crate::within::in_range;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_quantity::{Length, Time};
 
 /// Two ends of a workspace, `LOW:HIGH`, low below high.

@@ -4,7 +4,7 @@ use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
 use fracdiff::parameter::Shown;
-use haptic_experiment::document::parameters::Range;
+use haptic_experiment::parameters::Range;
 use haptic_quantity::{Quantity, QuantityError, parse_number};
 use std::ffi::OsStr;
 use std::str::FromStr;

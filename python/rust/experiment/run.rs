@@ -5,10 +5,8 @@ use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
 use haptic_experiment::document::Document;
-use haptic_experiment::document::parameters::{
-    COUPLER_REQUIRED, Parameter, Value, WALL_REQUIRED, of_kind,
-};
 use haptic_experiment::judge::Published;
+use haptic_experiment::parameters::{COUPLER_REQUIRED, Parameter, Value, WALL_REQUIRED, of_kind};
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
 use haptic_log::live::{Live, LiveStreams};

@@ -3,10 +3,8 @@
 use crate::document::failure::Failure;
 use crate::document::parameters::{
     BRAKE_FORCE, BRAKING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MASS, DEVICE_NOISE, FORCE_LIMIT,
-    FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS,
-    JUMP, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, MASS, Parameter, RISE_TIME,
-    SAMPLE_TIME, SILENCE, SPEED_LIMIT, STOP_TIME, STUCK_FORCE, STUCK_TIME, WAVE_IMPEDANCE,
-    WORKSPACE_HIGH, WORKSPACE_LOW,
+    FORCE_RATE_LIMIT, FRICTION, HAND_STIFFNESS, JUMP, MASS, Parameter, RISE_TIME, SAMPLE_TIME,
+    SPEED_LIMIT, STOP_TIME, STUCK_FORCE, STUCK_TIME, WORKSPACE_HIGH, WORKSPACE_LOW,
 };
 use haptic_loop::ParameterError;
 
@@ -28,15 +26,6 @@ fn advice(error: &ParameterError) -> Option<String> {
         "force limit" => change(FORCE_LIMIT),
         "force rate limit" => change(FORCE_RATE_LIMIT),
         "sample time" => change(SAMPLE_TIME),
-        "delay of the line" => change(LINE_DELAY),
-        "jitter" => change(LINE_JITTER),
-        "chance of a lost message" => change(LINE_LOSS),
-        "chance of a repeated message" => change(LINE_DUPLICATION),
-        "silence" => change(SILENCE),
-        "wave impedance" => change(WAVE_IMPEDANCE),
-        "coupler stiffness and dissipation together" => {
-            format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
-        }
         "rise time" => change(RISE_TIME),
         "stop time" => change(STOP_TIME),
         "brake force" => change(BRAKE_FORCE),

@@ -14,6 +14,7 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
+pub(crate) mod keys;
 mod preflight;
 pub(crate) mod reading;
 mod report;

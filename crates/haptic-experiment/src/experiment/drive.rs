@@ -8,6 +8,7 @@
 
 mod holder;
 mod judge;
+pub(crate) mod keys;
 mod port;
 mod preflight;
 mod rig;
@@ -15,8 +16,8 @@ mod rig;
 use crate::document::controller_file::ControllerFile;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters;
-use crate::document::parameters::{CONTROLLER, DRIVE_FORCE_LIMIT, SAMPLE_TIME};
+use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
+use crate::experiment::drive::keys::DRIVE_FORCE_LIMIT;
 use fracdiff::parameter::Shown;
 use fractional_control::ControlError;
 use haptic_loop::plant::RigDrive;
@@ -88,18 +89,18 @@ impl Drive {
         Self {
             name: path.display().to_string(),
             controller,
-            force_limit_n: parameters::DRIVE_FORCE_LIMIT.default_number(),
+            force_limit_n: DRIVE_FORCE_LIMIT.default_number(),
         }
     }
 
     /// The controller within the limits of its motor, if it is made for this sample time.
     fn limited(&self, sample_time_s: f64) -> Result<ControllerFile, Failure> {
         let limit = self.force_limit_n;
-        if !parameters::DRIVE_FORCE_LIMIT.range().contains(limit) {
+        if !DRIVE_FORCE_LIMIT.range().contains(limit) {
             return Err(Failure::bad_input(format_args!(
                 "drive force limit {} N is not {} N: change {DRIVE_FORCE_LIMIT}",
                 Shown(limit),
-                parameters::DRIVE_FORCE_LIMIT.range()
+                DRIVE_FORCE_LIMIT.range()
             )));
         }
         let own = self.controller.sample_time_s;

@@ -8,9 +8,8 @@ use super::rendering::Rendering;
 use super::rendering::outcome::{Comparison, TheorySample, publish};
 use super::rendering::{Quantity, Report, TheoryCurves};
 use crate::document::failure::Failure;
-use crate::document::parameters;
-use crate::document::parameters::{RAMP_TIME, STRAIN};
 use crate::experiment::drive::DriveVerdict;
+use crate::experiment::rendering::keys::{RAMP_TIME, RELAX_DURATION, STRAIN};
 use crate::judge::curves::Published;
 use crate::judge::percent;
 use crate::judge::reference::ReferenceSeries;
@@ -58,9 +57,9 @@ impl Relaxation {
     pub fn of(rendering: Rendering) -> Self {
         Self {
             rendering,
-            strain: parameters::STRAIN.default_number(),
-            ramp_time_s: parameters::RAMP_TIME.default_number(),
-            duration_s: parameters::RELAX_DURATION.default_number(),
+            strain: STRAIN.default_number(),
+            ramp_time_s: RAMP_TIME.default_number(),
+            duration_s: RELAX_DURATION.default_number(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod device;
 mod history;
+pub(crate) mod keys;
 mod metadata;
 pub(crate) mod outcome;
 pub(crate) mod reading;

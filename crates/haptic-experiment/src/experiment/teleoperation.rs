@@ -13,10 +13,12 @@
 //! The log has the hand as the reference, the master as the position, the slave as the indenter, the force on the slave's
 //! environment as the contact force, and the energy taken by the line as the observed energy.
 
+mod advice;
 mod body;
 mod conduct;
 mod curves;
 mod judge;
+pub(crate) mod keys;
 mod metadata;
 mod pair;
 mod place;

@@ -12,6 +12,7 @@
 
 mod device;
 mod hand;
+pub(crate) mod keys;
 mod metadata;
 mod on_device;
 mod posture;

@@ -5,6 +5,7 @@
 
 mod contract;
 mod described;
+pub(crate) mod keys;
 pub(crate) mod reading;
 mod report;
 mod setup;
@@ -13,7 +14,8 @@ mod verdict;
 use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::parameters;
-use crate::document::parameters::{TRIAL_DURATION, WINDOW};
+use crate::document::parameters::TRIAL_DURATION;
+use crate::experiment::trial::keys::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
 use crate::judge::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
@@ -61,11 +63,11 @@ impl TrialPlan {
     /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
     pub const DEFAULT: Self = Self {
         criterion: Criterion::Settling,
-        push_n: parameters::PUSH.default_number(),
-        impact_m_per_s: parameters::IMPACT.default_number(),
+        push_n: PUSH.default_number(),
+        impact_m_per_s: IMPACT.default_number(),
         duration_s: parameters::TRIAL_DURATION.default_number(),
-        window_s: parameters::WINDOW.default_number(),
-        force_limit_n: parameters::TRIAL_FORCE_LIMIT.default_number(),
+        window_s: WINDOW.default_number(),
+        force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
     };
     /// The experiment of the dissertation's figure 4.3.
     pub const DISSERTATION: Self = Self {
@@ -106,7 +108,7 @@ impl TrialPlan {
                 Shown(self.force_limit_n)
             )));
         }
-        let impacts = parameters::IMPACT.range();
+        let impacts = IMPACT.range();
         if !impacts.contains(self.impact_m_per_s) {
             return Err(Failure::bad_input(format_args!(
                 "impact {} m/s is not {impacts} m/s: 0.1 m/s is a usual one",

@@ -31,7 +31,7 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::parameters::{KINDS, QUESTIONS, Value, of_kind};
+    use crate::open::parameters::{KINDS, QUESTIONS, Value, of_kind};
 
     #[test]
     fn a_default_is_one_of_the_choices() {

@@ -29,6 +29,7 @@ mod bench;
 mod candidate;
 mod comparison;
 pub mod coupler;
+pub(crate) mod keys;
 mod names;
 mod noise;
 mod passive;

@@ -19,6 +19,7 @@ mod excitation;
 mod first_guess;
 mod fit;
 mod intervals;
+pub(crate) mod keys;
 mod measured;
 mod plan;
 pub(crate) mod reading;

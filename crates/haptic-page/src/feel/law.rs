@@ -4,16 +4,16 @@ use super::fading::{Fading, Law};
 use super::hand::{HAND_DAMPING, HAND_STIFFNESS};
 use super::settings::{FeelSettings, Ghost};
 use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_experiment::document::parameters;
 use haptic_experiment::judge::Preflight;
 use haptic_experiment::judge::operator;
+use haptic_experiment::parameters;
 use haptic_experiment::{Dynamics, Failure, PreflightVerdict};
 use haptic_loop::units::Metres;
 use haptic_loop::{Contact, SpringDamper};
 
 /// T of the loop, s.
 pub const SAMPLE_TIME: Seconds =
-    Seconds(haptic_experiment::document::parameters::SAMPLE_TIME.default_number());
+    Seconds(haptic_experiment::parameters::SAMPLE_TIME.default_number());
 /// Samples for which the memory is made: 2.8 hours.
 const HORIZON: u64 = 10_000_000;
 /// Ticks in which one law goes over into the next: 0.2 s.

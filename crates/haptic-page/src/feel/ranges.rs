@@ -2,7 +2,7 @@
 
 use fracdiff::parameter::Shown;
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters;
+use haptic_experiment::parameters;
 use serde::Serialize;
 
 /// Range, default and step of a number.

@@ -1,7 +1,7 @@
 //! What is felt: a tissue or a wall, a device, ghosts; and changes of it.
 
 use super::ranges;
-use haptic_experiment::document::parameters;
+use haptic_experiment::parameters;
 use haptic_experiment::{Failure, Imperfections, ModelledTissue};
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};

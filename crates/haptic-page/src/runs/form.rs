@@ -3,7 +3,7 @@
 use super::forms;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::document::parameters::FILES;
+use haptic_experiment::parameters::FILES;
 use haptic_experiment::run::RemoteDevice;
 use haptic_experiment::run::{FolderRequest, next_free};
 use serde_json::{Map, Value};

@@ -1,10 +1,10 @@
 //! Forms of the experiments, from the tables of their parameters.
 
-use haptic_experiment::document::parameters;
-use haptic_experiment::document::parameters::{
+use haptic_experiment::choices;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::{
     COUPLER_REQUIRED, KINDS, Parameter, QUESTIONS, Value as Default, WALL_REQUIRED,
 };
-use haptic_experiment::open::choices;
 use serde_json::{Value, json};
 
 /// Experiments and questions.

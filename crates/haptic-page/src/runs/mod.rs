@@ -249,7 +249,7 @@ impl Runs {
         realtime: bool,
     ) -> Result<Box<dyn Work>, Failure> {
         let (folder, provenance) = (&self.folder, &self.provenance);
-        if haptic_experiment::document::parameters::QUESTIONS.contains(&kind) {
+        if haptic_experiment::parameters::QUESTIONS.contains(&kind) {
             if realtime {
                 return Err(Failure::bad_input(format_args!(
                     "{kind} is a question, which no clock holds up: leave `realtime` away"

@@ -13,7 +13,7 @@ mod status;
 mod tables;
 
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::PORT;
+use haptic_experiment::parameters::PORT;
 use http::Door;
 use hub::Hub;
 pub use options::ServerOptions;

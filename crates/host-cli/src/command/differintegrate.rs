@@ -8,7 +8,7 @@ use clap::Args;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch};
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
 use serde::Serialize;
 use std::fs::File;

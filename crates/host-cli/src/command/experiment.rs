@@ -14,9 +14,9 @@ use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall}
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::document::Document;
-use haptic_experiment::document::parameters::range;
 use haptic_experiment::experiment::TouchVerdict;
 use haptic_experiment::experiment::teleoperation::TeleoperationVerdict;
+use haptic_experiment::parameters::range;
 use haptic_experiment::run::{FolderRequest, write_text};
 use haptic_experiment::{
     CouplerExperiment, CouplerReport, ExperimentFile, Failure, Pace, TeleoperationExperiment,

@@ -14,7 +14,7 @@ use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters;
+use haptic_experiment::parameters;
 use haptic_quantity::{Area, Length, Strain, Stress};
 use haptic_tissue::identify::table::Loading;
 use haptic_tissue::identify::{Options, identify};

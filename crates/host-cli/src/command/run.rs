@@ -7,7 +7,7 @@ use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::document::parameters::{
+use haptic_experiment::parameters::{
     BENCH, COUPLER, COUPLER_REQUIRED, CREEP, DESIGN, DRIVE, MEASURE, ON_DEVICE, Parameter, RELAX,
     RENDERING, SAFETY, TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED, ZWIDTH,
 };

@@ -7,7 +7,7 @@ use crate::within::within;
 use clap::Args;
 use fracdiff::{Channel, Operator, Scheme, grunwald_weights};
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
 use serde::Serialize;
 

@@ -34,7 +34,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    pub(super) const fn number(
+    pub(crate) const fn number(
         key: &'static str,
         default: f64,
         shown: &'static str,
@@ -50,7 +50,7 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn optional(key: &'static str, range: Range, help: &'static str) -> Self {
+    pub(crate) const fn optional(key: &'static str, range: Range, help: &'static str) -> Self {
         let value = Value::Number(None, range);
         Self {
             key,
@@ -60,7 +60,7 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {
+    pub(crate) const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {
         Self {
             key,
             value: Value::Text(default),
@@ -69,7 +69,7 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn count(
+    pub(crate) const fn count(
         key: &'static str,
         default: u64,
         shown: &'static str,
@@ -84,7 +84,7 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn list(key: &'static str, range: Range, help: &'static str) -> Self {
+    pub(crate) const fn list(key: &'static str, range: Range, help: &'static str) -> Self {
         Self {
             key,
             value: Value::List(range),
@@ -94,7 +94,7 @@ impl Parameter {
     }
 
     /// A list of numbers with a default, which is written with commas between them.
-    pub(super) const fn list_of(
+    pub(crate) const fn list_of(
         key: &'static str,
         shown: &'static str,
         range: Range,
@@ -107,7 +107,7 @@ impl Parameter {
     }
 
     /// One that is off unless it is given.
-    pub(super) const fn flag(key: &'static str, help: &'static str) -> Self {
+    pub(crate) const fn flag(key: &'static str, help: &'static str) -> Self {
         Self {
             key,
             value: Value::Flag(false),
@@ -159,7 +159,7 @@ impl fmt::Display for Parameter {
 ///
 /// # Panics
 /// If they have not `N` in all: then it does not compile.
-pub(super) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter; N] {
+pub(crate) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter; N] {
     let mut all = [Parameter::flag("", ""); N];
     let (mut list, mut to) = (0, 0);
     while list < lists.len() {
@@ -181,4 +181,4 @@ macro_rules! parameters {
             $crate::document::parameters::Parameter::$kind($($part),*);)*
     };
 }
-pub(super) use parameters;
+pub(crate) use parameters;

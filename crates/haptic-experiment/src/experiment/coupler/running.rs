@@ -3,9 +3,8 @@
 use super::report::{CouplerCurves, CouplerReport};
 use super::specification::CouplerExperiment;
 use crate::document::failure::Failure;
-use crate::document::parameters::{
-    COUPLER_DISSIPATION, COUPLER_STIFFNESS, LOOP, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
-};
+use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS, LOOP};
+use crate::experiment::coupler::keys::{OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS};
 use crate::experiment::trial;
 use crate::experiment::trial::{Trial, TrialSetup, encoder_step};
 use crate::judge::curves::Published;

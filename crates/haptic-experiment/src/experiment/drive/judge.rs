@@ -4,7 +4,8 @@
 
 use super::{ControllerHolder, Drive, DriveVerdict, set_point};
 use crate::document::failure::Failure;
-use crate::document::parameters::{CONTROLLER, DRIVE_FORCE_LIMIT};
+use crate::document::parameters::CONTROLLER;
+use crate::experiment::drive::keys::DRIVE_FORCE_LIMIT;
 use crate::judge::decimated::Decimated;
 use crate::run::record::Record;
 use crate::run::tick::KeptSample;

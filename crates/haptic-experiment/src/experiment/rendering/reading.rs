@@ -5,8 +5,12 @@ use crate::document::parameters as p;
 use crate::document::parameters::LOOP;
 use crate::document::reader::Table;
 use crate::experiment::drive::Drive;
+use crate::experiment::drive::keys::DRIVE_FORCE_LIMIT;
 use crate::experiment::reading::{remote, samples_fit, scheme, sensors, without};
 use crate::experiment::rendering::Rendering;
+use crate::experiment::rendering::keys::{
+    CREEP_DURATION, PRECISION, RAMP_TIME, RELAX_DURATION, STRAIN, STRESS,
+};
 use crate::experiment::trial::reading::device_model;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::run::SAMPLES;
@@ -24,20 +28,20 @@ fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
     table.required_text(&p::CONTROLLER)?;
     let path = table.file(&p::CONTROLLER)?.unwrap_or_default();
     Ok(Drive {
-        force_limit_n: table.number(&p::DRIVE_FORCE_LIMIT)?,
+        force_limit_n: table.number(&DRIVE_FORCE_LIMIT)?,
         ..Drive::read(&path)?
     })
 }
 
 pub(crate) fn relax(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Relaxation, FileError> {
-    let duration_s = table.number(&p::RELAX_DURATION)?;
-    let ramp_time_s = table.number(&p::RAMP_TIME)?;
+    let duration_s = table.number(&RELAX_DURATION)?;
+    let ramp_time_s = table.number(&RAMP_TIME)?;
     if ramp_time_s >= duration_s {
         let reason = format!("ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}");
         return Err(table.fail_at("ramp_time_s", reason));
     }
     Ok(Relaxation {
-        strain: table.number(&p::STRAIN)?,
+        strain: table.number(&STRAIN)?,
         ramp_time_s,
         duration_s,
         rendering: rendering(table, drive, duration_s)?,
@@ -45,9 +49,9 @@ pub(crate) fn relax(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Rela
 }
 
 pub(crate) fn creep(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Creep, FileError> {
-    let duration_s = table.number(&p::CREEP_DURATION)?;
+    let duration_s = table.number(&CREEP_DURATION)?;
     Ok(Creep {
-        stress_pa: table.number(&p::STRESS)?,
+        stress_pa: table.number(&STRESS)?,
         duration_s,
         rendering: rendering(table, drive, duration_s)?,
     })
@@ -108,14 +112,14 @@ fn rendering(
         let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
         return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason.to_owned()));
     }
-    let precision = table.choice(&p::PRECISION)?;
+    let precision = table.choice(&PRECISION)?;
     let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
     if there && precision == Precision::F64 {
         let idle = &format!(
             "in a loop on the device, which computes in f32: give {loop_host}",
             loop_host = LOOP.set_to("host")
         );
-        without(table, [&p::PRECISION], idle)?;
+        without(table, [&PRECISION], idle)?;
     }
     let (safety, preflight) = guarded(table, remote.is_some())?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;

@@ -1,7 +1,7 @@
 //! A simulated device with what holds or touches it, stepped several times a sample.
 
+use super::advice::parameter;
 use super::specification::{HandModel, HandMotion, TeleoperationExperiment};
-use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::experiment::trial::VirtualWall;
 use fracdiff::Seconds;

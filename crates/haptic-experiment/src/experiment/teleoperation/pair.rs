@@ -1,8 +1,8 @@
 //! Both sides and the line between them, tick by tick in virtual time.
 
+use super::advice::parameter;
 use super::body::Body;
 use super::specification::TeleoperationExperiment;
-use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::run::ending::Ending;
 use fracdiff::Operator;

@@ -1,11 +1,12 @@
 //! A teleoperation: devices, hand, motion, remote place, laws, line.
 
+use super::advice::parameter;
 use super::place::RemotePlace;
-use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::{
-    FREQUENCIES, HIGH, SAMPLE_TIME, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
+use crate::document::parameters::SAMPLE_TIME;
+use crate::experiment::teleoperation::keys::{
+    FREQUENCIES, HIGH, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
 };
 use crate::experiment::trial::{force_alone, safe_force_limit};
 use crate::run::SAMPLES;

@@ -2,7 +2,7 @@
 
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::{
+use crate::experiment::touch::keys::{
     TOUCH_CIRCLE_CENTRE, TOUCH_CIRCLE_PERIOD, TOUCH_CIRCLE_RADIUS, TOUCH_CIRCLE_START, TOUCH_WAY,
 };
 use fracdiff::parameter::Shown;

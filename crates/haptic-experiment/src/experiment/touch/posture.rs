@@ -3,7 +3,7 @@
 use super::shape::{TouchShape, per_axis};
 use super::specification::TouchExperiment;
 use crate::document::failure::Failure;
-use crate::document::parameters::{TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_MASS, TOUCH_NORMAL};
+use crate::experiment::touch::keys::{TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_MASS, TOUCH_NORMAL};
 use crate::judge::preflight::Preflight;
 use crate::run::device::LinkedName;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};

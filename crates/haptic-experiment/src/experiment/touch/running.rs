@@ -7,9 +7,8 @@ use super::shape::Touched;
 use super::specification::TouchExperiment;
 use crate::document::advice::parameter;
 use crate::document::failure::Failure;
-use crate::document::parameters::{
-    TOUCH_AXES, TOUCH_CIRCLE_START, TOUCH_HAND, TOUCH_ORDER, TOUCH_WAY,
-};
+use crate::document::parameters::TOUCH_AXES;
+use crate::experiment::touch::keys::{TOUCH_CIRCLE_START, TOUCH_HAND, TOUCH_ORDER, TOUCH_WAY};
 use crate::judge::curves::Published;
 use crate::run::folder::FolderRequest;
 use crate::run::schedule::{Schedule, horizon};

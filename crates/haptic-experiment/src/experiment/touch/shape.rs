@@ -3,7 +3,7 @@
 use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::{TOUCH_CENTRE, TOUCH_NORMAL, TOUCH_RADIUS, TOUCH_SURFACE};
+use crate::experiment::touch::keys::{TOUCH_CENTRE, TOUCH_NORMAL, TOUCH_RADIUS, TOUCH_SURFACE};
 use crate::judge::modelled_tissue::{TissuePiece, operator};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_loop::units::Metres;

@@ -5,6 +5,9 @@ use crate::document::parameters as p;
 use crate::document::reader::Table;
 use crate::experiment::reading::{samples_fit, sensors};
 use crate::experiment::trial::TRIAL_SAMPLES;
+use crate::experiment::trial::keys::{
+    IMPACT, PUSH, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
+};
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteDevice;
 use crate::run::safety::GuardedDevice;
@@ -94,10 +97,10 @@ pub(crate) fn setup(
     let plan = plan(table, duration_s)?;
     let of_file = model.as_ref().map(DeviceModel::guarded).unwrap_or_default();
     Ok(TrialSetup {
-        force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
+        force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         safety: safety(table)?,
         remote,
-        impact_was_given: table.number_if(&p::IMPACT)?.is_some(),
+        impact_was_given: table.number_if(&IMPACT)?.is_some(),
         known: written(table, &device, sensors).or(of_file),
         ..TrialSetup::new(device, sensors, plan)
     })
@@ -106,11 +109,11 @@ pub(crate) fn setup(
 /// Reads the plan of a trial: how a wall is tried and judged.
 pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
     let plan = TrialPlan {
-        impact_m_per_s: table.number(&p::IMPACT)?,
-        push_n: table.number(&p::PUSH)?,
+        impact_m_per_s: table.number(&IMPACT)?,
+        push_n: table.number(&PUSH)?,
         duration_s,
-        window_s: table.number(&p::WINDOW)?,
-        force_limit_n: table.number(&p::TRIAL_FORCE_LIMIT)?,
+        window_s: table.number(&WINDOW)?,
+        force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
         ..TrialPlan::DEFAULT
     };
     if plan.push_n >= plan.force_limit_n {

@@ -20,8 +20,8 @@ mod trial;
 
 use super::answer::goes_on;
 use crate::document::failure::Failure;
-use crate::document::parameters::WISH_FREQUENCY;
 use crate::experiment::trial::dynamics;
+use crate::question::design::keys::WISH_FREQUENCY;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -117,9 +117,9 @@ pub struct CouplerDesign {
 impl CouplerDesign {
     /// The object of an experiment file that names none.
     pub const OBJECT: CoupledObject = CoupledObject {
-        mass_kg: crate::document::parameters::OBJECT_MASS.default_number(),
-        damping_n_s_per_m: crate::document::parameters::OBJECT_DAMPING.default_number(),
-        stiffness_n_per_m: crate::document::parameters::OBJECT_STIFFNESS.default_number(),
+        mass_kg: crate::experiment::coupler::keys::OBJECT_MASS.default_number(),
+        damping_n_s_per_m: crate::experiment::coupler::keys::OBJECT_DAMPING.default_number(),
+        stiffness_n_per_m: crate::experiment::coupler::keys::OBJECT_STIFFNESS.default_number(),
     };
 
     /// The stiffest coupler of each order, in their sequence.

@@ -2,9 +2,10 @@
 
 use crate::document::advice::parameter;
 use crate::document::failure::Failure;
-use crate::document::parameters::{DESIGN_ORDERS, FORCE_LIMIT, GAIN_MARGIN, WISH_FREQUENCY};
+use crate::document::parameters::FORCE_LIMIT;
 use crate::dynamics;
 use crate::judge::modelled_tissue::ModelledTissue;
+use crate::question::design::keys::{DESIGN_ORDERS, GAIN_MARGIN, WISH_FREQUENCY};
 use crate::{Imperfections, Sensors};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};

@@ -4,7 +4,7 @@ use super::excitation::{Course, Excitation, Finding, Phase};
 use super::plan::MeasurePlan;
 use super::record::MotionRecord;
 use crate::document::failure::Failure;
-use crate::document::parameters::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT};
+use crate::question::measurement::keys::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT};
 use crate::run::sensors::Sensors;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;

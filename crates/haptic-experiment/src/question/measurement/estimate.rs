@@ -7,7 +7,7 @@ use super::measured::{Estimate, Measured, UNSURE};
 use super::record::MotionRecord;
 use super::replay::{DELAY_MAX, Model, Replay, State};
 use super::sensor::{deviation_m, encoder_step, noise_m};
-use crate::document::parameters::{
+use crate::question::measurement::keys::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
 };
 use nalgebra::DVector;

@@ -3,7 +3,7 @@
 use super::intervals::GOES_ON;
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
-use crate::document::parameters::{
+use crate::question::measurement::keys::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
 };
 use crate::run::plant_file::{DeviceModel, DeviceValues, Interval};

@@ -1,7 +1,9 @@
 //! Limits and length of a measurement.
 
 use crate::document::failure::Failure;
-use crate::document::parameters as p;
+use crate::question::measurement::keys::{
+    MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
+};
 use fracdiff::parameter::Shown;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Limits, Stuck, Workspace};
@@ -33,10 +35,10 @@ pub struct MeasurePlan {
 impl Default for MeasurePlan {
     fn default() -> Self {
         Self {
-            sample_time_s: p::MEASURE_SAMPLE_TIME.default_number(),
-            force_limit_n: p::MEASURE_FORCE_LIMIT.default_number(),
-            box_m: p::MEASURE_BOX.default_number(),
-            duration_s: p::MEASURE_DURATION.default_number(),
+            sample_time_s: MEASURE_SAMPLE_TIME.default_number(),
+            force_limit_n: MEASURE_FORCE_LIMIT.default_number(),
+            box_m: MEASURE_BOX.default_number(),
+            duration_s: MEASURE_DURATION.default_number(),
             hand: false,
         }
     }
@@ -60,7 +62,7 @@ impl MeasurePlan {
 
     /// The length to which motions are compared, m: the box, but not more than the usual one. A wider box gives room, it asks for no more motion.
     pub(super) fn near_m(&self) -> f64 {
-        f64::min(self.box_m, p::MEASURE_BOX.default_number())
+        f64::min(self.box_m, MEASURE_BOX.default_number())
     }
 
     /// Refuses what is outside its range.
@@ -69,20 +71,10 @@ impl MeasurePlan {
     /// The parameter, its value and its range.
     pub fn check(&self) -> Result<(), Failure> {
         let values = [
-            (
-                &p::MEASURE_SAMPLE_TIME,
-                self.sample_time_s,
-                "s",
-                "as in 1ms",
-            ),
-            (
-                &p::MEASURE_FORCE_LIMIT,
-                self.force_limit_n,
-                "N",
-                "as in 10N",
-            ),
-            (&p::MEASURE_BOX, self.box_m, "m", "as in 5mm"),
-            (&p::MEASURE_DURATION, self.duration_s, "s", "as in 8s"),
+            (&MEASURE_SAMPLE_TIME, self.sample_time_s, "s", "as in 1ms"),
+            (&MEASURE_FORCE_LIMIT, self.force_limit_n, "N", "as in 10N"),
+            (&MEASURE_BOX, self.box_m, "m", "as in 5mm"),
+            (&MEASURE_DURATION, self.duration_s, "s", "as in 8s"),
         ];
         for (parameter, value, unit, example) in values {
             let range = parameter.range();

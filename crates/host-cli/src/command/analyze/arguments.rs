@@ -13,8 +13,8 @@ use haptic_analysis::{
     AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::run::DeviceValues;
 use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use std::path::PathBuf;

@@ -18,9 +18,9 @@ use haptic_analysis::{
     AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
 };
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters as p;
-use haptic_experiment::document::parameters::range;
 use haptic_experiment::experiment::teleoperation::{ArchitectureName, RemotePlace};
+use haptic_experiment::parameters as p;
+use haptic_experiment::parameters::range;
 use haptic_experiment::{ModelledTissue, TissuePiece};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;

@@ -10,8 +10,8 @@ use fracdiff::{Scheme, Seconds};
 use fractional_control::{ControllerParameters, FractionalTransferFunction, PidParameters};
 use haptic_experiment::Failure;
 use haptic_experiment::document::ControllerFile;
-use haptic_experiment::document::parameters::range;
 use haptic_experiment::document::short;
+use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
 use std::path::Path;
 

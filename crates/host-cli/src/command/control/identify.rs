@@ -15,8 +15,8 @@ use haptic_experiment::Failure;
 use haptic_experiment::control::identification::{
     Found, Guess, InputOutput, candidates, identify, shifted,
 };
-use haptic_experiment::document::parameters;
 use haptic_experiment::document::short;
+use haptic_experiment::parameters;
 use haptic_experiment::run::{PlantFile, PlantModel};
 use haptic_quantity::Time;
 use haptic_tissue::open_file;

@@ -19,7 +19,7 @@ use haptic_experiment::control::run::{
     LoopRun, SAMPLES_MOST, integer_baseline, run, run_plant, samples_for,
 };
 use haptic_experiment::document::ControllerFile;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
 use haptic_tissue::open_file;
 use serde::Serialize;

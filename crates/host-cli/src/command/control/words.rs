@@ -6,7 +6,7 @@ use fractional_control::{ControlError, Crossing, Margins};
 use haptic_experiment::Failure;
 use haptic_experiment::control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
 use haptic_experiment::document::ControllerFile;
-use haptic_experiment::document::parameters::{DELAY, SAMPLE_TIME};
+use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
 use haptic_quantity::Key;
 
 /// What the tuning is asked for.

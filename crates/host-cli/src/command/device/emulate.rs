@@ -13,7 +13,7 @@ use haptic_devices::haply::HaplyName;
 use haptic_devices::moteus::MoteusName;
 use haptic_experiment::Failure;
 use haptic_experiment::Named;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_experiment::run::DeviceModel;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};

@@ -5,7 +5,7 @@ use crate::within::in_range;
 use clap::Args;
 use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_quantity::Length;
 use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;

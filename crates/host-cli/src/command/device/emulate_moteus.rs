@@ -7,7 +7,7 @@ use clap::Args;
 use haptic_devices::moteus::MoteusSettings;
 use haptic_devices::moteus::emulated::{Emulated, EmulatedServo, Hand, Shaft, emulate};
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_quantity::{Length, Time};
 use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;

@@ -13,7 +13,7 @@ use crate::within::within;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::document::parameters::{MEASUREMENT, range};
+use haptic_experiment::parameters::{MEASUREMENT, range};
 use haptic_experiment::question::measurement::Measurement;
 use haptic_experiment::question::measurement::{
     MeasurePlan, Measured, MotionRecord, SerialMotion, estimate, on_serial, on_simulated,

@@ -12,7 +12,7 @@ use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_experiment::run::Recorder;
 use haptic_experiment::run::device::trouble;
 use haptic_link::{BATCH_MAX, FaultReport};

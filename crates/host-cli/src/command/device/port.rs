@@ -6,7 +6,7 @@ use crate::within::within;
 use clap::Args;
 use fracdiff::parameter::Shown;
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_experiment::run::device::{DeviceName, LinkedName};
 use haptic_quantity::Time;
 use haptic_remote::serial::SerialLink;

@@ -7,7 +7,7 @@ use fracdiff::Order;
 use fracdiff_c::Law;
 use haptic_experiment::Failure;
 use haptic_experiment::ModelledTissue;
-use haptic_experiment::document::parameters as p;
+use haptic_experiment::parameters as p;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use haptic_quantity::{Area, Length};

@@ -3,7 +3,7 @@
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use haptic_quantity::Time;
 use haptic_tissue::identify::table::{

@@ -6,7 +6,7 @@ use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_experiment::run::write_text;
 use haptic_quantity::Time;
 use haptic_tissue::{ExportFormat, MaxwellBranch, PronyFit};

@@ -1,11 +1,11 @@
 //! The page of all keys of experiment, controller and plant files, made from the tables that read them.
 
-use haptic_experiment::document::parameters;
-use haptic_experiment::document::parameters::{
+use haptic_experiment::choices;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::{
     CONTROLLER_LOOP, CONTROLLER_SOURCE, CRONE, DEVICE_PLANT, LEAD_LAG, MEASURED_PLANT, PID,
     PLANT_SOURCE, Parameter, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
 };
-use haptic_experiment::open::choices;
 use host_cli::command::run::TABLES;
 use std::fmt::Write as _;
 use testkit::book;

@@ -4,7 +4,7 @@ use crate::command::words::parse_number;
 use crate::within::in_range;
 use fracdiff::parameter::Shown;
 use fractional_control::tuning::Bound;
-use haptic_experiment::document::parameters::range;
+use haptic_experiment::parameters::range;
 use haptic_quantity::AngularFrequency;
 
 /// Reads a largest amplitude ratio: a number, or in decibel.

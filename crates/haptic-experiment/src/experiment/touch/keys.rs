@@ -1,20 +1,16 @@
-//! Of `[touch]`: a hand that moves a device of two or three axes over a shape.
+//! Keys of `[touch]`.
 
-use super::experiment::{AREA, FORCE_LIMIT, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS};
-use super::kind::{Parameter, joined, parameters};
-use super::range::{
+use crate::document::parameters::kind::{Parameter, joined, parameters};
+use crate::document::parameters::range::{
     DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
     STIFFNESSES_ABOVE_0, WALL_ORDERS,
 };
-use super::wall::{LESS_THAN_IDEAL, TRIAL_FORCE_RATE_LIMIT};
-
-const MASS_KG: f64 = 0.065;
-/// Times, places and forces alike.
-const WAY: Range = Range::Within(-1e4, 1e7);
+use crate::document::parameters::{
+    AREA, FORCE_LIMIT, LESS_THAN_IDEAL, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS, TOUCH_AXES,
+};
+use crate::experiment::trial::keys::TRIAL_FORCE_RATE_LIMIT;
 
 parameters! {
-    /// Number of axes.
-    TOUCH_AXES = count("axes", 2, "2", "Number of axes, 2 or 3");
     /// The shape that is touched.
     TOUCH_SHAPE = text("shape", "ball",
         "What is touched: plane, ball (a disc with two axes, a sphere with three), or hollow-ball, which keeps the hand inside");
@@ -67,6 +63,9 @@ parameters! {
     TOUCH_MUST_BE_PASSIVE = flag("must_be_passive", "Energy given to the hand, or a force at its limit, is a failure");
 }
 
+/// Times, places and forces alike.
+const WAY: Range = Range::Within(-1e4, 1e7);
+
 /// Mass on an axis that is not given, kg.
 pub(crate) const TOUCH_MASS_DEFAULT: f64 = MASS_KG;
 
@@ -92,6 +91,7 @@ const TOUCHED: &[Parameter] = &[
     TOUCH_MASS,
     TOUCH_DAMPING,
 ];
+
 /// The hand, the loop and the workspace.
 const TOUCHING: &[Parameter] = &[
     TOUCH_HAND,
@@ -109,3 +109,5 @@ const TOUCHING: &[Parameter] = &[
     TOUCH_BOX_HIGH,
     TOUCH_MUST_BE_PASSIVE,
 ];
+
+const MASS_KG: f64 = 0.065;

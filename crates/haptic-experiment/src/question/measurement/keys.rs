@@ -1,10 +1,8 @@
-//! Of a measurement of the device itself.
+//! Keys of a measurement.
 
-use super::device::{DEVICE, DEVICE_MODEL, MAX_AGE_TICKS, WATCHDOG};
-use super::experiment::SAMPLE_TIME;
-use super::kind::{Parameter, joined, parameters};
-use super::range::Range;
-use super::wall::{DAMPING, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS};
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::Range;
+use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 
 parameters! {
     /// Sample time of a measurement, s.
@@ -31,10 +29,6 @@ pub const MEASURE: &[Parameter] = &[
     MEASURE_DURATION,
     HELD,
 ];
+
 /// Of the device that is measured, and of the line to it.
 pub(crate) const MEASURED: &[Parameter] = &[MEASURE_DEVICE, WATCHDOG, MAX_AGE_TICKS];
-/// Of a simulated one.
-pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[
-    &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
-    LESS_THAN_IDEAL,
-]);

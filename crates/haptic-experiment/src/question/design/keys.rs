@@ -1,17 +1,11 @@
-//! Of `[zwidth]` and `[design]`: questions to a device, answered without a log.
+//! Keys of `[design]`.
 
-use super::experiment::{AREA, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS};
-use super::kind::{Parameter, joined, parameters};
-use super::measure::SIMULATED;
-use super::range;
-use super::range::Range;
-use super::wall::{IMPACT, ONE_SIDED, PUSH, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WINDOW};
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range;
+use crate::document::parameters::range::Range;
+use crate::document::parameters::{AREA, LIBRARY, SCHEME, THICKNESS};
 
 parameters! {
-    /// Orders of a Z-width.
-    ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", range::WALL_ORDERS, "Orders of the dissipation, 0 to 2");
-    /// Dissipations of a Z-width.
-    ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
     /// Aim of a design.
     WISH = text("wish", "stiffest-wall", "What is wanted most");
     /// Tissue of a design.
@@ -33,21 +27,6 @@ parameters! {
 
 /// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
-
-/// The device of both.
-pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
-
-/// Of `[zwidth]`, beside [`BENCH`].
-pub const ZWIDTH: &[Parameter] = &[
-    ZWIDTH_ORDERS,
-    ZWIDTH_POINTS,
-    SCHEME,
-    ONE_SIDED,
-    PUSH,
-    IMPACT,
-    TRIAL_DURATION,
-    WINDOW,
-];
 
 /// Of `[design]`, beside [`BENCH`].
 pub const DESIGN: &[Parameter] = &[

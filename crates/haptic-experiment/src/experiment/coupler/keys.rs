@@ -1,21 +1,17 @@
-//! Of `[coupler]`: coupler and object; device and trial are those of `[wall]`.
+//! Keys of `[coupler]`.
 
-use super::device::DEVICE_MODEL;
-use super::experiment::SAMPLE_TIME;
-use super::kind::{Parameter, joined, parameters};
-use super::range::{COUPLER_ORDERS, DAMPINGS, DISSIPATIONS, OBJECT_MASSES, STIFFNESSES};
-use super::wall::{DAMPING, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, TRIAL, TRIAL_LOOP};
+use crate::document::parameters::kind::{Parameter, joined, parameters};
+use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
+use crate::document::parameters::{
+    COUPLER_DISSIPATION, COUPLER_STIFFNESS, DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL,
+    MASS, SAMPLE_TIME,
+};
+use crate::experiment::trial::keys::{TRIAL, TRIAL_LOOP};
 
 parameters! {
     /// Order of a coupler.
     COUPLER_ORDER = optional("order", COUPLER_ORDERS,
         "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps; above 1 it would give energy by itself");
-    /// `k_c` of a coupler, N·s/m.
-    COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", DAMPINGS,
-        "Damper of the coupler: force = damper v + spring (integral of order mu of v), v the velocity of the deflection");
-    /// `b_c` of a coupler, N·s^(1−μ)/m.
-    COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", DISSIPATIONS,
-        "Spring of the coupler, N·s^(1−μ)/m: at order 1 N/m");
     /// Mass of the object, kg.
     OBJECT_MASS = number("object_mass_kg", 0.1, "100g", OBJECT_MASSES, "Mass of the object behind the coupler");
     /// Damping of the object, N·s/m.
@@ -37,6 +33,7 @@ pub const COUPLER_REQUIRED: &[Parameter] = &[
     COUPLER_STIFFNESS,
     COUPLER_DISSIPATION,
 ];
+
 /// Of `[coupler]`, with defaults.
 pub const COUPLER: &[Parameter] = &joined::<19>(&[
     &[DEVICE_MODEL, OBJECT_MASS, OBJECT_DAMPING, OBJECT_STIFFNESS],

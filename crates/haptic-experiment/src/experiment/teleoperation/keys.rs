@@ -1,13 +1,15 @@
-//! Of `[teleoperation]`: devices, hand, motion, remote place, laws, line.
+//! Keys of `[teleoperation]`.
 
-use super::experiment::{AREA, FORCE_LIMIT, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE};
-use super::kind::{Parameter, parameters};
-use super::range::{
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::{
     ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
     FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
     STIFFNESSES_ABOVE_0, WALL_ORDERS,
 };
-use super::wall::{DAMPING, MASS, TRIAL_FORCE_RATE_LIMIT};
+use crate::document::parameters::{
+    AREA, DAMPING, FORCE_LIMIT, LIBRARY, MASS, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
+};
+use crate::experiment::trial::keys::TRIAL_FORCE_RATE_LIMIT;
 use haptic_teleoperation::Settings;
 
 parameters! {
