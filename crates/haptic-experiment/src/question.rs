@@ -5,32 +5,15 @@ pub mod design;
 pub(crate) mod keys;
 mod machine_check;
 pub mod measurement;
+mod reading;
 pub(crate) mod zwidth;
 
 use crate::document::Document;
 use crate::document::error::FileError;
-use crate::document::parameters as p;
-use crate::document::parameters::ON_DEVICE;
-use crate::document::parameters::{
-    CURRENT_LAG, DELAY, DEVICE, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SENSOR_NOISE,
-};
-use crate::document::reader::Table;
-use crate::experiment::reading::{remote, without};
-use crate::experiment::rendering::reading::piece;
-use crate::experiment::trial::TRIAL_SAMPLES;
-use crate::experiment::trial::keys::{IMPACT, TRIAL_FORCE_LIMIT};
-use crate::experiment::trial::reading::{device, with_devices};
-use crate::experiment::wall::keys::ONE_SIDED;
-use crate::question::design::keys::{
-    COMPARED_AT_HZ, DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
-    WISH_TISSUE,
-};
-use crate::question::zwidth::keys::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
-use crate::{Imperfections, TissuePiece};
-use design::coupler::{CouplerCriterion, CouplerDesign};
-use design::{Design, Device, RequireName, Requirement, Wish, WishName};
-use fracdiff::{Order, Scheme};
-use haptic_loop::plant::MassDamperConfig;
+use crate::document::parameters::{ON_DEVICE, Parameter};
+use crate::experiment::trial::reading::with_devices;
+use design::coupler::CouplerDesign;
+use design::{Design, WishName};
 use keys::{BENCH, SIMULATED};
 pub use machine_check::{FIT_SHARE, Machine, Plain, Rate, RtCheck, RtReport};
 use std::path::Path;
@@ -108,8 +91,17 @@ impl Question {
         };
         let table = with_devices(table.with_keys(&tables(kind))?)?;
         match kind {
-            "zwidth" => zwidth(&table).map(Self::ZWidth),
-            _ => design(&table),
+            "zwidth" => zwidth::reading::zwidth(&table).map(Self::ZWidth),
+            _ => {
+                let asked = design::reading::asked(&table)?;
+                match asked.wish {
+                    WishName::Coupler => design::reading::coupler(&table, asked).map(Self::Coupler),
+                    _ => {
+                        let design = design::reading::design(&table, asked)?;
+                        Ok(Self::Design(Box::new(design)))
+                    }
+                }
+            }
         }
     }
 
@@ -124,185 +116,10 @@ impl Question {
     }
 }
 
-fn bench(table: &Table<'_>) -> Result<Device, FileError> {
-    let (plant, sensors) = device(table, table.number(&p::SAMPLE_TIME)?)?;
-    Ok(Device {
-        plant,
-        sensors,
-        force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
-    })
-}
-
-fn zwidth(table: &Table<'_>) -> Result<ZWidth, FileError> {
-    let remote = remote(table)?;
-    if remote.is_some() {
-        // It has its own, whatever its file says of them.
-        let own = p::LESS_THAN_IDEAL.iter().chain([&IMPACT]);
-        without(
-            table,
-            own,
-            &format!(
-                "on a real device, which has its own and cannot be thrown: give {device_sim}",
-                device_sim = DEVICE.set_to("sim")
-            ),
-        )?;
-    }
-    let mut bench = bench(table)?;
-    if remote.is_some() {
-        bench.plant = Imperfections::NONE.on(bench.plant);
-        bench.sensors = Imperfections::NONE.sensors;
-    }
-    let sample_time_s = bench.plant.sample_time.0;
-    let duration_s = table.number(&p::TRIAL_DURATION)?;
-    crate::experiment::reading::samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
-    let zwidth = ZWidth {
-        device: bench.plant,
-        sensors: bench.sensors,
-        one_sided: table.flag(&ONE_SIDED)?,
-        scheme: scheme(table)?,
-        orders: orders(table, &ZWIDTH_ORDERS)?,
-        points: usize::try_from(table.count(&ZWIDTH_POINTS)?).unwrap_or(usize::MAX),
-        plan: crate::experiment::trial::reading::plan(table, duration_s)?,
-        remote,
-    };
-    zwidth
-        .check()
-        .map_err(|error| table.fail(error.to_string()))?;
-    Ok(zwidth)
-}
-
-fn design(table: &Table<'_>) -> Result<Question, FileError> {
-    let bench = bench(table)?;
-    let wish: WishName = table.choice(&WISH)?;
-    let require: RequireName = table.choice(&REQUIRE)?;
-    if wish != WishName::Tissue {
-        for parameter in [WISH_TISSUE, p::LIBRARY, p::AREA, p::THICKNESS] {
-            foreign(table, &parameter, "the wish tissue")?;
-        }
-    }
-    if wish == WishName::Coupler {
-        return coupler(table, bench, require).map(Question::Coupler);
-    }
-    let requirement = match require {
-        RequireName::Passive => {
-            foreign(table, &GAIN_MARGIN, "the requirement stable")?;
-            Requirement::Passive
-        }
-        RequireName::Stable => Requirement::Stable {
-            gain_margin: table.number(&GAIN_MARGIN)?,
-        },
-    };
-    let design = Design {
-        device: bench,
-        scheme: scheme(table)?,
-        orders: in_order(orders(table, &DESIGN_ORDERS)?),
-        requirement,
-        wish: aim(table, wish)?,
-        force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,
-    };
-    design
-        .check()
-        .map_err(|error| table.fail(error.to_string()))?;
-    Ok(Question::Design(Box::new(design)))
-}
-
-/// What is wanted most of a wall.
-fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
-    let frequency_hz = table.number_if(&WISH_FREQUENCY)?;
-    Ok(match wish {
-        WishName::MostDamping => Wish::MostDamping {
-            frequency_hz: table.required(&WISH_FREQUENCY)?,
-        },
-        WishName::Tissue => {
-            if table.text(&WISH_TISSUE)?.is_empty() {
-                let reason = format!("the wish tissue needs one: give {WISH_TISSUE}");
-                return Err(table.fail_at(WISH.key, reason));
-            }
-            let TissuePiece { material, specimen } = piece(table)?;
-            Wish::Tissue {
-                material: *material,
-                specimen,
-                frequency_hz: frequency_hz.unwrap_or(COMPARED_AT_HZ),
-            }
-        }
-        WishName::StiffestWall | WishName::Coupler => {
-            foreign(table, &WISH_FREQUENCY, "another wish")?;
-            Wish::StiffestWall
-        }
-    })
-}
-
-/// A coupler is designed for an ideal device.
-fn coupler(
-    table: &Table<'_>,
-    bench: Device,
-    require: RequireName,
-) -> Result<CouplerDesign, FileError> {
-    for parameter in [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT] {
-        foreign(table, &parameter, "a wall")?;
-    }
-    if !bench.imperfections().is_ideal() {
-        let reason = format!(
-            "a coupler is designed for an ideal device: leave out {FRICTION}, {DELAY}, \
-                      {CURRENT_LAG}, {ENCODER_RESOLUTION}, {SENSOR_NOISE} and {DEVICE_MODEL}"
-        );
-        return Err(table.fail(reason));
-    }
-    let ideal: MassDamperConfig = Imperfections::NONE.on(bench.plant);
-    Ok(CouplerDesign {
-        device: ideal,
-        object: CouplerDesign::OBJECT,
-        scheme: scheme(table)?,
-        orders: in_order(orders(table, &DESIGN_ORDERS)?),
-        criterion: match require {
-            RequireName::Stable => CouplerCriterion::Llewellyn,
-            RequireName::Passive => CouplerCriterion::Passive,
-        },
-        frequency_hz: (table.number_if(&WISH_FREQUENCY)?).unwrap_or(COMPARED_AT_HZ),
-    })
-}
-
-/// Refuses a key that would have no effect.
-fn foreign(table: &Table<'_>, parameter: &Parameter, of: &str) -> Result<(), FileError> {
-    if !table.has(parameter) {
-        return Ok(());
-    }
-    let key = parameter.key;
-    Err(table.fail_at(key, format!("{key} belongs to {of}: omit it")))
-}
-
-fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
-    let parsed = table.text(&p::SCHEME)?.parse();
-    let fail = |error: String| table.fail_at(p::SCHEME.key, error);
-    match parsed.map_err(|error: fracdiff::SchemeError| fail(error.to_string()))? {
-        Scheme::Exact => Err(fail(fracdiff::SchemeError::AnalysisOnly.to_string())),
-        scheme => Ok(scheme),
-    }
-}
-
-/// Orders of walls.
-fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {
-    let given = table.numbers_if(parameter)?;
-    let numbers = given.unwrap_or_else(|| parameter.default_numbers());
-    let order = |mu: f64| {
-        let order = Order::new(mu).ok().filter(|_| (0.0..=2.0).contains(&mu));
-        order.ok_or_else(|| {
-            let reason = format!("orders has {mu}, which is not in [0, 2]: change it");
-            table.fail_at(parameter.key, reason)
-        })
-    };
-    numbers.into_iter().map(order).collect()
-}
-
-/// Each of them once, rising.
-fn in_order(mut orders: Vec<Order>) -> Vec<Order> {
-    orders.sort_by(|a, b| a.get().total_cmp(&b.get()));
-    orders.dedup();
-    orders
-}
-
 #[cfg(test)]
 mod tests {
+    use super::design::Requirement;
+    use super::design::coupler::CouplerCriterion;
     use super::*;
 
     fn read(text: &str) -> Result<Question, String> {

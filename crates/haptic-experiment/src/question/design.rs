@@ -34,6 +34,7 @@ mod names;
 mod noise;
 mod passive;
 mod question;
+pub(crate) mod reading;
 mod stable;
 mod trial;
 

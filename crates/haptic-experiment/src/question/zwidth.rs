@@ -13,6 +13,7 @@
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 pub(crate) mod keys;
+pub(crate) mod reading;
 mod report;
 mod running;
 mod search;
