@@ -111,7 +111,7 @@ impl TrialSetup {
     /// As it is really tried: a serial device cannot be thrown.
     pub(crate) fn plan(&self) -> TrialPlan {
         match self.remote {
-            Some(_) => self.plan.from_rest(),
+            Some(_) => self.plan.starting_at_rest(),
             None => self.plan,
         }
     }

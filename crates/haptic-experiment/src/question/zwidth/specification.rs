@@ -59,7 +59,7 @@ impl ZWidth {
     /// As it is really tried: a serial device cannot be thrown.
     pub(super) fn plan(&self) -> TrialPlan {
         match self.remote {
-            Some(_) => self.plan.from_rest(),
+            Some(_) => self.plan.starting_at_rest(),
             None => self.plan,
         }
     }
