@@ -58,7 +58,7 @@ pub fn without_bulk(message: &str, arguments: impl Iterator<Item = String>) -> S
     format!("{kept}…")
 }
 
-/// A source of rows that ends with an error in a row longer than [`ROW_MOST`], so that one without line
+/// A source of rows that ends with an error in a row longer than a mebibyte, so that one without line
 /// breaks takes no more memory than that.
 #[derive(Debug)]
 pub struct Rows<R> {

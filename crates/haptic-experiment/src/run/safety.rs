@@ -89,7 +89,7 @@ impl Safety {
     ///
     /// # Errors
     /// A jump without a speed limit, the time of a stuck sensor without its force, a mass or damping that nobody asks for; what
-    /// [`acts_on_device`](Self::acts_on_device) refuses.
+    /// has no effect on any device.
     pub fn acts(&self) -> Result<(), Failure> {
         if let (Some(jump), None) = (self.jump_m, self.speed_limit_m_per_s)
             && jump > 0.0

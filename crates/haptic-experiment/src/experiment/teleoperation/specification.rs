@@ -72,7 +72,7 @@ impl HandModel {
 /// Motion of the hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandMotion {
-    /// Displacement that is reached in [`RISE_S`](Self::RISE_S) and held, m.
+    /// Displacement that is reached in 1 s and held, m.
     pub press_m: f64,
     /// Sum of the amplitudes of all sines, m, at least 0; they rise in that time too.
     pub amplitude_m: f64,

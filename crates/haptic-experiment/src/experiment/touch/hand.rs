@@ -43,7 +43,7 @@ pub enum HandPath {
     /// Straight from row to row: time in s, then a number an axis. Before the first and behind the last row it stands.
     WayPoints(Vec<(f64, Vec<f64>)>),
     /// A circle in the plane of the first two axes, m, beginning along the first. From `start_radius` the hand spirals to
-    /// `radius` in [`APPROACH_S`](Self::APPROACH_S).
+    /// `radius` in 1 s.
     Circle {
         /// Centre, a number an axis.
         centre: Vec<f64>,

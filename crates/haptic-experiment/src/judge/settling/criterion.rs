@@ -9,7 +9,7 @@ pub(super) const LIMITED_SHARE: f64 = 0.01;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Criterion {
-    /// Position, force and the force limit, see the [module](crate::judge::settling).
+    /// Position, force and the force limit.
     Settling,
     /// That of the dissertation's figure 4.3: a push from rest, and a standard deviation of the position of at most 0.1 mm.
     Dissertation,

@@ -28,7 +28,7 @@ parameters! {
 /// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
-/// Of `[design]`, beside [`BENCH`].
+/// Of `[design]`, beside the device of a question.
 pub const DESIGN: &[Parameter] = &[
     WISH,
     WISH_TISSUE,

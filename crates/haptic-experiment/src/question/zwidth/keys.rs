@@ -13,7 +13,7 @@ parameters! {
     ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
 }
 
-/// Of `[zwidth]`, beside [`BENCH`].
+/// Of `[zwidth]`, beside the device of a question.
 pub const ZWIDTH: &[Parameter] = &[
     ZWIDTH_ORDERS,
     ZWIDTH_POINTS,

@@ -55,7 +55,7 @@ impl DeviceValues {
 }
 
 impl DeviceModel {
-    /// The device [`LABORATORY`](p::LABORATORY), which is shipped, or that of a file.
+    /// The device `laboratory`, which is shipped, or that of a file.
     ///
     /// # Errors
     /// As [`read`](Self::read).
