@@ -1,4 +1,4 @@
-//! How the house stands: which crate may use which, no circle of modules inside one, and a command that alone speaks.
+//! How the house stands: which crate may use which, no circle of modules inside one, rooms in their order, and a command that alone speaks.
 //!
 //! Tests, benches, examples and build scripts are free.
 
@@ -91,6 +91,20 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
 ];
+
+/// Crate, and its rooms from the ground up: a room uses only those before it.
+const ROOMS: &[(&str, &[&str])] = &[(
+    "haptic-experiment",
+    &[
+        "document",
+        "run",
+        "judge",
+        "experiment",
+        "question",
+        "control",
+        "open",
+    ],
+)];
 
 /// Crates that may use any: the command, and the root package, whose library only re-exports.
 const ALL: &[&str] = &["host-cli", "fractional-haptics"];
@@ -208,6 +222,36 @@ fn circles_of(name: &str, source: &Source) -> Vec<Offence> {
                 .collect();
             let module = source.files[file].name.clone();
             found.push((Rule::Circle, name.to_owned(), module, others.join(", ")));
+        }
+    }
+    found
+}
+
+/// The floor of a module: that of its room, and none for the root of the crate.
+fn floor(rooms: &[&str], module: &str) -> Option<usize> {
+    let room = module.split("::").next().expect("a name");
+    let floor = rooms.iter().position(|known| *known == room);
+    assert!(
+        floor.is_some() || room == "crate",
+        "{room} is not one of the rooms {rooms:?}"
+    );
+    floor
+}
+
+/// Imports of a room from one above it.
+fn upwards(name: &str, rooms: &[&str], source: &Source) -> Vec<Offence> {
+    let floors: Vec<Option<usize>> = (source.files.iter())
+        .map(|file| floor(rooms, &file.name))
+        .collect();
+    let mut found = Vec::new();
+    for (from, files) in source.imports() {
+        // The root may name them all.
+        let up = files
+            .into_iter()
+            .filter(|&to| floors[from].is_some() && floors[from] < floors[to]);
+        for to in up {
+            let [module, other] = [from, to].map(|file| source.files[file].name.clone());
+            found.push((Rule::Room, name.to_owned(), module, other));
         }
     }
     found
@@ -335,6 +379,20 @@ fn no_two_modules_of_a_crate_import_each_other_in_a_circle() {
 }
 
 #[test]
+fn a_room_uses_only_those_below_it() {
+    let mut found = Vec::new();
+    for (name, folder) in crates() {
+        let Some((_, rooms)) = ROOMS.iter().find(|(known, _)| *known == name) else {
+            continue;
+        };
+        for source in reader::read(&folder.join("src")) {
+            found.extend(upwards(&name, rooms, &source));
+        }
+    }
+    assert_none(&[Rule::Room], &found);
+}
+
+#[test]
 fn only_the_command_prints_reads_arguments_and_names_its_flags() {
     let mut found = Vec::new();
     for (name, folder) in crates() {
@@ -360,19 +418,44 @@ fn only_the_command_prints_reads_arguments_and_names_its_flags() {
     );
 }
 
+/// A crate of these files.
+fn of_files(files: &[(&str, &str)]) -> Source {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in files {
+        let file = folder.path().join(name);
+        std::fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+        std::fs::write(file, text).expect("a file");
+    }
+    let mut sources = reader::read(folder.path());
+    assert_eq!(sources.len(), 1, "one root");
+    sources.remove(0)
+}
+
+#[test]
+fn an_arrow_between_rooms_is_found_through_a_re_export_and_only_where_it_goes_up() {
+    let upwards = |high: &str, low: &str| {
+        let root = "mod low; mod high; pub use high::High; pub use low::Low;";
+        let files = [("lib.rs", root), ("high/x.rs", high), ("low/y.rs", low)];
+        let rooms = [
+            ("high.rs", "mod x; pub use x::High;"),
+            ("low.rs", "mod y; pub use y::Low;"),
+        ];
+        let source = of_files(&[&files[..], &rooms[..]].concat());
+        let found = upwards("a crate", &["low", "high"], &source);
+        let found = found.into_iter().map(|(_, _, module, to)| (module, to));
+        found.collect::<Vec<_>>()
+    };
+    let high = "use crate::Low; pub struct High(Low);";
+    assert_eq!(upwards(high, "pub struct Low;"), []);
+    let up = [("low::y".to_owned(), "high::x".to_owned())];
+    let low = "use crate::High; pub struct Low(High);";
+    assert_eq!(upwards("pub struct High;", low), up);
+}
+
 #[test]
 fn a_circle_is_found_through_re_exports_and_macros_and_only_where_there_is_one() {
     let circle = |files: &[(&str, &str)]| {
-        let folder = tempfile::tempdir().expect("a folder");
-        for (name, text) in files {
-            let file = folder.path().join(name);
-            std::fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
-            std::fs::write(file, text).expect("a file");
-        }
-        let [source] = &reader::read(folder.path())[..] else {
-            panic!("one root");
-        };
-        let found = circles_of("a crate", source);
+        let found = circles_of("a crate", &of_files(files));
         found
             .into_iter()
             .map(|(_, _, module, _)| module)

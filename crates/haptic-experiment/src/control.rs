@@ -5,7 +5,7 @@ pub mod design;
 pub mod identification;
 pub mod run;
 
-use crate::controller_file::ControllerFile;
+use crate::document::controller_file::ControllerFile;
 use fracdiff::Seconds;
 use fractional_control::{ControlError, Memory, Plant, Rule, SampledPlant};
 

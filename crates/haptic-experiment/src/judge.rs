@@ -1,7 +1,21 @@
 //! Force as it should have been: the full history, and the largest error beside it.
 
+pub(crate) mod curves;
+pub(crate) mod decimated;
+pub(crate) mod modelled_tissue;
+pub(crate) mod preflight;
+pub(crate) mod reference;
+pub(crate) mod report;
+pub(crate) mod rows;
+pub(crate) mod settling;
+pub(crate) mod warnings;
+
+pub use curves::{Origin, Published};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme, Seconds, batch};
+pub use modelled_tissue::operator;
+pub use preflight::Preflight;
+pub use report::{Errors, RunReport, TickTimes};
 
 /// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
 ///
@@ -17,6 +31,11 @@ pub(crate) fn full_history(
         Reference::Kernel(kernel) => batch::full_history(kernel, order, sample_time, x)?,
         Reference::Bdf2 => batch::full_bdf2(order, sample_time, x)?,
     })
+}
+
+/// In per cent, without the digits that binary fractions add.
+pub(crate) fn percent(fraction: f64) -> f64 {
+    (fraction * 1e8).round() / 1e6
 }
 
 /// The weights whose full history a run is compared with.
@@ -86,7 +105,7 @@ fn plain(time_s: f64) -> f64 {
 impl Compared {
     /// No error, for this reason.
     #[must_use]
-    pub const fn without_meaning(reason: String) -> Self {
+    pub(crate) const fn without_meaning(reason: String) -> Self {
         Self {
             largest: None,
             from_s: None,
@@ -98,7 +117,7 @@ impl Compared {
 
     /// One error of so many samples, from the first to the last of these times, s.
     #[must_use]
-    pub fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
+    pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
             return Self::without_meaning("a value is not finite".to_owned());
         }

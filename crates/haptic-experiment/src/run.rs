@@ -6,27 +6,55 @@
 //! A tick after which the world does not go on, by a fault or a silence, does not count; one in which somebody asked to
 //! stop does.
 
-use super::budget::TickParts;
-use super::ended::Ended;
-use super::flight::FaultSeen;
-use super::kept::{KeptSample, Record, TickRecord};
-use super::lateness::Lateness;
-use super::preflight::PreflightVerdict;
-use super::realtime::RealtimeSummary;
-use super::recorder::{Recorded, Recorder, Stopped};
-use super::schedule::{Pace, Schedule};
-use crate::device::Warn;
-use crate::failure::Failure;
-use crate::folder::{FolderRequest, OutputFolder};
-use crate::parameters::{REALTIME, SAMPLE_TIME};
+mod budget;
+pub mod device;
+pub(crate) mod ending;
+pub(crate) mod fault_recorder;
+pub(crate) mod folder;
+pub(crate) mod imperfections;
+pub(crate) mod lateness;
+pub(crate) mod plant_file;
+pub(crate) mod preflight;
+pub(crate) mod realtime;
+pub(crate) mod record;
+pub(crate) mod recorder;
+pub(crate) mod remote;
+pub(crate) mod safety;
+pub(crate) mod samples;
+pub(crate) mod schedule;
+pub(crate) mod sensors;
+pub(crate) mod simulate;
+pub(crate) mod tick;
+
+use crate::document::failure::Failure;
+use crate::document::parameters::{REALTIME, SAMPLE_TIME};
+use budget::TickParts;
+use device::Warn;
+use ending::Ending;
+pub use ending::LetGo;
+use fault_recorder::FaultSeen;
+pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{AnyTick, END, FinishedLog, StartTime};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Cycle, Periodic};
+use lateness::Lateness;
+pub use plant_file::{DeviceModel, DeviceValues, Interval, PlantFile, PlantModel, read_response};
+pub use preflight::CouplerVerdict;
+use preflight::PreflightVerdict;
+use realtime::RealtimeSummary;
+pub use realtime::{Microseconds, WorstTick};
+use record::Record;
+use recorder::Recorded;
+pub use recorder::{Recorder, Stopped};
+pub use remote::{FrameCounts, LinkSummary, RemoteDevice, guard_of, round_trip};
+pub use safety::{GuardedDevice, speed, workspace};
+use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
+use tick::{KeptSample, TickRecord};
 
 /// Watcher of a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]
@@ -95,7 +123,7 @@ pub(crate) trait World<const D: usize = 1> {
     fn counted(&mut self) {}
 
     /// Why the world does not go on by itself.
-    fn ended(&self) -> Option<Ended>;
+    fn ended(&self) -> Option<Ending>;
 
     /// Lets the force fall to zero.
     fn stop(&mut self);
@@ -168,7 +196,7 @@ pub(super) fn close(
     record: &Record,
     at_rest: bool,
 ) -> Result<Recorded, Failure> {
-    let stopped = record.ended == Some(Ended::LogStopped);
+    let stopped = record.ended == Some(Ending::LogStopped);
     recorder.finish().map_err(|error| {
         if !stopped {
             return error.into();
@@ -225,10 +253,10 @@ fn run<W: World<D>, const D: usize>(
         }
         let asked = || supervisor.stop.load(Ordering::Relaxed);
         let ended = match logged {
-            Err(Stopped) => Some(Ended::LogStopped),
-            Ok(()) => (world.ended()).or_else(|| asked().then_some(Ended::Interrupted)),
+            Err(Stopped) => Some(Ending::LogStopped),
+            Ok(()) => (world.ended()).or_else(|| asked().then_some(Ending::Interrupted)),
         };
-        if matches!(ended, None | Some(Ended::Interrupted)) {
+        if matches!(ended, None | Some(Ending::Interrupted)) {
             record.push(&message);
             world.counted();
         } else {
@@ -257,7 +285,7 @@ fn run<W: World<D>, const D: usize>(
 /// event, which is never before what is logged.
 pub(crate) fn tell_end(
     recorder: &mut Recorder,
-    ended: Ended,
+    ended: Ending,
     lateness: Option<Lateness>,
     at: (u64, f64),
     event_s: f64,

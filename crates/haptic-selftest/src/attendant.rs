@@ -1,7 +1,7 @@
 //! The person beside the device, and the way to it.
 
 use super::promise::Promise;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_remote::serial::SerialLink;
 use std::fmt;
 use std::sync::atomic::AtomicBool;

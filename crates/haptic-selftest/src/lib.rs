@@ -23,8 +23,8 @@ pub use promise::{Check, Promise};
 pub use settings::{EmergencyStop, SelfTest};
 
 use bench::{Bench, Broken};
-use haptic_experiment::device::firmware_version;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::run::device::firmware_version;
 use in_time::in_time;
 use serde::Serialize;
 

@@ -1,8 +1,8 @@
 //! Settings of a self-test.
 
 use fracdiff::parameter::Shown;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::named::Named;
+use haptic_experiment::Failure;
+use haptic_experiment::Named;
 use haptic_experiment::parameters::{FORCE_LIMIT, WATCHDOG};
 use std::time::Duration;
 

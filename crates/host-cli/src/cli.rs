@@ -3,7 +3,7 @@
 use crate::command;
 use crate::output::Output;
 use clap::{CommandFactory as _, Parser, Subcommand};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 
 const LONG_ABOUT: &str = "\
 Runs fractional-order haptic experiments, keeps their logs and draws their figures.

@@ -2,7 +2,7 @@
 
 use csv::{Reader, StringRecord};
 use haptic_experiment::Failure;
-use haptic_experiment::input::{Rows, short};
+use haptic_experiment::document::{Rows, short};
 use std::io::Read;
 
 /// All samples are in memory, input and output.

@@ -6,7 +6,7 @@ pub use place::{Place, PlaceOfFile};
 
 use crate::picture_file;
 use haptic_experiment::Failure;
-use haptic_experiment::folder::{FolderRequest, OutputFolder};
+use haptic_experiment::run::{FolderRequest, OutputFolder};
 use haptic_figure::{FigureError, Picture};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use clap::error::{ContextKind, ErrorKind};
 use clap::{Command, CommandFactory as _, Parser as _};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use host_cli::cli::Cli;
 use host_cli::options;
 use host_cli::output::{note, refused};

@@ -9,15 +9,15 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::Failure;
-use haptic_experiment::choices::choices;
-use haptic_experiment::file::Document;
-use haptic_experiment::input::short;
+use haptic_experiment::choices;
+use haptic_experiment::document::Document;
+use haptic_experiment::document::short;
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
     DEVICE_MODEL, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS,
     Value as Kind, is_path, of_kind,
 };
-use haptic_experiment::plant_file::DeviceModel;
+use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{kind_of_key, name_keys, parse_for_key, without_unit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;

@@ -1,9 +1,9 @@
 //! Printing: results on standard output, everything else on standard error.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use haptic_experiment::failure::Failure;
-use haptic_experiment::file::FileError;
-use haptic_experiment::input::without_bulk;
+use haptic_experiment::Failure;
+use haptic_experiment::document::FileError;
+use haptic_experiment::document::without_bulk;
 use haptic_experiment::{Line, Table, lines};
 use serde::Serialize;
 use std::borrow::Cow;

@@ -1,9 +1,9 @@
 //! Pictures of what experiments leave.
 
-use haptic_experiment::curves::{CouplerCurves, TheoryCurves, WallCurves};
-use haptic_experiment::drive::DriveCurves;
-use haptic_experiment::teleoperation::{FeltAt, SideCurves, TeleoperationCurves};
-use haptic_experiment::touch::TouchCurves;
+use haptic_experiment::experiment::DriveCurves;
+use haptic_experiment::experiment::TouchCurves;
+use haptic_experiment::experiment::teleoperation::{FeltAt, SideCurves, TeleoperationCurves};
+use haptic_experiment::experiment::{CouplerCurves, TheoryCurves, WallCurves};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,

@@ -8,7 +8,7 @@ pub(crate) use search::{design, zwidth};
 
 use crate::refused::{OrRefused as _, refused, unread};
 use haptic_experiment::Failure;
-use haptic_experiment::file::Document;
+use haptic_experiment::document::Document;
 use pyo3::PyErr;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;

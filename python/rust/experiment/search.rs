@@ -7,7 +7,7 @@ use crate::json::to_python;
 use crate::refused::{OrRefused as _, refused};
 use crate::tissue::PyMaterial;
 use fracdiff::Order;
-use haptic_experiment::design::{Design, Device, Requirement, Wish};
+use haptic_experiment::question::design::{Design, Device, Requirement, Wish};
 use haptic_experiment::{ExperimentFile, ModelledTissue, WallExperiment, ZWidth};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};

@@ -1,7 +1,7 @@
 //! The verdict on a loop, its margins, and the reason of the verdict.
 
 use super::{sampled, sampled_for};
-use crate::controller_file::ControllerFile;
+use crate::document::controller_file::ControllerFile;
 use core::f64::consts::PI;
 use fractional_control::{
     ControlError, ControllerParameters, Crossing, FractionalTransferFunction, Margins, Plant,

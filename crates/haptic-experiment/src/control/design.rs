@@ -2,7 +2,7 @@
 
 use super::analysis::{coarse, margins};
 use super::{run, sampled};
-use crate::controller_file::{ControllerFile, ControllerOrigin};
+use crate::document::controller_file::{ControllerFile, ControllerOrigin};
 use fracdiff::{Scheme, Seconds};
 use fractional_control::tuning::{
     GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer,

@@ -2,7 +2,7 @@
 
 use super::analysis::coarse;
 use super::{sampled, sampled_for};
-use crate::controller_file::ControllerFile;
+use crate::document::controller_file::ControllerFile;
 use fracdiff::Seconds;
 use fractional_control::tuning::{Sampling, Specification, tune_integer};
 use fractional_control::{

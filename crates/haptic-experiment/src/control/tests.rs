@@ -4,7 +4,7 @@ use super::analysis::{Cause, analyse};
 use super::design::ControlDesign;
 use super::identification::{InputOutput, candidates, identify, shifted};
 use super::run::{integer_baseline, run, run_plant, samples_for};
-use crate::controller_file::ControllerFile;
+use crate::document::controller_file::ControllerFile;
 use fracdiff::Seconds;
 use fractional_control::tuning::Specification;
 use fractional_control::{PidParameters, Plant, StateSpace};

@@ -1,6 +1,6 @@
 //! Questions for a design, answered: walls and couplers that are what they promise.
 
-use haptic_experiment::file::Question;
+use haptic_experiment::question::Question;
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;

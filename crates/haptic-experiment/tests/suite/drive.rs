@@ -2,8 +2,8 @@
 
 use fracdiff::Seconds;
 use fractional_control::PidParameters;
-use haptic_experiment::controller_file::ControllerFile;
-use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::document::ControllerFile;
+use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{
     Contact, Creep, Drive, Failure, ModelledTissue, Relaxation, Rendering, Report, Supervisor,
 };

@@ -5,11 +5,11 @@
 mod random_devices;
 
 use fracdiff::Seconds;
-use haptic_experiment::measured_device::{
+use haptic_experiment::question::measurement::{
     Driven, MeasureError, MeasurePlan, Measured, MotionRecord, Outcome, drive, estimate,
     on_simulated,
 };
-use haptic_experiment::plant_file::DeviceModel;
+use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Imperfections, Sensors};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};

@@ -1,7 +1,8 @@
 //! Every model is rendered: relaxation and creep on the simulated rig against their closed forms.
 
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
-use haptic_experiment::preflight::{Dynamics, Preflight};
+use haptic_experiment::Dynamics;
+use haptic_experiment::judge::Preflight;
 use haptic_experiment::{Contact, Creep, ModelledTissue, Precision, Relaxation, Rendering};
 use haptic_loop::units::Metres;
 use haptic_tissue::{Form, Material, MaxwellBranch, Model, SampledModel, Source};

@@ -1,11 +1,11 @@
 //! Two hands over a line: energy over random lines, motions and places, and what is felt against the formula.
 
 use fracdiff::{Order, Seconds};
-use haptic_experiment::teleoperation::{
-    HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationReport,
-    TeleoperationVerdict,
+use haptic_experiment::experiment::teleoperation::{
+    HandModel, HandMotion, RemotePlace, TeleoperationVerdict,
 };
 use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety, TissuePiece};
+use haptic_experiment::{TeleoperationExperiment, TeleoperationReport};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamperConfig;
@@ -306,7 +306,7 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
 /// Runs it with log and report.
 fn reported(far: &TeleoperationExperiment) -> TeleoperationReport {
     let place = tempfile::tempdir().expect("a folder");
-    let request = haptic_experiment::folder::FolderRequest {
+    let request = haptic_experiment::run::FolderRequest {
         out: Some(place.path().to_owned()),
         stem: "run".to_owned(),
         overwrite: true,

@@ -4,8 +4,9 @@
 mod kept_safe;
 mod refused;
 
-use haptic_experiment::folder::FolderRequest;
-use haptic_experiment::touch::{TouchReport, TouchVerdict};
+use haptic_experiment::TouchReport;
+use haptic_experiment::experiment::TouchVerdict;
+use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Supervisor, TouchExperiment};
 use haptic_log::record::{Entry, LogReader, VectorTick};
 use std::path::Path;

@@ -4,9 +4,10 @@ use super::fading::{Fading, Law};
 use super::hand::{HAND_DAMPING, HAND_STIFFNESS};
 use super::settings::{FeelSettings, Ghost};
 use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_experiment::modelled::operator;
-use haptic_experiment::preflight::Preflight;
-use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
+use haptic_experiment::judge::Preflight;
+use haptic_experiment::judge::operator;
+use haptic_experiment::parameters;
+use haptic_experiment::{Dynamics, Failure, PreflightVerdict};
 use haptic_loop::units::Metres;
 use haptic_loop::{Contact, SpringDamper};
 

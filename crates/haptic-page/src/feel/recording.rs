@@ -2,8 +2,8 @@
 
 use super::ticking::Ticked;
 use haptic_experiment::Failure;
-use haptic_experiment::folder::{FolderRequest, next_free};
-use haptic_experiment::recorder::Recorder;
+use haptic_experiment::run::Recorder;
+use haptic_experiment::run::{FolderRequest, next_free};
 use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
 use std::collections::BTreeMap;
 use std::path::Path;

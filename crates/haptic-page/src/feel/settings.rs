@@ -1,7 +1,8 @@
 //! What is felt: a tissue or a wall, a device, ghosts; and changes of it.
 
 use super::ranges;
-use haptic_experiment::{Failure, Imperfections, ModelledTissue, parameters};
+use haptic_experiment::parameters;
+use haptic_experiment::{Failure, Imperfections, ModelledTissue};
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
 

@@ -3,9 +3,10 @@
 use super::channels::Channels;
 use super::form::{document, place, simulated};
 use super::work::{Attendant, Drawn, Finished, Work};
-use haptic_experiment::curves::{CouplerCurves, Published, TheoryCurves, WallCurves};
-use haptic_experiment::folder::FolderRequest;
-use haptic_experiment::teleoperation::TeleoperationCurves;
+use haptic_experiment::experiment::teleoperation::TeleoperationCurves;
+use haptic_experiment::experiment::{CouplerCurves, TheoryCurves, WallCurves};
+use haptic_experiment::judge::Published;
+use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;

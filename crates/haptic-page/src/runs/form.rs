@@ -2,10 +2,10 @@
 
 use super::forms;
 use haptic_experiment::Failure;
-use haptic_experiment::file::Document;
-use haptic_experiment::folder::{FolderRequest, next_free};
+use haptic_experiment::document::Document;
 use haptic_experiment::parameters::FILES;
-use haptic_experiment::remote::RemoteDevice;
+use haptic_experiment::run::RemoteDevice;
+use haptic_experiment::run::{FolderRequest, next_free};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,8 +1,9 @@
 //! Forms of the experiments, from the tables of their parameters.
 
-use haptic_experiment::choices::choices;
+use haptic_experiment::choices;
+use haptic_experiment::parameters;
 use haptic_experiment::parameters::{
-    self, COUPLER_REQUIRED, KINDS, Parameter, QUESTIONS, Value as Default, WALL_REQUIRED,
+    COUPLER_REQUIRED, KINDS, Parameter, QUESTIONS, Value as Default, WALL_REQUIRED,
 };
 use serde_json::{Value, json};
 

@@ -9,10 +9,10 @@
 use super::answers;
 use super::form::{document, place, simulated};
 use super::work::{Attendant, Drawn, Finished, Work};
-use haptic_experiment::design::coupler::{CouplerAnswer, CouplerDesign};
-use haptic_experiment::design::{Design, DesignReport};
-use haptic_experiment::file::Question;
-use haptic_experiment::folder::{FolderRequest, OutputFolder, write_text};
+use haptic_experiment::question::Question;
+use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
+use haptic_experiment::question::design::{Design, DesignReport};
+use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{Failure, Settling, ZWidth, ZWidthReport};
 use haptic_quantity::written;
 use serde_json::{Map, Value, json};

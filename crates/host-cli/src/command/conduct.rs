@@ -3,10 +3,10 @@
 use super::stop::stop_on_interrupt;
 use crate::files::save_picture;
 use crate::output::{Output, note, warn};
-use haptic_experiment::curves::Published;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::OutputFolder;
-use haptic_experiment::report::RunReport;
+use haptic_experiment::Failure;
+use haptic_experiment::judge::Published;
+use haptic_experiment::judge::RunReport;
+use haptic_experiment::run::OutputFolder;
 use haptic_experiment::{Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
 use haptic_quantity::written;

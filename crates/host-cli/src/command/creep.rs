@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::file::Document;
+use haptic_experiment::document::Document;
 
 pub(crate) const LONG_ABOUT: &str = "\
 Creep: the indenter pushes a virtual tissue with a constant force. The strain is recorded, drawn and compared \

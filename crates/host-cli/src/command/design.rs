@@ -10,9 +10,10 @@ use crate::options::Options;
 use crate::output::{Output, note};
 use clap::Args;
 use draw::draw;
-use haptic_experiment::design::{Design, DesignReport, Requirement};
-use haptic_experiment::file::{Document, Question};
-use haptic_experiment::folder::write_text;
+use haptic_experiment::document::Document;
+use haptic_experiment::question::Question;
+use haptic_experiment::question::design::{Design, DesignReport, Requirement};
+use haptic_experiment::run::write_text;
 use haptic_experiment::{Failure, TrialVerdict};
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! The device file of an experiment or analysis.
 
 use clap::Args;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::plant_file::DeviceModel;
+use haptic_experiment::Failure;
+use haptic_experiment::run::DeviceModel;
 use std::path::PathBuf;
 
 /// A device whose values are in a file.

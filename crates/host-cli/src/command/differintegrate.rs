@@ -7,7 +7,7 @@ use crate::within::within;
 use clap::Args;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
 use serde::Serialize;

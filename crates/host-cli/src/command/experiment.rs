@@ -9,11 +9,11 @@ use crate::output::Output;
 use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
 use crate::within::within;
 use clap::Args;
-use haptic_experiment::file::Document;
-use haptic_experiment::folder::{FolderRequest, write_text};
+use haptic_experiment::document::Document;
+use haptic_experiment::experiment::TouchVerdict;
+use haptic_experiment::experiment::teleoperation::TeleoperationVerdict;
 use haptic_experiment::parameters::range;
-use haptic_experiment::teleoperation::TeleoperationVerdict;
-use haptic_experiment::touch::TouchVerdict;
+use haptic_experiment::run::{FolderRequest, write_text};
 use haptic_experiment::{
     CouplerExperiment, CouplerReport, ExperimentFile, Failure, Pace, TeleoperationExperiment,
     TeleoperationReport, TouchExperiment, TouchReport, WallExperiment, WallReport,

@@ -13,7 +13,7 @@ use crate::output::{Output, warn};
 use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters;
 use haptic_quantity::{Area, Length, Strain, Stress};
 use haptic_tissue::identify::table::Loading;

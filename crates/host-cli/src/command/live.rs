@@ -2,7 +2,7 @@
 
 use crate::output::{Output, note};
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_log::live::{Live, LiveStreams};
 use std::net::SocketAddr;
 

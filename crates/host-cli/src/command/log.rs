@@ -7,7 +7,7 @@ use crate::log_plot::LogFigure;
 use crate::output::Output;
 use crate::picture_file::{self, PictureFileError};
 use clap::Subcommand;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_log::record::{
     Entry, Gap, LogFiles, RecordError, RecoverySummary, export_csv, export_csv_to, inspect, recover,
 };

@@ -6,7 +6,7 @@ pub(super) mod folder;
 use crate::output::Output;
 use clap::Subcommand;
 use folder::Folder;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_quantity::written;
 use haptic_tissue::{Material, ValidRange};
 use serde::Serialize;

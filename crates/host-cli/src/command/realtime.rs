@@ -2,7 +2,7 @@
 
 use crate::whole::whole;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::{Pace, RealtimeOptions};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 

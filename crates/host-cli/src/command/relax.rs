@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::file::Document;
+use haptic_experiment::document::Document;
 
 pub(crate) const LONG_ABOUT: &str = "\
 Stress relaxation: an indenter compresses a virtual tissue and holds it. The loop renders the tissue; \

@@ -7,9 +7,9 @@ use crate::output::Output;
 use crate::whole::whole;
 use clap::Args;
 use fracdiff::parameter::Shown;
+use haptic_experiment::Failure;
 use haptic_experiment::RealtimeOptions;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::rt_check::RtCheck;
+use haptic_experiment::question::RtCheck;
 use haptic_quantity::{Frequency, Time};
 use std::time::Duration;
 

@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::file::Document;
+use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
     BENCH, COUPLER, COUPLER_REQUIRED, CREEP, DESIGN, DRIVE, MEASURE, ON_DEVICE, Parameter, RELAX,
     RENDERING, SAFETY, TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED, ZWIDTH,

@@ -2,7 +2,7 @@
 
 use crate::output::Output;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_log::record::NewFile;
 use serde::Serialize;
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! The end of a run from outside: Ctrl-C, and every other signal.
 
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
 

@@ -6,7 +6,7 @@ use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use fracdiff::{Channel, Operator, Scheme, grunwald_weights};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
 use serde::Serialize;

@@ -2,7 +2,7 @@
 
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_log::record::ROLL_LEAST;
 use haptic_quantity::Bytes;
 pub use haptic_quantity::parse_number;

@@ -4,7 +4,7 @@
 use super::{folder, overwrite_acts, save_picture};
 use crate::picture_file::{self, PictureFileError};
 use haptic_experiment::Failure;
-use haptic_experiment::folder::{FolderRequest, OutputFolder, write_text};
+use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_figure::{FigureError, Picture};
 use haptic_log::record::{Leftover, NewFile, NewFileError};
 use serde::Serialize;

@@ -4,7 +4,7 @@
 
 use super::measured;
 use fracdiff::Seconds;
-use haptic_experiment::measured_device::{Estimate, MeasurePlan, Measured, estimate};
+use haptic_experiment::question::measurement::{Estimate, MeasurePlan, Measured, estimate};
 use haptic_experiment::{Imperfections, Sensors};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};

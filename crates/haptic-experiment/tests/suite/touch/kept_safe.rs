@@ -1,8 +1,8 @@
 //! Limits, guards and faults of a touch; the energy of its hand, and its log.
 
 use super::{run, touch};
-use haptic_experiment::ended::LetGo;
-use haptic_experiment::touch::TouchVerdict;
+use haptic_experiment::experiment::TouchVerdict;
+use haptic_experiment::run::LetGo;
 use haptic_log::record::VectorTick;
 
 #[test]

@@ -9,12 +9,12 @@ use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::{
     ALPHA, ANALYSED_DAMPING, ANALYSED_HAND, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, BETA, DELTA, GAMMA,
 };
 use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
-use haptic_experiment::plant_file::DeviceValues;
+use haptic_experiment::run::DeviceValues;
 use std::path::PathBuf;
 
 const WITHOUT_UNITS: [Parameter; 4] = [ALPHA, BETA, DELTA, GAMMA];

@@ -7,7 +7,7 @@ use crate::output::Output;
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{Coupler, LeastDamping, LoopOperator};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::{ANALYSED_DAMPING, ANALYSED_SAMPLE_TIME};
 use haptic_experiment::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use serde::Serialize;

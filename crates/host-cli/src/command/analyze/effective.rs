@@ -9,12 +9,12 @@ use crate::output::Output;
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, LoopOperator};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::{
     ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, OMEGA_MAX, OMEGA_MIN, POINTS,
 };
 use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
-use haptic_experiment::plant_file::DeviceValues;
+use haptic_experiment::run::DeviceValues;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 

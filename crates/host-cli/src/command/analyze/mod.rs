@@ -13,7 +13,7 @@ mod teleoperation;
 use crate::output::Output;
 pub use arguments::Files;
 use clap::Subcommand;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 
 /// The question asked.
 #[derive(Debug, Subcommand)]

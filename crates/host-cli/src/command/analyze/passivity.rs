@@ -7,7 +7,7 @@ use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_analysis::{AnalysisError, Largest, OnePort};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use serde::Serialize;
 
 /// Arguments of `analyze passivity`.

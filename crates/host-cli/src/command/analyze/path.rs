@@ -2,10 +2,10 @@
 
 use crate::options::Given;
 use haptic_analysis::ForcePath;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::Parameter;
 use haptic_experiment::parameters::analysis::{ANALYSED_DELAY, ANALYSED_LAG, DELAY_SAMPLES};
-use haptic_experiment::plant_file::DeviceValues;
+use haptic_experiment::run::DeviceValues;
 use serde::Serialize;
 
 /// Delay and lag of a loop in samples; `sample_time_s` is its own, if it was given. What is not given is of the device file.

@@ -7,7 +7,7 @@ use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
 use haptic_analysis::{BoundaryPoint, StabilityRegion};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 

@@ -6,7 +6,7 @@ use crate::keys;
 use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::SENSITIVITY_POINTS;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;

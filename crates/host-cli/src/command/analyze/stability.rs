@@ -6,7 +6,7 @@ use crate::keys;
 use crate::options::Options;
 use crate::output::Output;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use serde::Serialize;
 
 /// Arguments of `analyze stability`.

@@ -14,10 +14,10 @@ use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
     AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
 };
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::experiment::teleoperation::{ArchitectureName, RemotePlace};
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::analysis as a;
-use haptic_experiment::teleoperation::{ArchitectureName, RemotePlace};
 use haptic_experiment::{ModelledTissue, Named as _, TissuePiece};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;

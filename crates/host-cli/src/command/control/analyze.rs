@@ -9,9 +9,9 @@ use crate::command::analyze::Files;
 use crate::output::Output;
 use clap::Args;
 use fractional_control::num_complex::Complex;
+use haptic_experiment::Failure;
 use haptic_experiment::control::analysis::{LoopAnalysis, LoopPoint, analyse, curve, poles};
-use haptic_experiment::controller_file::ControllerFile;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::document::ControllerFile;
 use serde::Serialize;
 
 pub(super) const LONG_ABOUT: &str = "\

@@ -17,12 +17,12 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::ControlError;
 use fractional_control::tuning::{Bound, Specification};
+use haptic_experiment::Failure;
 use haptic_experiment::control::design::{ControlAnswer, ControlDesign};
 use haptic_experiment::control::run::{SAMPLES_MOST, samples_for};
-use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
+use haptic_experiment::run::write_text;
 use haptic_quantity::{Angle, AngularFrequency, Time, digits};
 use std::path::PathBuf;
 

@@ -7,7 +7,7 @@ use super::plant::NamedPlant;
 use super::words::law;
 pub(super) use bode::{draw_loop, draw_plant};
 use fractional_control::Response;
-use haptic_experiment::controller_file::ControllerFile;
+use haptic_experiment::document::ControllerFile;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use haptic_quantity::written;
 pub(super) use steps::{design_columns, draw_design};

@@ -11,13 +11,13 @@ use crate::output::{Output, note, warn};
 use crate::within::within;
 use clap::Args;
 use fractional_control::{ControlError, FractionalTransferFunction};
+use haptic_experiment::Failure;
 use haptic_experiment::control::identification::{
     Found, Guess, InputOutput, candidates, identify, shifted,
 };
-use haptic_experiment::failure::Failure;
-use haptic_experiment::input::short;
+use haptic_experiment::document::short;
 use haptic_experiment::parameters;
-use haptic_experiment::plant_file::{PlantFile, PlantModel};
+use haptic_experiment::run::{PlantFile, PlantModel};
 use haptic_quantity::{Time, digits, written};
 use haptic_tissue::open_file;
 use std::path::PathBuf;

@@ -12,7 +12,7 @@ mod words;
 
 use crate::output::Output;
 use clap::Subcommand;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 
 /// The task.
 #[derive(Debug, Subcommand)]

@@ -6,10 +6,10 @@ use crate::within::within;
 use clap::Args;
 use fracdiff::parameter::Shown;
 use fractional_control::{Plant, factor_after_division};
-use haptic_experiment::failure::Failure;
-use haptic_experiment::input::short;
+use haptic_experiment::Failure;
+use haptic_experiment::document::short;
 use haptic_experiment::parameters;
-use haptic_experiment::plant_file::{DeviceValues, PlantFile, PlantModel, read_response};
+use haptic_experiment::run::{DeviceValues, PlantFile, PlantModel, read_response};
 use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use std::path::Path;
 

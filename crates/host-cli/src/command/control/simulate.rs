@@ -14,11 +14,11 @@ use clap::Args;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::{ControlError, Response};
+use haptic_experiment::Failure;
 use haptic_experiment::control::run::{
     LoopRun, SAMPLES_MOST, integer_baseline, run, run_plant, samples_for,
 };
-use haptic_experiment::controller_file::ControllerFile;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::document::ControllerFile;
 use haptic_experiment::parameters::range;
 use haptic_quantity::{Time, digits};
 use haptic_tissue::open_file;

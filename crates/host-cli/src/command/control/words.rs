@@ -2,9 +2,9 @@
 
 use core::f64::consts::PI;
 use fractional_control::{ControlError, Crossing, Margins};
+use haptic_experiment::Failure;
 use haptic_experiment::control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
-use haptic_experiment::controller_file::ControllerFile;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::document::ControllerFile;
 use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
 use haptic_quantity::{Key, digits, written};
 

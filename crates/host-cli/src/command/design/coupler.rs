@@ -3,8 +3,8 @@
 use super::{Arguments, nothing_found};
 use crate::files::Place;
 use crate::output::Output;
-use haptic_experiment::design::coupler::{CouplerAnswer, CouplerDesign};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
 use serde::Serialize;
 
 /// Result of `--wish coupler`.

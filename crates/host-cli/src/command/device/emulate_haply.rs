@@ -3,7 +3,7 @@
 use super::key_value::in_range;
 use crate::output::note;
 use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;

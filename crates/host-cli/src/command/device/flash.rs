@@ -3,8 +3,8 @@
 use super::port::PortArguments;
 use crate::output::{Output, note, warn};
 use clap::Args;
-use haptic_experiment::device::firmware_version;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::run::device::firmware_version;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::Command;

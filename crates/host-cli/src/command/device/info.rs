@@ -3,8 +3,8 @@
 use super::port::PortArguments;
 use crate::output::Output;
 use clap::Args;
-use haptic_experiment::device::{at_port, firmware_version, trouble};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::run::device::{at_port, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::SerialLink;

@@ -1,7 +1,7 @@
 //! `KEY=VALUE`, as `device set` and `device emulate` take it.
 
-use haptic_experiment::failure::Failure;
-use haptic_experiment::input::short;
+use haptic_experiment::Failure;
+use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
 use haptic_quantity::{parse_for_key, without_unit, written};
 

@@ -3,8 +3,8 @@
 use crate::output::{Output, note};
 use crate::whole::whole;
 use clap::Args;
-use haptic_experiment::device::firmware_version;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::run::device::firmware_version;
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
 use serde::Serialize;
 

@@ -11,12 +11,13 @@ use crate::output::{Output, note, warn};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::file::{Document, Measurement};
-use haptic_experiment::measured_device::{
+use haptic_experiment::document::Document;
+use haptic_experiment::parameters::{MEASUREMENT, range};
+use haptic_experiment::question::measurement::Measurement;
+use haptic_experiment::question::measurement::{
     MeasurePlan, Measured, MotionRecord, SerialMotion, estimate, on_serial, on_simulated,
 };
-use haptic_experiment::parameters::{MEASUREMENT, range};
-use haptic_experiment::plant_file::DeviceModel;
+use haptic_experiment::run::DeviceModel;
 use haptic_log::record::StartTime;
 use haptic_quantity::{Time, digits, written};
 use serde::Serialize;

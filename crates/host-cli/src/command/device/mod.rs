@@ -18,7 +18,7 @@ pub mod set;
 
 use crate::output::Output;
 use clap::Subcommand;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 
 /// `device …`.
 #[derive(Debug, Subcommand)]

@@ -7,7 +7,7 @@ use crate::command::stop::stop_on_interrupt;
 use crate::output::{Output, note};
 use crate::within::within;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_quantity::{Force, Time, written};

@@ -6,8 +6,8 @@ use super::parameters::Parameters;
 use super::port::PortArguments;
 use crate::output::{Output, note};
 use clap::Args;
-use haptic_experiment::device::{at_port, refused_at_port};
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
+use haptic_experiment::run::device::{at_port, refused_at_port};
 
 /// Arguments of `device get`.
 #[derive(Debug, Args)]

@@ -2,7 +2,7 @@
 
 use crate::within::within;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use haptic_quantity::Time;

@@ -3,7 +3,7 @@
 use super::draw::draw;
 use crate::files::{PlaceOfFile, overwrite_acts};
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_log::record::StartTime;
 use haptic_quantity::digits;
 use haptic_tissue::identify::{Identification, RecordKind};

@@ -2,7 +2,7 @@
 
 use crate::output::warn;
 use clap::Args;
-use haptic_experiment::failure::Failure;
+use haptic_experiment::Failure;
 use haptic_tissue::Library;
 use std::path::{Path, PathBuf};
 

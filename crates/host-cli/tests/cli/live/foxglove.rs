@@ -2,7 +2,7 @@
 
 use super::{PATIENCE, run, stderr};
 use byteorder::LittleEndian;
-use haptic_experiment::recorder::Recorder;
+use haptic_experiment::run::Recorder;
 use haptic_log::live::Foxglove;
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use serde_json::{Value, json};

@@ -6,10 +6,10 @@ use super::super::draw::over_time;
 use super::super::reports::{MarginReport, PidReport, ShapeReport};
 use super::super::words::{decibel, in_degrees};
 use fractional_control::PidParameters;
+use haptic_experiment::Failure;
 use haptic_experiment::control::design::{
     Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
 };
-use haptic_experiment::failure::Failure;
 use haptic_quantity::digits;
 use serde::Serialize;
 use std::f64::consts::LN_10;

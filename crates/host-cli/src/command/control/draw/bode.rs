@@ -5,7 +5,7 @@ use crate::command::control::plant::NamedPlant;
 use crate::command::control::words::decibel;
 use fractional_control::Crossing;
 use haptic_experiment::control::analysis::{Cause, LoopAnalysis, LoopPoint};
-use haptic_experiment::controller_file::ControllerFile;
+use haptic_experiment::document::ControllerFile;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
 const OMEGA: &str = "ω / rad·s⁻¹";

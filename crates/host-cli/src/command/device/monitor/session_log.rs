@@ -1,8 +1,8 @@
 //! The log of a session: one that cannot be written any more is said at once, and the watching goes on.
 
 use crate::output::note;
-use haptic_experiment::failure::Failure;
-use haptic_experiment::recorder::{Recorder, Stopped};
+use haptic_experiment::Failure;
+use haptic_experiment::run::{Recorder, Stopped};
 use haptic_log::record::RecordError;
 use indicatif::ProgressBar;
 

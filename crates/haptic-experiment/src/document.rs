@@ -1,0 +1,341 @@
+//! A document: the text of a file, and values given over it by options, keywords or the fields of a form.
+
+pub mod advice;
+pub(crate) mod controller_file;
+pub(crate) mod error;
+pub(crate) mod failure;
+pub(crate) mod input;
+pub(crate) mod named;
+pub(crate) mod parameters;
+pub(crate) mod reader;
+
+pub use controller_file::{ControllerFile, ControllerOrigin};
+pub use error::{Excerpt, FileError};
+use error::{Source, text_of};
+use haptic_log::record::{Entry, LogReader};
+pub use input::{Rows, short, without_bulk};
+use parameters::{Parameter, Value as Kind};
+use reader::{Part, Table, in_order};
+use std::path::{Path, PathBuf, absolute};
+use toml::Value;
+use toml::de::{DeTable, DeValue};
+
+/// What an experiment or a question is written as. What is given wins over the file.
+///
+/// ```
+/// use haptic_experiment::ExperimentFile;
+/// use haptic_experiment::document::Document;
+/// use std::path::Path;
+///
+/// let mut document = Document::of_text(Path::new("lab/relax.toml"), "[relax]\nstrain = 0.05");
+/// document.set("relax", "duration_s", 2.0, "--duration 2s")?;
+/// assert_eq!(ExperimentFile::open(&document)?.samples()?, 2001);
+/// document.set("relax", "strain", 5.0, "strain=5")?;
+/// assert_eq!(
+///     ExperimentFile::open(&document).expect_err("five times the thickness").to_string(),
+///     "strain=5: strain = 5 is not above 0 and at most 1: change it, or omit it for 0.05"
+/// );
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Document {
+    path: PathBuf,
+    text: String,
+    given: Vec<Given>,
+    /// What is given, as TOML, and for each of its lines how it was said.
+    over: (String, Vec<String>),
+}
+
+#[derive(Clone, Debug)]
+struct Given {
+    table: String,
+    key: String,
+    value: Value,
+    said: String,
+}
+
+/// Where a log has the document of its run.
+pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
+/// Entries of a log among which it stands.
+const MOST_BEFORE_TICKS: usize = 16;
+
+impl Document {
+    /// A document without a file: a table of this name, with what will be given.
+    #[must_use]
+    pub fn new(table: &str) -> Self {
+        let text = format!("[{table}]");
+        Self {
+            text,
+            ..Self::default()
+        }
+    }
+
+    /// The text of a file; `path` is for messages and for the paths in it.
+    #[must_use]
+    pub fn of_text(path: &Path, text: &str) -> Self {
+        Self {
+            path: path.to_owned(),
+            text: text.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    /// A file, or the document of the run of which this is the log, `.mcap`.
+    ///
+    /// # Errors
+    /// If it cannot be read, or a log has none.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let name = path.to_string_lossy().to_lowercase();
+        if ![".mcap", ".mcap.part"]
+            .iter()
+            .any(|end| name.ends_with(end))
+        {
+            return Ok(Self::of_text(path, &text_of(path, "experiment")?));
+        }
+        let (name, key) = IN_LOG;
+        let log = LogReader::open(path).map_err(|error| FileError::said("", error.to_string()))?;
+        // It stands before the ticks.
+        let entries = log.map_while(Result::ok);
+        let text = entries
+            .take(MOST_BEFORE_TICKS)
+            .find_map(|entry| match entry {
+                Entry::Metadata(record) if record.name == name => record.values.get(key).cloned(),
+                _ => None,
+            });
+        let text = text.ok_or_else(|| {
+            let log = path.display();
+            let reason = format!(
+                "{log} does not hold the document of a run: give the file that it was run from"
+            );
+            FileError::said("", reason)
+        })?;
+        Ok(Self::of_text(path, &text))
+    }
+
+    /// Gives a value, which wins over the file; `said` is how, as in `--strain 3%`.
+    ///
+    /// # Errors
+    /// A value that was given before.
+    pub fn set(
+        &mut self,
+        table: &str,
+        key: &str,
+        value: impl Into<Value>,
+        said: &str,
+    ) -> Result<(), FileError> {
+        // A message is one line.
+        let said: String = said
+            .chars()
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect();
+        let before = self
+            .given
+            .iter()
+            .find(|given| (given.table.as_str(), given.key.as_str()) == (table, key));
+        if let Some(before) = before {
+            let reason = format!(
+                "{key} is given twice, the other is {}: omit one of them",
+                before.said
+            );
+            return Err(FileError::said(&said, reason));
+        }
+        self.given.push(Given {
+            table: table.to_owned(),
+            key: key.to_owned(),
+            value: value.into(),
+            said,
+        });
+        self.over = self.written();
+        Ok(())
+    }
+
+    fn written(&self) -> (String, Vec<String>) {
+        let (mut text, mut said) = (String::new(), Vec::new());
+        let mut tables: Vec<&str> = self
+            .given
+            .iter()
+            .map(|given| given.table.as_str())
+            .collect();
+        tables.sort_unstable();
+        tables.dedup();
+        for table in tables {
+            text += &format!("[{table}]\n");
+            said.push(String::new());
+            for given in self.given.iter().filter(|given| given.table == table) {
+                // Quotes what is no bare key.
+                let line = toml::Table::from_iter([(given.key.clone(), given.value.clone())]);
+                let line = line.to_string();
+                said.extend(line.lines().map(|_| given.said.clone()));
+                text += &line;
+            }
+        }
+        (text, said)
+    }
+
+    pub(crate) fn parse(&self) -> Result<Parsed<'_>, FileError> {
+        let given = Source {
+            path: Path::new(""),
+            text: &self.over.0,
+            said: &self.over.1,
+        };
+        let mut parsed = Parsed::of(&self.path, &self.text)?;
+        parsed.layers.insert(0, Layer::of(given)?);
+        Ok(parsed)
+    }
+}
+
+/// A line of a file for a parameter.
+pub(crate) fn line(table: &Table<'_>, parameter: &Parameter) -> String {
+    let Parameter { key, shown, .. } = parameter;
+    let written = table.written(parameter);
+    match (written, parameter.value) {
+        (Some(text), _) => match table.path(parameter) {
+            Some(path) => {
+                let path = absolute(&path).unwrap_or(path);
+                format!("{key} = {}\n", Value::from(path.to_string_lossy().as_ref()))
+            }
+            None => format!("{key} = {text}\n"),
+        },
+        (None, Kind::Number(Some(default), _)) => format!("# {key} = {default:?}\n"),
+        (None, Kind::Count(default)) => format!("# {key} = {default}\n"),
+        (None, Kind::Flag(default)) => format!("# {key} = {default}\n"),
+        (None, Kind::List(_)) if !shown.is_empty() => format!("# {key} = [{shown}]\n"),
+        (None, Kind::Text(default)) if !default.is_empty() => format!("# {key} = \"{default}\"\n"),
+        _ => String::new(),
+    }
+}
+
+/// Kinds in words.
+pub(crate) fn choice(kinds: &[&str]) -> String {
+    let names: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
+    format!("an experiment file has one of {}", names.join(", "))
+}
+
+#[derive(Debug)]
+struct Layer<'a> {
+    source: Source<'a>,
+    root: DeTable<'a>,
+}
+
+impl<'a> Layer<'a> {
+    fn of(source: Source<'a>) -> Result<Self, FileError> {
+        let text = source.text;
+        let root = DeTable::parse(text).map_err(|error| {
+            let span = error.span().unwrap_or_default();
+            // One line; TOML's own message may have several.
+            let lines: Vec<&str> = error.message().lines().collect();
+            let reason = match (lines.as_slice(), text.get(span.clone())) {
+                (["duplicate key"], Some(key)) => {
+                    format!("duplicate key `{}`: omit all but one of them", short(key))
+                }
+                _ => lines.join("; "),
+            };
+            source.fail(span.start, reason)
+        })?;
+        Ok(Self {
+            source,
+            root: root.into_inner(),
+        })
+    }
+}
+
+/// A document whose TOML is read: its layers, the top one first.
+#[derive(Debug)]
+pub(crate) struct Parsed<'a> {
+    layers: Vec<Layer<'a>>,
+}
+
+impl<'a> Parsed<'a> {
+    /// A file alone.
+    pub(crate) fn of(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
+        let layer = Layer::of(Source {
+            path,
+            text,
+            said: &[],
+        })?;
+        Ok(Self {
+            layers: vec![layer],
+        })
+    }
+
+    pub(crate) fn has(&self, table: &str) -> bool {
+        let mut layers = self.layers.iter();
+        layers.any(|layer| {
+            in_order(&layer.root)
+                .iter()
+                .any(|(key, _)| key.get_ref() == table)
+        })
+    }
+
+    /// The one table that is of one of these kinds, and the table `beside` it, if there is one.
+    pub(crate) fn experiment<'k>(
+        &'a self,
+        kinds: &[&'k str],
+        beside: &str,
+    ) -> Result<(&'k str, Table<'a>, Option<Table<'a>>), FileError> {
+        let choice = choice(kinds);
+        let known: Vec<&str> = kinds.iter().copied().chain([beside]).collect();
+        let (mut first, mut other) = (None, None);
+        for (name, table) in self.tables(&known, &choice)? {
+            let kind = kinds.iter().find(|kind| **kind == name);
+            match (kind, &first) {
+                (None, _) => other = Some(table),
+                (Some(kind), None) => first = Some((*kind, table)),
+                (Some(_), Some(_)) => {
+                    return Err(table.fail(format!("a second table [{name}]: {choice}")));
+                }
+            }
+        }
+        let (kind, table) = first.ok_or_else(|| self.fail(format!("no experiment: {choice}")))?;
+        Ok((kind, table, other))
+    }
+
+    /// All tables in the order of the file, each of one of these names; `choice` says in words what such a file has.
+    pub(crate) fn tables<'k>(
+        &'a self,
+        names: &[&'k str],
+        choice: &str,
+    ) -> Result<Vec<(&'k str, Table<'a>)>, FileError> {
+        let mut tables: Vec<(&'k str, Table<'a>)> = Vec::new();
+        for layer in self.layers.iter().rev() {
+            let source = layer.source;
+            for (key, value) in in_order(&layer.root) {
+                let (name, offset) = (key.get_ref().as_ref(), key.span().start);
+                let Some(known) = names.iter().find(|known| **known == name) else {
+                    let reason = match value.get_ref() {
+                        DeValue::Table(_) => format!("unknown table [{}]: {choice}", short(name)),
+                        _ => format!(
+                            "unknown key `{}` outside of any table: {choice}",
+                            short(name)
+                        ),
+                    };
+                    return Err(source.fail(offset, reason));
+                };
+                let DeValue::Table(entries) = value.get_ref() else {
+                    let reason = format!("`{name}` is not a table: write [{name}]");
+                    return Err(source.fail(offset, reason));
+                };
+                let part = Part::new(source, offset, entries);
+                match tables.iter_mut().find(|(table, _)| table == known) {
+                    Some((_, table)) => table.parts.insert(0, part),
+                    None => tables.push((
+                        *known,
+                        Table {
+                            name,
+                            parts: vec![part],
+                        },
+                    )),
+                }
+            }
+        }
+        Ok(tables)
+    }
+
+    /// An error that concerns the file as a whole.
+    pub(crate) fn fail(&self, reason: String) -> FileError {
+        match self.layers.last() {
+            Some(file) => file.source.fail_from(0, reason),
+            None => FileError::said("", reason),
+        }
+    }
+}

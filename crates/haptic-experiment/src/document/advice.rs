@@ -1,0 +1,136 @@
+//! Advice when the loop refuses a parameter, and a check for numbers that no device can hold.
+
+use crate::document::failure::Failure;
+use crate::document::parameters::{
+    BRAKE_FORCE, BRAKING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MASS, DEVICE_NOISE, FORCE_LIMIT,
+    FORCE_RATE_LIMIT, FRICTION, HAND_STIFFNESS, JUMP, MASS, Parameter, RISE_TIME, SAMPLE_TIME,
+    SPEED_LIMIT, STOP_TIME, STUCK_FORCE, STUCK_TIME, WORKSPACE_HIGH, WORKSPACE_LOW,
+};
+use haptic_loop::ParameterError;
+
+/// A parameter that the loop refuses, with the key that sets it.
+pub(crate) fn parameter(error: ParameterError) -> Failure {
+    match advice(&error) {
+        Some(advice) => Failure::input_with_advice(error, advice),
+        None => Failure::input(error),
+    }
+}
+
+/// Advice on the error; `None` for an error that says so itself.
+fn advice(error: &ParameterError) -> Option<String> {
+    let ParameterError::Range(range) = error else {
+        return None;
+    };
+    let change = |key: Parameter| format!("change {key}");
+    Some(match range.what {
+        "force limit" => change(FORCE_LIMIT),
+        "force rate limit" => change(FORCE_RATE_LIMIT),
+        "sample time" => change(SAMPLE_TIME),
+        "rise time" => change(RISE_TIME),
+        "stop time" => change(STOP_TIME),
+        "brake force" => change(BRAKE_FORCE),
+        "braking" => change(BRAKING),
+        "stuck force" => change(STUCK_FORCE),
+        "stuck time" => change(STUCK_TIME),
+        "jump of the position" => change(JUMP),
+        "speed limit" | "soft speed limit" => change(SPEED_LIMIT),
+        "low end of the workspace" | "high end of the workspace" | "workspace soft zone" => {
+            format!("change {WORKSPACE_LOW} or {WORKSPACE_HIGH}")
+        }
+        "mass of the device" => change(DEVICE_MASS),
+        "damping of the device" | "damping of the guard" | "bound of the guard" => {
+            "change damping or mass of the device, or take another guard".to_owned()
+        }
+        "noise for the guard" => change(DEVICE_NOISE),
+        "least delay of the guard" | "delay of the guard" => {
+            "change the delay of the device, or take another guard".to_owned()
+        }
+        "lag of the actuator" => "change the lag of the device, or take another guard".to_owned(),
+        "mass" => change(MASS),
+        "damping" => change(DAMPING),
+        "hand stiffness" | "with friction, hand stiffness" => change(HAND_STIFFNESS),
+        "Coulomb friction" => change(FRICTION),
+        "actuator time constant" => change(CURRENT_LAG),
+        "force delay" => format!("change {DELAY} or the sample time"),
+        "fastest motion per step" => {
+            "such a device cannot be simulated: take more mass, less damping or stiffness, a longer current lag or a \
+             shorter sample time"
+                .to_owned()
+        }
+        _ => return None,
+    })
+}
+
+/// A number as a device has it, in single precision.
+///
+/// # Errors
+/// One that overflows or vanishes there; `name` is what it came by.
+pub fn single(name: &str, value: f64) -> Result<f32, Failure> {
+    let single = value as f32;
+    if single.is_finite() && (single != 0.0 || value == 0.0) {
+        Ok(single)
+    } else {
+        Err(Failure::bad_input(format_args!(
+            "{name} {value:e} is not in the single precision of a device, 0 or 1.4e-45 to 3.4e38: change {name}"
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_loop::units::{Newtons, Seconds};
+    use haptic_loop::{Limits, SafetyChain};
+
+    #[test]
+    fn the_option_of_the_parameter_is_named_and_no_other() {
+        let good = Limits::default();
+        for (limits, option) in [
+            (
+                Limits {
+                    stop_time: Seconds(2.0),
+                    ..good
+                },
+                "`stop_time_s`",
+            ),
+            (
+                Limits {
+                    force: Newtons(-1.0),
+                    ..good
+                },
+                "`force_limit_n`",
+            ),
+            (
+                Limits {
+                    brake_force: Newtons(20.0),
+                    ..good
+                },
+                "`brake_force_n`",
+            ),
+        ] {
+            let refused = SafetyChain::<f64>::from_limits(&limits, Seconds(1e-3));
+            let text = parameter(refused.expect_err("is none")).to_string();
+            let options: Vec<&str> = text
+                .split(' ')
+                .filter(|word| word.starts_with('`'))
+                .collect();
+            assert_eq!(options, [option], "{text}");
+        }
+    }
+
+    #[test]
+    fn what_single_precision_cannot_hold_is_refused_as_it_was_typed() {
+        for (value, shown) in [(1e39, "1e39"), (-1e39, "-1e39"), (1e-60, "1e-60")] {
+            let text = single("stiffness", value)
+                .expect_err("too much")
+                .to_string();
+            assert!(
+                text.starts_with(&format!("stiffness {shown} is not")),
+                "{text}"
+            );
+        }
+        for value in [0.0, 1e-40, -3e38] {
+            assert!(single("stiffness", value).is_ok(), "{value}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! A document that is wrong, and the place where it is.
+
+use haptic_tissue::read_text;
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A document that is wrong: where, and what about it. Prints as one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileError {
+    place: Place,
+    reason: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Place {
+    /// Line of a file, from 1, for what concerns a table or the file as a whole.
+    Line(PathBuf, usize),
+    /// A character in it.
+    Character(Excerpt),
+    /// An option or assignment, in the words of whoever gave it; empty for nowhere in particular.
+    Said(String),
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Excerpt {
+    /// The file.
+    pub path: PathBuf,
+    /// Line, from 1.
+    pub line: usize,
+    /// The text of that line.
+    pub text: String,
+    /// The character of it at the place, in bytes; none at its end.
+    pub at: Range<usize>,
+}
+
+/// The text of a file; `kind` is that of the file, as in `experiment`.
+///
+/// # Errors
+/// If it could not be read at all.
+pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
+    read_text(path).map_err(|error| {
+        let reason = format!(
+            "cannot read the {kind} file `{}`: {error}; give the path of a TOML file",
+            path.display()
+        );
+        FileError::said("", reason)
+    })
+}
+
+impl FileError {
+    /// The place in a file, if it is about one.
+    #[must_use]
+    pub fn excerpt(&self) -> Option<&Excerpt> {
+        match &self.place {
+            Place::Character(excerpt) => Some(excerpt),
+            Place::Line(..) | Place::Said(_) => None,
+        }
+    }
+
+    /// An error about what was said, as in `--strain 500%`.
+    pub(crate) fn said(said: &str, reason: String) -> Self {
+        Self {
+            place: Place::Said(said.to_owned()),
+            reason,
+        }
+    }
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reason = &self.reason;
+        match &self.place {
+            Place::Line(path, line) | Place::Character(Excerpt { path, line, .. }) => {
+                write!(f, "{}:{line}: {reason}", path.display())
+            }
+            Place::Said(said) if said.is_empty() => f.write_str(reason),
+            Place::Said(said) => write!(f, "{said}: {reason}"),
+        }
+    }
+}
+
+impl std::error::Error for FileError {}
+
+/// The text of a file, or of what was given, for messages.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source<'a> {
+    /// Empty where there is no file.
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
+    /// How each line was said; empty for a file.
+    pub(crate) said: &'a [String],
+}
+
+impl Source<'_> {
+    /// Lines before an offset.
+    fn line(self, offset: usize) -> usize {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        before.iter().filter(|byte| **byte == b'\n').count()
+    }
+
+    /// How that was said; empty in a file or a form.
+    pub(crate) fn said_at(&self, offset: usize) -> &str {
+        let said = self.said.get(self.line(offset));
+        said.map_or("", String::as_str)
+    }
+
+    fn excerpt(self, offset: usize) -> Excerpt {
+        let line = self.line(offset);
+        let text = self.text.lines().nth(line).unwrap_or_default();
+        let before = self.text.get(..offset).unwrap_or_default();
+        let start = before.rfind('\n').map_or(0, |end| end + 1);
+        let before = text.get(..offset - start).unwrap_or(text).len();
+        let at = text[before..].chars().next();
+        let at = before..before + at.map_or(0, char::len_utf8);
+        Excerpt {
+            path: self.path.to_owned(),
+            line: 1 + line,
+            text: text.to_owned(),
+            at,
+        }
+    }
+
+    /// An error about the character there.
+    pub(crate) fn fail(self, offset: usize, reason: impl Into<String>) -> FileError {
+        self.failed(offset, reason.into(), || {
+            Place::Character(self.excerpt(offset))
+        })
+    }
+
+    /// An error about what begins there.
+    pub(crate) fn fail_from(self, offset: usize, reason: impl Into<String>) -> FileError {
+        let line = || Place::Line(self.path.to_owned(), 1 + self.line(offset));
+        self.failed(offset, reason.into(), line)
+    }
+
+    fn failed(self, offset: usize, reason: String, in_file: impl FnOnce() -> Place) -> FileError {
+        FileError {
+            place: match self.path.as_os_str().is_empty() {
+                true => Place::Said(self.said_at(offset).to_owned()),
+                false => in_file(),
+            },
+            // One line, whatever somebody wrote.
+            reason: reason.replace('\n', "\\n"),
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Parameters: key, default, range and a line for people, once. Files, options with their help, and the reference of keys are
+//! made from tables of them. Each kind of experiment has its own beside it; here are those that several share.
+//!
+//! Keys carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test
+//! holds each against the number).
+
+mod common;
+mod controller;
+mod device;
+pub(crate) mod kind;
+pub mod range;
+mod safety;
+mod simulated;
+
+pub use common::*;
+pub use controller::*;
+pub use device::*;
+pub use kind::{Parameter, Value};
+pub use range::Range;
+pub use safety::*;
+pub use simulated::*;
+
+use haptic_quantity::Key;
+use std::path::Path;
+
+/// Runs although the analysis says no.
+pub(crate) const FORCE_UNSTABLE: Key = Key("force_unstable");
+/// Folder of a run.
+pub(crate) const OUT: Key = Key("out");
+/// Leave to write over a file or into a folder that is there.
+pub(crate) const OVERWRITE: Key = Key("overwrite");
+/// By the clock.
+pub(crate) const REALTIME: Key = Key("realtime");
+/// Time to wait for a device or another side.
+pub(crate) const PATIENCE: Key = Key("patience");
+/// Share of the ticks that may be skipped.
+pub(crate) const SKIPPED_SHARE: Key = Key("skipped_most");
+/// Port at which one side of a teleoperation waits.
+pub(crate) const LISTEN: Key = Key("listen");
+/// Address of its other side.
+pub(crate) const CONNECT: Key = Key("connect");
+/// Core of the loop.
+pub(crate) const PIN: Key = Key("pin");
+/// Port of the page.
+pub const PORT: Key = Key("port");
+/// Rate of a loop, Hz.
+pub(crate) const RATE: Key = Key("rate_hz");
+
+/// Parameters that name a file or a folder of files, some of them also by a name that is no path.
+pub const FILES: [&str; 5] = [
+    TISSUE.key,
+    LIBRARY.key,
+    CONTROLLER.key,
+    DEVICE_MODEL.key,
+    RESPONSE_FILE.key,
+];
+
+/// True if this text of a parameter is the path of a file or of a folder of files.
+#[must_use]
+pub fn is_path(parameter: &Parameter, text: &str) -> bool {
+    FILES.contains(&parameter.key)
+        && match parameter.key {
+            key if key == TISSUE.key => Path::new(text).extension().is_some_and(|e| e == "toml"),
+            key if key == DEVICE_MODEL.key && text == LABORATORY => false,
+            _ => !text.is_empty(),
+        }
+}

@@ -1,0 +1,138 @@
+//! Of controller files and plant files.
+
+use super::kind::{Parameter, parameters};
+use super::range::{
+    ANGULAR_FREQUENCIES, DEAD_TIMES, DURATIONS, MEMORIES, NUMBERS, RATIOS, Range, SAMPLE_TIMES,
+};
+use super::simulated::{
+    CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS, SENSOR_NOISE,
+};
+
+const ORDERS: Range = Range::AboveUpTo(0.0, 2.0);
+const SIGNED_ORDERS: Range = Range::Within(-2.0, 2.0);
+
+parameters! {
+    /// `K_p`.
+    PROPORTIONAL_GAIN = number("proportional_gain", 0.0, "0", NUMBERS, "K_p, output over input");
+    /// `K_i`.
+    INTEGRAL_GAIN = number("integral_gain_per_s_lambda", 0.0, "0", NUMBERS, "K_i, output over input and s^λ");
+    /// λ.
+    INTEGRAL_ORDER = number("integral_order", 1.0, "1", ORDERS, "λ of the integral");
+    /// `K_d`.
+    DERIVATIVE_GAIN = number("derivative_gain_s_mu", 0.0, "0", NUMBERS, "K_d, output·s^μ over input");
+    /// μ.
+    DERIVATIVE_ORDER = number("derivative_order", 1.0, "1", ORDERS, "μ of the derivative");
+    /// b.
+    SET_POINT_WEIGHT = number("set_point_weight", 1.0, "1", NUMBERS, "b: share of the reference in the proportional part");
+    /// c.
+    DERIVATIVE_SET_POINT_WEIGHT = number("derivative_set_point_weight", 0.0, "0", NUMBERS,
+        "c: share of the reference in the derivative; 0 differentiates the measurement alone");
+    /// `K_t` of a TID.
+    TILT_GAIN = optional("tilt_gain_per_s_1_over_n", NUMBERS, "K_t of the tilt s^(−1/n)");
+    /// n of a TID.
+    TILT_DIVISOR = number("tilt_divisor", 3.0, "3", Range::Within(1.0, 1e3), "n of the tilt");
+    /// `K_i` of a TID.
+    TID_INTEGRAL_GAIN = number("integral_gain_per_s", 0.0, "0", NUMBERS, "K_i");
+    /// `K_d` of a TID.
+    TID_DERIVATIVE_GAIN = number("derivative_gain_s", 0.0, "0", NUMBERS, "K_d");
+    /// Gain of CRONE and lead–lag.
+    SHAPED_GAIN = optional("gain", NUMBERS, "Gain, not 0");
+    /// Order of CRONE and lead–lag.
+    SHAPED_ORDER = optional("order", SIGNED_ORDERS, "Order of the power");
+    /// `ω_b` of CRONE.
+    CRONE_LOW = optional("low_rad_s", ANGULAR_FREQUENCIES, "Lower corner, rad/s");
+    /// `ω_h` of CRONE.
+    CRONE_HIGH = optional("high_rad_s", ANGULAR_FREQUENCIES, "Upper corner, rad/s");
+    /// λ of a lead–lag.
+    LEAD_LAMBDA = optional("lambda_s", DURATIONS, "λ: the zero is at 1/λ");
+    /// x of a lead–lag.
+    LEAD_X = optional("x", RATIOS, "x: below 1 a lead, above 1 a lag");
+    /// A transfer function in notation.
+    FUNCTION = text("function", "", "Transfer function, as in 1/(0.8s^2.2+0.5s^0.9+1)");
+    /// Sample time of a controller.
+    CONTROLLER_SAMPLE_TIME = optional("sample_time_s", SAMPLE_TIMES, "Sample time");
+    /// Rule and tolerance of a controller.
+    CONTROLLER_SCHEME = text("scheme", "full-bdf2", "Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE]");
+    /// Horizon of a controller.
+    MEMORY = optional("memory_s", MEMORIES, "Memory within the tolerance [default: 200000 samples]");
+    /// Lower limit of the command.
+    OUTPUT_LOW = optional("output_low", NUMBERS, "Lowest command [default: no limit]");
+    /// Upper limit of the command.
+    OUTPUT_HIGH = optional("output_high", NUMBERS, "Highest command [default: no limit]");
+    /// Time in which a bump fades.
+    FADE_TIME = number("fade_time_s", 1.0, "1s", DURATIONS, "Time constant of the fade after a change");
+    /// Plant that a controller was made for.
+    SOURCE_PLANT = text("plant", "", "Plant that the controller is for");
+    /// Wishes that a controller was made for.
+    SOURCE_WISHES = text("wishes", "", "Wishes that it meets");
+    /// Maker of a file.
+    SOURCE_PROGRAM = text("program", "", "Program that made the file");
+    /// Anything worth knowing of a file.
+    SOURCE_NOTE = text("note", "", "Anything worth knowing");
+    /// A.
+    STATE_A = list("a", NUMBERS, "A of ẋ = Ax + Bu, a list of rows");
+    /// B.
+    STATE_B = list("b", NUMBERS, "B of ẋ = Ax + Bu");
+    /// C.
+    STATE_C = list("c", NUMBERS, "C of y = Cx");
+    /// Table of a measured response.
+    RESPONSE_FILE = text("file", "", "CSV with omega_rad_s and gain, phase_deg or real, imaginary");
+    /// Dead time of a plant.
+    DEAD_TIME = number("delay_s", 0.0, "0", DEAD_TIMES, "Dead time");
+}
+
+/// Of `[pid]`.
+pub const PID: &[Parameter] = &[
+    PROPORTIONAL_GAIN,
+    INTEGRAL_GAIN,
+    INTEGRAL_ORDER,
+    DERIVATIVE_GAIN,
+    DERIVATIVE_ORDER,
+    SET_POINT_WEIGHT,
+    DERIVATIVE_SET_POINT_WEIGHT,
+];
+/// Of `[tid]`.
+pub const TID: &[Parameter] = &[
+    TILT_GAIN,
+    TILT_DIVISOR,
+    TID_INTEGRAL_GAIN,
+    TID_DERIVATIVE_GAIN,
+    DERIVATIVE_SET_POINT_WEIGHT,
+];
+/// Of `[crone]`.
+pub const CRONE: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
+/// Of `[lead_lag]`.
+pub const LEAD_LAG: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
+/// Of `[transfer_function]` in a controller file.
+pub const TRANSFER_CONTROLLER: &[Parameter] = &[FUNCTION];
+/// Of `[loop]` in a controller file.
+pub const CONTROLLER_LOOP: &[Parameter] = &[
+    CONTROLLER_SAMPLE_TIME,
+    CONTROLLER_SCHEME,
+    MEMORY,
+    OUTPUT_LOW,
+    OUTPUT_HIGH,
+    FADE_TIME,
+];
+/// Of `[source]` in a controller file.
+pub const CONTROLLER_SOURCE: &[Parameter] =
+    &[SOURCE_PLANT, SOURCE_WISHES, SOURCE_PROGRAM, SOURCE_NOTE];
+/// Of `[transfer_function]` in a plant file.
+pub const TRANSFER_PLANT: &[Parameter] = &[FUNCTION, DEAD_TIME];
+/// Of `[device]` in a plant file.
+pub const DEVICE_PLANT: &[Parameter] = &[
+    MASS,
+    DAMPING,
+    HAND_STIFFNESS,
+    DELAY,
+    CURRENT_LAG,
+    FRICTION,
+    ENCODER_RESOLUTION,
+    SENSOR_NOISE,
+];
+/// Of `[state_space]` in a plant file.
+pub const STATE_PLANT: &[Parameter] = &[STATE_A, STATE_B, STATE_C, DEAD_TIME, CURRENT_LAG];
+/// Of `[measured_response]` in a plant file.
+pub const MEASURED_PLANT: &[Parameter] = &[RESPONSE_FILE];
+/// Of `[source]` in a plant file.
+pub const PLANT_SOURCE: &[Parameter] = &[SOURCE_PROGRAM, SOURCE_NOTE];

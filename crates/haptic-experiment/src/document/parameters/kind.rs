@@ -1,0 +1,197 @@
+//! Kinds of parameters: values, and what stands of each.
+
+use super::range::Range;
+use haptic_quantity::Key;
+use std::fmt;
+
+/// The kind of value that a parameter takes, and its default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Value {
+    /// A number in a range; the default is in SI units, `None` if the parameter may be left out and is off then.
+    Number(Option<f64>, Range),
+    /// A whole number.
+    Count(u64),
+    /// Yes or no.
+    Flag(bool),
+    /// A text, or one of several names.
+    Text(&'static str),
+    /// A list of numbers in a range, or of lists of them.
+    List(Range),
+}
+
+/// A parameter of an experiment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name in experiment files, with the unit.
+    pub key: &'static str,
+    /// Kind and default.
+    pub value: Value,
+    /// The default as a person writes it; empty if there is none.
+    pub shown: &'static str,
+    /// One line for people.
+    pub help: &'static str,
+}
+
+impl Parameter {
+    pub(crate) const fn number(
+        key: &'static str,
+        default: f64,
+        shown: &'static str,
+        range: Range,
+        help: &'static str,
+    ) -> Self {
+        let value = Value::Number(Some(default), range);
+        Self {
+            key,
+            value,
+            shown,
+            help,
+        }
+    }
+
+    pub(crate) const fn optional(key: &'static str, range: Range, help: &'static str) -> Self {
+        let value = Value::Number(None, range);
+        Self {
+            key,
+            value,
+            shown: "",
+            help,
+        }
+    }
+
+    pub(crate) const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {
+        Self {
+            key,
+            value: Value::Text(default),
+            shown: default,
+            help,
+        }
+    }
+
+    pub(crate) const fn count(
+        key: &'static str,
+        default: u64,
+        shown: &'static str,
+        help: &'static str,
+    ) -> Self {
+        let value = Value::Count(default);
+        Self {
+            key,
+            value,
+            shown,
+            help,
+        }
+    }
+
+    pub(crate) const fn list(key: &'static str, range: Range, help: &'static str) -> Self {
+        Self {
+            key,
+            value: Value::List(range),
+            shown: "",
+            help,
+        }
+    }
+
+    /// A list of numbers with a default, which is written with commas between them.
+    pub(crate) const fn list_of(
+        key: &'static str,
+        shown: &'static str,
+        range: Range,
+        help: &'static str,
+    ) -> Self {
+        Self {
+            shown,
+            ..Self::list(key, range, help)
+        }
+    }
+
+    /// The same, of which nothing is assumed.
+    pub(crate) const fn without_default(self) -> Self {
+        let value = match self.value {
+            Value::Number(_, range) => Value::Number(None, range),
+            other => other,
+        };
+        Self {
+            value,
+            shown: "",
+            ..self
+        }
+    }
+
+    /// One that is off unless it is given.
+    pub(crate) const fn flag(key: &'static str, help: &'static str) -> Self {
+        Self {
+            key,
+            value: Value::Flag(false),
+            shown: "",
+            help,
+        }
+    }
+
+    /// It and the value that it is to have, in a sentence.
+    #[must_use]
+    pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> impl fmt::Display {
+        Key(self.key).set_to(value)
+    }
+
+    /// The default of a number; NaN if it has none.
+    #[must_use]
+    pub const fn default_number(&self) -> f64 {
+        match self.value {
+            Value::Number(Some(default), _) => default,
+            _ => f64::NAN,
+        }
+    }
+
+    /// The default of a list of numbers; empty if it has none.
+    #[must_use]
+    pub(crate) fn default_numbers(&self) -> Vec<f64> {
+        let numbers = self.shown.split(',');
+        numbers.filter_map(|number| number.parse().ok()).collect()
+    }
+
+    /// The range of a number, or of those of a list; empty for anything else.
+    #[must_use]
+    pub const fn range(&self) -> Range {
+        match self.value {
+            Value::Number(_, range) | Value::List(range) => range,
+            _ => Range::EMPTY,
+        }
+    }
+}
+
+/// As a sentence names it, see [`Key`].
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Key(self.key).fmt(f)
+    }
+}
+
+/// Several lists in one.
+///
+/// # Panics
+/// If they have not `N` in all: then it does not compile.
+pub(crate) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter; N] {
+    let mut all = [Parameter::flag("", ""); N];
+    let (mut list, mut to) = (0, 0);
+    while list < lists.len() {
+        let mut from = 0;
+        while from < lists[list].len() {
+            all[to] = lists[list][from];
+            (from, to) = (from + 1, to + 1);
+        }
+        list += 1;
+    }
+    assert!(to == N, "the lists have another number of parameters");
+    all
+}
+
+/// Parameters as constants: documentation, name, kind, and what it is made of.
+macro_rules! parameters {
+    ($($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
+        $($(#[$meta])* pub const $name: $crate::document::parameters::Parameter =
+            $crate::document::parameters::Parameter::$kind($($part),*);)*
+    };
+}
+pub(crate) use parameters;

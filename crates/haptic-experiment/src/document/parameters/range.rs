@@ -1,0 +1,183 @@
+//! Ranges of numbers: finite, each by what it is a number of, with its reason.
+//!
+//! A range is wide enough for anything that a laboratory has, and narrow enough to catch a wrong unit and to keep every formula
+//! far from where numbers end. A constructor may ask for less; then it says so itself.
+
+use fracdiff::Seconds;
+use fracdiff::parameter::Shown;
+use haptic_analysis::{ForcePath, Nondimensional, SampledPlant};
+use haptic_teleoperation::ChannelModel;
+use std::fmt;
+
+/// Range of a number, of finite numbers alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Range {
+    /// low ≤ x ≤ high.
+    Within(f64, f64),
+    /// low < x ≤ high.
+    AboveUpTo(f64, f64),
+}
+
+impl Range {
+    /// No number at all.
+    pub(super) const EMPTY: Self = Self::Within(f64::NAN, f64::NAN);
+
+    /// True if a number is in it. A number that is not finite never is.
+    #[must_use]
+    pub fn contains(self, x: f64) -> bool {
+        match self {
+            Self::Within(low, high) => (low..=high).contains(&x),
+            Self::AboveUpTo(low, high) => x > low && x <= high,
+        }
+    }
+
+    /// The same with 0, where that switches something off.
+    #[must_use]
+    pub const fn or_0(self) -> Self {
+        match self {
+            Self::AboveUpTo(0.0, high) => Self::Within(0.0, high),
+            other => other,
+        }
+    }
+
+    /// Both ends.
+    #[must_use]
+    pub const fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Within(low, high) | Self::AboveUpTo(low, high) => [low, high],
+        }
+    }
+}
+
+/// As in `from 0 to 1000`, or `above 0 and at most 1000`.
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [low, high] = self.ends().map(Shown);
+        match self {
+            Self::Within(..) => write!(f, "from {low} to {high}"),
+            Self::AboveUpTo(..) => write!(f, "above {low} and at most {high}"),
+        }
+    }
+}
+
+const fn up_to(most: f64) -> Range {
+    Range::Within(0.0, most)
+}
+
+const fn above_0(most: f64) -> Range {
+    Range::AboveUpTo(0.0, most)
+}
+
+const fn either_sign(most: f64) -> Range {
+    Range::Within(-most, most)
+}
+
+/// Sample times that operators take, s.
+pub const SAMPLE_TIMES: Range = Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
+/// Lengths of runs and of what happens in them, s: four months.
+pub const DURATIONS: Range = above_0(1e7);
+/// Pasts that are remembered, s: that of the longest sample time with the longest memory.
+pub const MEMORIES: Range = above_0(1e15);
+/// Times of a safety chain, s: who waits a minute for a force forgets it.
+pub(crate) const SAFETY_TIMES: Range = above_0(60.0);
+/// Delays and lags of a device, s: through more nobody feels anything, and 1.3 was to be 1.3 ms.
+pub const DEVICE_TIMES: Range = up_to(1.0);
+/// Dead times and delays of any plant, s: a day.
+pub(crate) const DEAD_TIMES: Range = up_to(86_400.0);
+/// Masses, kg: more no hand moves.
+pub(crate) const MASSES: Range = above_0(100.0);
+/// The same of an object, which may weigh nothing.
+pub(crate) const OBJECT_MASSES: Range = up_to(100.0);
+/// Viscous damping, N·s/m: the heaviest mass to rest within 0.1 ms.
+pub(crate) const DAMPINGS: Range = up_to(1e6);
+/// The same of a device or line that needs some.
+pub(crate) const DAMPINGS_ABOVE_0: Range = above_0(1e6);
+/// Stiffnesses, N/m: a bar of steel, 1 cm² across and 20 cm long.
+pub(crate) const STIFFNESSES: Range = up_to(1e8);
+/// The same of a hand that holds.
+pub(crate) const STIFFNESSES_ABOVE_0: Range = above_0(1e8);
+/// Dissipations, N·s^μ/m, whose unit lies between those of stiffness, damping and mass.
+pub(crate) const DISSIPATIONS: Range = up_to(1e8);
+/// Forces that are pushed with or that rub, N: ten times what a person can do.
+pub const FORCES: Range = up_to(1e4);
+/// The same of a push that has to be there.
+pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
+/// Limits of a force, N: so high a one limits nothing any more.
+pub const FORCE_LIMITS: Range = above_0(1e6);
+/// Limits of its rate, N/s: that force within 0.1 ms.
+pub const FORCE_RATES: Range = above_0(1e10);
+/// Limits of a speed, m/s: what flies past is not held by a hand.
+pub(crate) const SPEEDS: Range = above_0(100.0);
+/// Speeds of an impact, m/s: ten times what a hand does.
+pub(crate) const IMPACTS: Range = up_to(10.0);
+/// Steps of an encoder and noise, m: a ruler is finer than 1 mm.
+pub(crate) const SENSOR_STEPS: Range = up_to(1e-3);
+/// Small distances, m: as far as an arm reaches.
+pub(crate) const REACHES: Range = up_to(1.0);
+/// The same above 0.
+pub(crate) const REACHES_ABOVE_0: Range = above_0(1.0);
+/// Places of a hand on a device that stands on a table, m.
+pub const ARM_PLACES: Range = either_sign(1.0);
+/// Sizes of a specimen, m or m²: it stands on a table.
+pub(crate) const SPECIMENS: Range = above_0(10.0);
+/// Places, m: where no hand comes any more.
+pub const PLACES: Range = either_sign(1e3);
+/// Radii, m: from a grain of dust to what is a plane to a hand.
+pub(crate) const RADII: Range = Range::Within(1e-6, 1e3);
+/// Strains that are held: all of the thickness.
+pub(crate) const STRAINS: Range = above_0(1.0);
+/// Stresses, Pa: tissue is gone long before.
+pub(crate) const STRESSES: Range = above_0(1e9);
+/// Times in a record, s.
+pub const RECORD_TIMES: Range = either_sign(1e12);
+/// Frequencies, Hz: ten times what is felt.
+pub const FREQUENCIES_HZ: Range = above_0(1e4);
+/// Angular frequencies of a controller or a curve, rad/s: the slowest turns once in 200 000 years.
+pub const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
+/// Gains, limits and entries of a matrix, in any unit that a plant has.
+pub const NUMBERS: Range = either_sign(1e12);
+/// Ratios, as of a margin.
+pub(crate) const RATIOS: Range = above_0(1e6);
+/// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
+pub const BOUNDS: Range = Range::Within(1e-15, 1e6);
+/// Delays of a loop, samples.
+pub const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX as f64);
+/// Times to wait for something that may never come, s: a day.
+pub const WAITS: Range = up_to(86_400.0);
+/// Times of a line to a device, s.
+pub const LINE_TIMES: Range = up_to(ChannelModel::DELAY_MOST_S);
+/// Seconds of an emulated device in a second.
+pub const SPEED_UPS: Range = Range::Within(1e-3, 1e3);
+/// Chances and shares.
+pub const SHARES: Range = up_to(1.0);
+/// Orders of a wall.
+pub(crate) const WALL_ORDERS: Range = up_to(2.0);
+/// Orders of a coupler that gives no energy by itself.
+pub(crate) const COUPLER_ORDERS: Range = up_to(1.0);
+/// α, β and γ of the analysis.
+pub const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
+/// δ of the analysis.
+pub const DELTAS: Range = up_to(SampledPlant::DELTA_MAX);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_has_its_ends_as_it_says_and_nothing_that_is_not_finite() {
+        let both = Range::Within(-1.0, 2.0);
+        let upper = Range::AboveUpTo(0.0, 1e6);
+        assert!(both.contains(-1.0) && both.contains(2.0) && !both.contains(2.1));
+        assert!(!upper.contains(0.0) && upper.contains(1e-300) && upper.contains(1e6));
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!both.contains(x) && !upper.contains(x), "{x}");
+        }
+        for x in [f64::NAN, 0.0, 1.0] {
+            assert!(!Range::EMPTY.contains(x), "{x}");
+        }
+        assert!(upper.or_0().contains(0.0) && !upper.or_0().contains(-1e-300));
+        assert_eq!((both.or_0(), upper.or_0().ends()), (both, upper.ends()));
+        assert_eq!(both.to_string(), "from -1 to 2");
+        assert_eq!(upper.to_string(), "above 0 and at most 1e6");
+    }
+}

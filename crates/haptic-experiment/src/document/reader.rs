@@ -1,0 +1,457 @@
+//! A table of a document, read key by key, so that every refusal names the place of its value.
+
+use super::error::{FileError, Source};
+use crate::document::input::short;
+use crate::document::named::Named;
+use crate::document::parameters::{Parameter, Value, is_path};
+use fracdiff::parameter::Shown;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
+
+/// One table of a document, in its layers.
+#[derive(Debug)]
+pub(crate) struct Table<'a> {
+    pub(crate) name: &'a str,
+    /// The top one first; at least one.
+    pub(crate) parts: Vec<Part<'a>>,
+}
+
+/// A table in one layer.
+#[derive(Debug)]
+pub(crate) struct Part<'a> {
+    source: Source<'a>,
+    offset: usize,
+    entries: &'a DeTable<'a>,
+    /// Numbers of a file that this layer names: they lie below its keys.
+    named: Vec<(&'static str, f64)>,
+}
+
+impl<'a> Part<'a> {
+    pub(crate) const fn new(source: Source<'a>, offset: usize, entries: &'a DeTable<'a>) -> Self {
+        Self {
+            source,
+            offset,
+            entries,
+            named: Vec::new(),
+        }
+    }
+
+    fn find(&self, key: &str) -> Option<Found<'a>> {
+        let entry = self.entries.iter().find(|(name, _)| name.get_ref() == key);
+        entry.map(|(_, value)| Found {
+            value: value.get_ref(),
+            offset: value.span().start,
+            source: self.source,
+        })
+    }
+
+    fn named(&self, key: &str) -> Option<f64> {
+        let number = self.named.iter().find(|(name, _)| *name == key);
+        number.map(|(_, number)| *number)
+    }
+}
+
+/// A value and where it stands.
+#[derive(Clone, Copy, Debug)]
+struct Found<'a> {
+    value: &'a DeValue<'a>,
+    offset: usize,
+    source: Source<'a>,
+}
+
+impl Found<'_> {
+    fn fail(self, reason: impl Into<String>) -> FileError {
+        self.source.fail(self.offset, reason)
+    }
+}
+
+impl<'a> Table<'a> {
+    /// Itself, if it has no other keys than these.
+    pub(crate) fn with_keys(self, known: &[(&str, &[Parameter])]) -> Result<Self, FileError> {
+        let keys = || {
+            let tables = known.iter().flat_map(|(_, parameters)| *parameters);
+            tables.map(|parameter| parameter.key)
+        };
+        for part in &self.parts {
+            for (key, _) in in_order(part.entries) {
+                let name = key.get_ref().as_ref();
+                if !keys().any(|known| known == name) {
+                    let name = &short(name);
+                    let nearest = keys().min_by_key(|known| distance(known, name));
+                    let advice = match nearest.filter(|known| distance(known, name) <= 3) {
+                        Some(nearest) => format!("did you mean `{nearest}`?"),
+                        None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
+                    };
+                    let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
+                    return Err(part.source.fail(key.span().start, reason));
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// Itself, with the numbers of the file that this key names, below the keys of the layer that names it.
+    pub(crate) fn with_named(
+        mut self,
+        parameter: &Parameter,
+        read: impl Fn(&Path) -> Result<Vec<(&'static str, f64)>, FileError>,
+    ) -> Result<Self, FileError> {
+        if let Some(path) = self.file(parameter)? {
+            let numbers = read(&path);
+            let numbers =
+                numbers.map_err(|error| self.fail_at(parameter.key, error.to_string()))?;
+            let mut parts = self.parts.iter_mut();
+            if let Some(part) = parts.find(|part| part.find(parameter.key).is_some()) {
+                part.named = numbers;
+            }
+        }
+        Ok(self)
+    }
+
+    /// True if a text is given by this other key, and in no higher layer the key.
+    pub(crate) fn lies_below(&self, parameter: &Parameter, other: &Parameter) -> bool {
+        let layer = |key: &str| self.parts.iter().position(|part| part.find(key).is_some());
+        let is_given = self.text(other).is_ok_and(|text| !text.is_empty());
+        let names = layer(other.key).filter(|_| is_given);
+        names.is_some_and(|names| layer(parameter.key).is_none_or(|own| own > names))
+    }
+
+    /// An error that concerns the table as a whole.
+    pub(crate) fn fail(&self, reason: String) -> FileError {
+        match self.parts.last() {
+            Some(part) => part.source.fail_from(part.offset, reason),
+            None => FileError::said("", reason),
+        }
+    }
+
+    /// An error about a key; about the table if the key is not in the file.
+    pub(crate) fn fail_at(&self, key: &str, reason: String) -> FileError {
+        match self.find(key) {
+            Some(found) => found.fail(reason),
+            None => self.fail(reason),
+        }
+    }
+
+    /// The path that a key gives, from the folder of its file; none where it gives a name or nothing.
+    pub(crate) fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
+        let found = self.find(parameter.key)?;
+        match found.value {
+            DeValue::String(text) if is_path(parameter, text) => Some(beside(found.source, text)),
+            _ => None,
+        }
+    }
+
+    /// The file that a key names: a path from the folder of its file, or a name as it is; none where the text is empty.
+    pub(crate) fn file(&self, parameter: &Parameter) -> Result<Option<PathBuf>, FileError> {
+        let name = self.text(parameter)?;
+        let file = || self.path(parameter).unwrap_or_else(|| name.into());
+        Ok((!name.is_empty()).then(file))
+    }
+
+    /// True if the key is there.
+    pub(crate) fn has(&self, parameter: &Parameter) -> bool {
+        self.find(parameter.key).is_some()
+    }
+
+    /// True if the key was given by an option or an assignment, not by a file or a form.
+    pub(crate) fn is_given(&self, parameter: &Parameter) -> bool {
+        let found = self.find(parameter.key);
+        found.is_some_and(|found| !found.source.said_at(found.offset).is_empty())
+    }
+
+    /// The value as TOML, if the key is there.
+    pub(crate) fn written(&self, parameter: &Parameter) -> Option<&'a str> {
+        self.parts.iter().find_map(|part| {
+            let mut entries = part.entries.iter();
+            let (_, value) = entries.find(|(name, _)| name.get_ref() == parameter.key)?;
+            part.source.text.get(value.span())
+        })
+    }
+
+    /// A number, or its default.
+    pub(crate) fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
+        let number = self.number_in_layers(parameter, true)?;
+        Ok(number.unwrap_or(parameter.default_number()))
+    }
+
+    /// A number that must be there.
+    pub(crate) fn required(&self, parameter: &Parameter) -> Result<f64, FileError> {
+        let number = self.number_in_layers(parameter, false)?;
+        number.ok_or_else(|| self.missing(parameter))
+    }
+
+    /// A number, if the key is there.
+    pub(crate) fn number_if(&self, parameter: &Parameter) -> Result<Option<f64>, FileError> {
+        self.number_in_layers(parameter, false)
+    }
+
+    fn number_in_layers(
+        &self,
+        parameter: &Parameter,
+        may_be_left_out: bool,
+    ) -> Result<Option<f64>, FileError> {
+        for part in &self.parts {
+            if let Some(found) = part.find(parameter.key) {
+                return self.number_at(parameter, found, may_be_left_out).map(Some);
+            }
+            if let Some(number) = part.named(parameter.key) {
+                return Ok(Some(number));
+            }
+        }
+        Ok(None)
+    }
+
+    fn number_at(
+        &self,
+        parameter: &Parameter,
+        found: Found<'a>,
+        may_be_left_out: bool,
+    ) -> Result<f64, FileError> {
+        let key = parameter.key;
+        let text = match found.value {
+            DeValue::Float(float) => float.as_str(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+            DeValue::Integer(_) => {
+                let reason = format!("{key} is not written as a decimal number");
+                return Err(found.fail(reason));
+            }
+            _ => return Err(wrong_kind(key, found, "a number")),
+        };
+        // TOML's numbers are all numbers of Rust, inf and nan included.
+        let number: f64 = text.parse().unwrap_or(f64::NAN);
+        let range = parameter.range();
+        if range.contains(number) {
+            Ok(number)
+        } else {
+            let default = parameter.default_number();
+            let advice = match may_be_left_out {
+                true => format!("change it, or omit it for {}", Shown(default)),
+                false => "change it".to_owned(),
+            };
+            let reason = format!("{key} = {} is not {range}: {advice}", Shown(number));
+            Err(found.fail(reason))
+        }
+    }
+
+    /// A whole number of at least 0.
+    pub(crate) fn count(&self, parameter: &Parameter) -> Result<u64, FileError> {
+        let key = parameter.key;
+        let default = match parameter.value {
+            Value::Count(default) => default,
+            _ => 0,
+        };
+        let Some(found) = self.find(key) else {
+            return Ok(default);
+        };
+        let DeValue::Integer(integer) = found.value else {
+            return Err(wrong_kind(key, found, "a whole number"));
+        };
+        u64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
+            let reason = format!(
+                "{key} = {} is not a whole number from 0 to {}",
+                integer.as_str(),
+                u64::MAX
+            );
+            found.fail(reason)
+        })
+    }
+
+    pub(crate) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {
+        let key = parameter.key;
+        let Some(found) = self.find(key) else {
+            return Ok(parameter.value == Value::Flag(true));
+        };
+        match found.value {
+            DeValue::Boolean(flag) => Ok(*flag),
+            _ => Err(wrong_kind(key, found, "true or false")),
+        }
+    }
+
+    pub(crate) fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
+        let key = parameter.key;
+        let Some(found) = self.find(key) else {
+            return Ok(parameter.shown);
+        };
+        match found.value {
+            DeValue::String(text) => Ok(text),
+            _ => Err(wrong_kind(key, found, "a string")),
+        }
+    }
+
+    /// A text that must be there.
+    pub(crate) fn required_text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
+        match self.find(parameter.key) {
+            Some(_) => self.text(parameter),
+            None => Err(self.missing(parameter)),
+        }
+    }
+
+    /// A list of finite numbers that must be there.
+    pub(crate) fn numbers(&self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
+        let (found, items) = self.list(parameter)?;
+        row(parameter, found, items)
+    }
+
+    /// A list of lists of finite numbers that must be there.
+    pub(crate) fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
+        let (found, rows) = self.list(parameter)?;
+        let rows = rows.iter().map(|value| {
+            let at = Found {
+                value: value.get_ref(),
+                offset: value.span().start,
+                ..found
+            };
+            match at.value {
+                DeValue::Array(items) => row(parameter, at, items),
+                _ => Err(wrong_kind(
+                    parameter.key,
+                    at,
+                    "a list of rows, as in [[0, 1], [0, -5]]",
+                )),
+            }
+        });
+        rows.collect()
+    }
+
+    /// A list of finite numbers, or one of them alone, if the key is there.
+    pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
+        let Some(found) = self.find(parameter.key) else {
+            return Ok(None);
+        };
+        match found.value {
+            DeValue::Array(items) => row(parameter, found, items).map(Some),
+            _ => Ok(Some(vec![element(parameter, found)?])),
+        }
+    }
+
+    /// A list of lists of finite numbers, if the key is there.
+    pub(crate) fn matrix_if(
+        &self,
+        parameter: &Parameter,
+    ) -> Result<Option<Vec<Vec<f64>>>, FileError> {
+        let found = self.find(parameter.key);
+        found.map(|_| self.matrix(parameter)).transpose()
+    }
+
+    fn list(&self, parameter: &Parameter) -> Result<(Found<'a>, &'a DeArray<'a>), FileError> {
+        let found = self.find(parameter.key);
+        let found = found.ok_or_else(|| self.missing(parameter))?;
+        match found.value {
+            DeValue::Array(items) => Ok((found, items)),
+            _ => Err(wrong_kind(parameter.key, found, "a list, as in [0, 1]")),
+        }
+    }
+
+    fn missing(&self, parameter: &Parameter) -> FileError {
+        self.fail(format!(
+            "missing key `{}` in [{}]: give {parameter}",
+            parameter.key, self.name
+        ))
+    }
+
+    /// One of the values that the command line knows for it.
+    pub(crate) fn choice<T: Named>(&self, parameter: &Parameter) -> Result<T, FileError> {
+        let (key, text) = (parameter.key, self.text(parameter)?);
+        T::named(text).ok_or_else(|| {
+            let names: Vec<&str> = T::CHOICES.iter().map(|choice| choice.1).collect();
+            let reason = format!(
+                "{key} = \"{}\" is not one of {}",
+                short(text),
+                names.join(", ")
+            );
+            self.fail_at(key, reason)
+        })
+    }
+
+    fn find(&self, key: &str) -> Option<Found<'a>> {
+        self.parts.iter().find_map(|part| part.find(key))
+    }
+}
+
+/// From the folder of a file.
+fn beside(source: Source<'_>, path: &str) -> PathBuf {
+    let folder = source.path.parent();
+    folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
+}
+
+fn row(
+    parameter: &Parameter,
+    found: Found<'_>,
+    items: &DeArray<'_>,
+) -> Result<Vec<f64>, FileError> {
+    let items = items.iter().map(|item| Found {
+        value: item.get_ref(),
+        offset: item.span().start,
+        source: found.source,
+    });
+    items.map(|item| element(parameter, item)).collect()
+}
+
+/// A number of a list; of a list in the place of a number it is only finite.
+fn element(parameter: &Parameter, found: Found<'_>) -> Result<f64, FileError> {
+    let key = parameter.key;
+    let text = match found.value {
+        DeValue::Float(float) => float.as_str(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+        _ => return Err(wrong_kind(key, found, "a number")),
+    };
+    let number: f64 = text.parse().unwrap_or(f64::NAN);
+    let (good, allowed) = match parameter.value {
+        Value::List(range) => (range.contains(number), range.to_string()),
+        _ => (number.is_finite(), "finite".to_owned()),
+    };
+    if good {
+        return Ok(number);
+    }
+    let reason = format!(
+        "{key} has {}, which is not {allowed}: change it",
+        Shown(number)
+    );
+    Err(found.fail(reason))
+}
+
+fn wrong_kind(key: &str, found: Found<'_>, wanted: &str) -> FileError {
+    let kind = found.value.type_str();
+    let article = if kind.starts_with(['a', 'i']) {
+        "an"
+    } else {
+        "a"
+    };
+    let shown = match found.value {
+        DeValue::String(text) => format!(" = \"{}\"", short(text)),
+        DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
+        DeValue::Float(float) => format!(" = {}", short(float.as_str())),
+        DeValue::Boolean(flag) => format!(" = {flag}"),
+        _ => String::new(),
+    };
+    found.fail(format!("{key}{shown} is {article} {kind}, not {wanted}"))
+}
+
+/// The entries of a table in the order of the file.
+pub(crate) fn in_order<'t, 'i>(
+    table: &'t DeTable<'i>,
+) -> Vec<(
+    &'t Spanned<toml::de::DeString<'i>>,
+    &'t Spanned<DeValue<'i>>,
+)> {
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    entries
+}
+
+/// Letters to change, add or leave out to make one word of the other (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

@@ -1,0 +1,177 @@
+//! A run that is kept in memory and the same run read again from its log are judged alike.
+
+use crate::document::failure::Failure;
+use crate::experiment::trial::Trial as _;
+use crate::open::ExperimentFile;
+use crate::run::folder::FolderRequest;
+use crate::run::{Ran, Supervisor};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// Weights of the operator that stands for the full history are right to 1e-9; sums of them, of one sign
+/// or nearly, are as good.
+const TOLERANCE: f64 = 3e-9;
+
+/// Runs what `text` describes, and reports twice: from memory, then from the log. With each the CSV.
+fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
+    let place = tempfile::tempdir().expect("a folder");
+    let request = FolderRequest {
+        out: Some(place.path().to_owned()),
+        stem: "run".to_owned(),
+        overwrite: true,
+        roll_bytes: None,
+        provenance: BTreeMap::new(),
+    };
+    let supervisor = Supervisor {
+        stop: &AtomicBool::new(false),
+        progress: &|_| (),
+        live: None,
+        warn: &|_| {},
+    };
+    let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
+    let report = |ran: &Ran| -> Result<Value, Failure> {
+        let value = match &experiment {
+            ExperimentFile::Relax(relaxation) => serde_json::to_value(relaxation.report(ran)?.0),
+            ExperimentFile::Creep(creep) => serde_json::to_value(creep.report(ran)?.0),
+            ExperimentFile::Wall(wall) => serde_json::to_value(wall.report(ran)?.0),
+            ExperimentFile::Coupler(coupler) => serde_json::to_value(coupler.report(ran)?.0),
+            ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
+                unreachable!("it is judged while it runs")
+            }
+        };
+        Ok(value.expect("is JSON"))
+    };
+    let ran = match &experiment {
+        ExperimentFile::Relax(relaxation) => relaxation.record(&request, supervisor),
+        ExperimentFile::Creep(creep) => creep.record(&request, supervisor),
+        ExperimentFile::Wall(wall) => wall.recorded(&request, supervisor).map(|(ran, ..)| ran),
+        ExperimentFile::Coupler(coupler) => {
+            coupler.recorded(&request, supervisor).map(|(ran, ..)| ran)
+        }
+        ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
+            unreachable!("it is judged while it runs")
+        }
+    };
+    let mut ran = ran.expect("runs");
+    let table = || {
+        let mut rows = csv::Reader::from_path(place.path().join("run.csv")).expect("is there");
+        // A cell without a number is an error without meaning.
+        let number = |cell: Option<f64>| cell.unwrap_or(f64::NAN);
+        let rows = rows.deserialize::<Vec<Option<f64>>>();
+        rows.map(|row| Ok(row?.into_iter().map(number).collect()))
+            .collect::<Result<Vec<_>, csv::Error>>()
+            .expect("numbers")
+    };
+    let whole = (report(&ran).expect("reports"), table());
+    ran.record.whole = None;
+    [whole, (report(&ran).expect("reports"), table())]
+}
+
+/// `key` differs by no more than the reference may be off; both are numbers.
+fn close(reports: [&Value; 2], key: &str) {
+    let [a, b] = reports.map(|report| report[key].as_f64().expect(key));
+    assert!((a - b).abs() <= TOLERANCE, "{key}: {a:e} {b:e}");
+}
+
+/// The rows but for this column are the same, and in it close to the largest value.
+fn rows_agree(tables: [&[Vec<f64>]; 2], history: Option<usize>) {
+    let [a, b] = tables;
+    assert_eq!(a.len(), b.len());
+    let largest = history.map_or(0.0, |column| {
+        (a.iter()).fold(0.0, |most: f64, row| most.max(row[column].abs()))
+    });
+    for (a, b) in a.iter().zip(b) {
+        for (column, (a, b)) in a.iter().zip(b).enumerate() {
+            let same = a.to_bits() == b.to_bits();
+            let near = history == Some(column) && (a - b).abs() <= TOLERANCE * largest;
+            assert!(same || near, "column {column}: {a:e} {b:e}");
+        }
+    }
+}
+
+/// The exact sums say nothing of a tolerance, the operator says its own.
+fn say_what_they_compare_with(reports: [&Value; 2]) {
+    let [whole, logged] = reports.map(|report| &report["reference_tolerance"]);
+    assert_eq!((whole, logged), (&Value::Null, &Value::from(1e-9)));
+}
+
+#[test]
+fn a_relaxation_is_judged_alike() {
+    for options in [
+        "",
+        "scheme = \"grunwald:100\"",
+        "encoder_resolution_m = 1e-6",
+        "scheme = \"full-bdf2\"",
+    ] {
+        let text = format!("[relax]\nduration_s = 4\nramp_time_s = 0.5\n{options}");
+        let [(whole, rows), (logged, again)] = twice(&text);
+        rows_agree([&rows, &again], Some(4));
+        let reports = [&whole, &logged];
+        for key in ["max_relative_error", "discretisation_error", "rig_error"] {
+            close(reports, key);
+        }
+        if options.contains("bdf2") {
+            // Its own weights, not those of backward differences, which are 1e-3 away.
+            let error = whole["max_relative_error"].as_f64().expect("a number");
+            assert!(error < 1e-5, "{error:e}");
+        }
+        for key in ["closed_form_error", "final_over_theory", "peak_force_n"] {
+            assert_eq!(whole[key], logged[key], "{key}");
+        }
+        say_what_they_compare_with(reports);
+    }
+}
+
+#[test]
+fn creep_is_judged_alike() {
+    let [(whole, rows), (logged, again)] = twice("[creep]\nduration_s = 4");
+    rows_agree([&rows, &again], Some(4));
+    let reports = [&whole, &logged];
+    for key in ["max_relative_error", "discretisation_error", "rig_error"] {
+        close(reports, key);
+    }
+    assert_eq!(whole["closed_form_error"], logged["closed_form_error"]);
+    say_what_they_compare_with(reports);
+}
+
+#[test]
+fn a_wall_is_judged_alike() {
+    let text = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\n\
+                stiffness_n_per_m = 1000\ndissipation_n_s_mu_per_m = 20\n";
+    let [(whole, rows), (logged, again)] = twice(text);
+    rows_agree([&rows, &again], None);
+    let reports = [&whole, &logged];
+    close(reports, "max_relative_error");
+    for key in ["position_std_m", "deflection_m", "stable"] {
+        assert_eq!(whole[key], logged[key], "{key}");
+    }
+    say_what_they_compare_with(reports);
+}
+
+#[test]
+fn a_coupler_is_judged_alike() {
+    for order in [0.5, 1.0] {
+        let text = format!(
+            "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = {order}\n\
+             coupler_stiffness_n_s_per_m = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 200\n"
+        );
+        let [(whole, rows), (logged, again)] = twice(&text);
+        rows_agree([&rows, &again], None);
+        let reports = [&whole, &logged];
+        close(reports, "max_relative_error");
+        for key in [
+            "position_std_m",
+            "deflection_m",
+            "stable",
+            "object_position_m",
+        ] {
+            assert_eq!(whole[key], logged[key], "{key}");
+        }
+        // Nothing was compared with itself.
+        let error = whole["max_relative_error"].as_f64().expect("a number");
+        assert!(error > 0.0 && error < 1e-5, "order {order}: {error:e}");
+        say_what_they_compare_with(reports);
+    }
+}

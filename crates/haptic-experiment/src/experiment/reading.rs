@@ -1,0 +1,145 @@
+//! Keys of every table: the device, its sensors, the operator, and how many samples there are.
+
+use crate::document::error::FileError;
+use crate::document::parameters as p;
+use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
+use crate::document::reader::Table;
+use crate::judge::modelled_tissue::operator;
+use crate::run::device::{DeviceName, Loop};
+use crate::run::remote::RemoteDevice;
+use crate::run::sensors::Sensors;
+use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_link::Limits;
+use haptic_tissue::Model;
+use std::ops::RangeInclusive;
+
+/// The device at a port; `None` for the simulated one.
+pub(crate) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
+    remote_by(table, &p::DEVICE)
+}
+
+/// The same, named by this parameter.
+pub(crate) fn remote_by(
+    table: &Table<'_>,
+    name: &Parameter,
+) -> Result<Option<RemoteDevice>, FileError> {
+    let device = table.text(name)?.parse::<DeviceName>();
+    let device = device.map_err(|reason| table.fail_at(name.key, reason))?;
+    let loop_mode: Loop = table.choice(&p::LOOP)?;
+    let watchdog_s = table.number_if(&p::WATCHDOG)?;
+    if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
+        let reason = format!(
+            "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms",
+            time = Shown(time)
+        );
+        return Err(table.fail_at("watchdog_s", reason));
+    }
+    let late_ticks = table.count(&p::LATE_TICKS)?;
+    let late_ticks = u16::try_from(late_ticks).map_err(|_| {
+        table.fail_at(
+            "late_ticks",
+            format!("late_ticks = {late_ticks} is above 65535"),
+        )
+    })?;
+    let default = Limits::DEFAULT.max_age_ticks;
+    let max_age_ticks = table.count(&p::MAX_AGE_TICKS)?;
+    let most = Limits::MAX_AGE_TICKS;
+    let max_age_ticks = u16::try_from(max_age_ticks)
+        .ok()
+        .filter(|ticks| (1..=most).contains(ticks));
+    let max_age_ticks = max_age_ticks.ok_or_else(|| {
+        let reason = format!("max_age_ticks is not in [1, {most}]: omit it for {default}");
+        table.fail_at("max_age_ticks", reason)
+    })?;
+    let DeviceName::Linked(name) = device else {
+        // A file may say them for the device that is given with it.
+        let idle = [&p::LOOP, &p::WATCHDOG, &p::LATE_TICKS, &p::MAX_AGE_TICKS];
+        return without(
+            table,
+            idle,
+            &format!("on the simulated device: give {DEVICE} too, as serial:PATH"),
+        )
+        .map(|()| None);
+    };
+    Ok(Some(RemoteDevice {
+        loop_mode: loop_mode.into(),
+        watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
+        late_ticks,
+        max_age_ticks,
+        ..RemoteDevice::new(name)
+    }))
+}
+
+/// Refuses keys that were given over the file and have no effect.
+pub(crate) fn without<'p>(
+    table: &Table<'_>,
+    keys: impl IntoIterator<Item = &'p Parameter>,
+    whence: &str,
+) -> Result<(), FileError> {
+    let given = keys.into_iter().find(|parameter| table.is_given(parameter));
+    match given {
+        Some(parameter) => {
+            let key = parameter.key;
+            let reason = format!("{key} has no effect {whence}, or omit {parameter}");
+            Err(table.fail_at(key, reason))
+        }
+        None => Ok(()),
+    }
+}
+
+pub(crate) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
+    let noise_m = table.number(&p::SENSOR_NOISE)?;
+    if noise_m == 0.0 {
+        without(
+            table,
+            [&p::SEED],
+            &format!("without noise: give {SENSOR_NOISE} too, as 1e-6"),
+        )?;
+    }
+    Ok(Sensors {
+        encoder_resolution_m: table.number(&p::ENCODER_RESOLUTION)?,
+        noise_m,
+        seed: table.count(&p::SEED)?,
+    })
+}
+
+/// As many samples as a run can have.
+pub(crate) fn samples_fit(
+    table: &Table<'_>,
+    sample_time_s: f64,
+    duration_s: f64,
+    range: &RangeInclusive<f64>,
+) -> Result<(), FileError> {
+    let samples = (duration_s / sample_time_s).round() + 1.0;
+    if range.contains(&samples) {
+        return Ok(());
+    }
+    let reason = format!(
+        "duration_s = {duration_s} with sample_time_s = {sample_time_s} is {samples} samples, which is \
+         not in [{}, {:e}]",
+        range.start(),
+        range.end(),
+        duration_s = Shown(duration_s),
+        sample_time_s = Shown(sample_time_s)
+    );
+    Err(table.fail_at("duration_s", reason))
+}
+
+/// A scheme that can be made for this order, or for a model, and sample time.
+pub(crate) fn scheme(
+    table: &Table<'_>,
+    model: Option<&Model>,
+    order: Order,
+    sample_time_s: f64,
+    duration_s: f64,
+) -> Result<Scheme, FileError> {
+    let fail = |error: String| table.fail_at("scheme", error);
+    let scheme = table.text(&p::SCHEME)?.parse();
+    let scheme = scheme.map_err(|error: fracdiff::SchemeError| fail(error.to_string()))?;
+    let horizon = crate::run::schedule::horizon((duration_s / sample_time_s) as u64);
+    match operator::<f64>(model, scheme, order, Seconds(sample_time_s), horizon) {
+        Ok(_) => Ok(scheme),
+        Err(error) => Err(fail(error.to_string())),
+    }
+}

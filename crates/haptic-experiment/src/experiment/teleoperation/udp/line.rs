@@ -1,0 +1,206 @@
+//! The socket of a side: greetings, datagrams, strangers.
+
+use crate::document::failure::Failure;
+use crate::document::parameters::{CONNECT, LISTEN};
+use haptic_link::{FRAME_MAX, HandSide};
+use haptic_teleoperation::{Heard, Introduction, Peer};
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Which end this process is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Waits for the other; it is the slave.
+    Listen(SocketAddr),
+    /// Looks for the other; it is the master.
+    Connect(SocketAddr),
+}
+
+impl End {
+    /// The side that it is.
+    #[must_use]
+    pub const fn side(self) -> HandSide {
+        match self {
+            Self::Listen(_) => HandSide::Slave,
+            Self::Connect(_) => HandSide::Master,
+        }
+    }
+}
+
+/// From one greeting to the next.
+const GREET: Duration = Duration::from_millis(50);
+/// From one answer to a stranger to the next, at least.
+const REFUSE: Duration = Duration::from_millis(5);
+/// Farewells in a row: one may be lost.
+const FAREWELLS: usize = 3;
+
+/// The socket and who may speak on it.
+pub(super) struct Line {
+    pub(super) socket: UdpSocket,
+    pub(super) peer: Option<SocketAddr>,
+    pub(super) state: Peer,
+    pub(super) buffer: [u8; FRAME_MAX],
+    pub(super) strangers: u64,
+    /// The last answer to a stranger.
+    refused: Option<Instant>,
+}
+
+/// An address that cannot be used.
+pub(super) fn unusable(end: End, error: &std::io::Error) -> Failure {
+    let (address, advice) = match end {
+        End::Listen(address) => (address, &format!("{LISTEN}")),
+        End::Connect(address) => (address, &format!("{CONNECT}")),
+    };
+    Failure::Device(anyhow::anyhow!(
+        "cannot use {address}: {error}: give another address with {advice}, as 127.0.0.1:4810"
+    ))
+}
+
+impl Line {
+    pub(super) fn open(end: End, own: Introduction) -> Result<Self, Failure> {
+        let socket = match end {
+            End::Listen(address) => UdpSocket::bind(address),
+            // Any port of the same family.
+            End::Connect(SocketAddr::V4(_)) => UdpSocket::bind("0.0.0.0:0"),
+            End::Connect(SocketAddr::V6(_)) => UdpSocket::bind("[::]:0"),
+        };
+        let opened = socket.and_then(|socket| {
+            socket.set_nonblocking(true)?;
+            Ok(socket)
+        });
+        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        // Another one each time, as good as chance; that of a process beside it too.
+        let nonce =
+            since.map_or(0, |time| time.subsec_nanos()) ^ std::process::id().rotate_left(16);
+        Ok(Self {
+            socket: opened.map_err(|error| unusable(end, &error))?,
+            peer: match end {
+                End::Connect(address) => Some(address),
+                End::Listen(_) => None,
+            },
+            state: Peer::new(own, nonce),
+            buffer: [0; FRAME_MAX],
+            strangers: 0,
+            refused: None,
+        })
+    }
+
+    /// Greets until the other side has heard; `false` if somebody asked to stop.
+    pub(super) fn meet(
+        &mut self,
+        end: End,
+        patience: Duration,
+        stop: &AtomicBool,
+    ) -> Result<bool, Failure> {
+        let began = Instant::now();
+        let mut greeted: Option<Instant> = None;
+        while !self.state.is_connected() {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            if began.elapsed() > patience {
+                return Err(self.nobody(end, patience));
+            }
+            if greeted.is_none_or(|last| last.elapsed() >= GREET) {
+                self.greet();
+                greeted = Some(Instant::now());
+            }
+            while let Some(heard) = self.next()? {
+                if heard == Heard::Hello {
+                    self.greet();
+                }
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // The other may not know yet.
+        self.greet();
+        Ok(true)
+    }
+
+    fn nobody(&self, end: End, patience: Duration) -> Failure {
+        let counters = self.state.counters();
+        let strange = counters.corrupt + counters.oversize;
+        let seconds = patience.as_secs_f64();
+        let text = match (end, strange) {
+            (End::Listen(address), 0) => format!(
+                "nobody connected to {address} in {seconds} s: start the other side with {CONNECT}"
+            ),
+            (End::Connect(address), 0) => format!(
+                "nobody answers at {address} after {seconds} s: start the other side with {LISTEN} there"
+            ),
+            (End::Listen(address) | End::Connect(address), _) => format!(
+                "the wrong peer at {address}: {strange} datagrams in {seconds} s were no message of a teleoperation: give the address of \
+                 the other side"
+            ),
+        };
+        Failure::Device(anyhow::anyhow!("{text}"))
+    }
+
+    /// What the next datagram said; `None` if there is none.
+    pub(super) fn next(&mut self) -> Result<Option<Heard>, Failure> {
+        // One more than a frame has: longer ones are cut there, and refused.
+        let mut datagram = [0; FRAME_MAX + 1];
+        let (length, from) = match self.socket.recv_from(&mut datagram) {
+            Ok(received) => received,
+            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(None),
+            // Of a datagram sent before: nobody is there (yet, or any more). Silence says so in time.
+            Err(_) => return Ok(Some(Heard::Nothing)),
+        };
+        if self.peer.is_some_and(|peer| peer != from) {
+            self.strangers += 1;
+            self.refuse(&datagram[..length], from);
+            return Ok(Some(Heard::Nothing));
+        }
+        let heard = match self.state.take(&datagram[..length]) {
+            Ok(heard) => heard,
+            Err(error) => {
+                // The other side is to see it too.
+                self.peer = Some(from);
+                (0..FAREWELLS).for_each(|_| self.greet());
+                return Err(Failure::Device(anyhow::anyhow!(
+                    "{error} ({from}); no force was made"
+                )));
+            }
+        };
+        if matches!(heard, Heard::Hello | Heard::Met) {
+            self.peer = Some(from);
+        }
+        Ok(Some(heard))
+    }
+
+    /// Tells somebody else who greets that this side is at work, seldom enough that nobody can keep it busy with that.
+    fn refuse(&mut self, datagram: &[u8], from: SocketAddr) {
+        if !self.state.is_connected() || self.refused.is_some_and(|last| last.elapsed() < REFUSE) {
+            return;
+        }
+        let mut answer = [0; FRAME_MAX];
+        if let Ok(Some(length)) = self.state.busy(datagram, &mut answer) {
+            // What cannot be sent is lost: the other asks again.
+            let _ = self.socket.send_to(&answer[..length], from);
+            self.refused = Some(Instant::now());
+        }
+    }
+
+    pub(super) fn greet(&mut self) {
+        if let Ok(length) = self.state.hello(&mut self.buffer) {
+            self.send(length);
+        }
+    }
+
+    /// What cannot be sent is lost, as on the way.
+    pub(super) fn send(&self, length: usize) {
+        if let Some(peer) = self.peer {
+            let _ = self.socket.send_to(&self.buffer[..length], peer);
+        }
+    }
+
+    pub(super) fn farewell(&mut self) {
+        for _ in 0..FAREWELLS {
+            if let Ok(length) = self.state.bye(&mut self.buffer) {
+                self.send(length);
+            }
+        }
+    }
+}

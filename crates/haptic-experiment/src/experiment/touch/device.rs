@@ -1,0 +1,218 @@
+//! The device in the hand, and what is told of each of its ticks.
+
+use super::hand::{Grip, HandPath};
+use crate::run::simulate::Instrumented;
+use crate::run::tick::{KeptSample, Tick, TickRecord, judged_force};
+use fracdiff::Real;
+use haptic_log::record::{AnyTick, PerAxis, VectorTick};
+use haptic_loop::plant::Axes;
+use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
+use nalgebra::SVector;
+use std::convert::Infallible;
+
+/// A device whose axes a hand moves along its path.
+///
+/// The hand's force, or the point that its spring pulls to, is held over a sample.
+#[derive(Clone, Debug)]
+pub(super) struct HeldAxes<const D: usize> {
+    axes: Axes<D>,
+    path: HandPath,
+    grip: Grip,
+    shape: Shape<f64, D>,
+    sample_time_s: f64,
+    tick: u64,
+    energy: HandEnergy,
+}
+
+/// Energy that the hand was given, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct HandEnergy {
+    /// In all; negative if the hand gave more.
+    pub(super) given_j: f64,
+    /// The most at any time.
+    pub(super) most_j: f64,
+    /// All that went through the hand, either way.
+    pub(super) moved_j: f64,
+}
+
+impl<const D: usize> HeldAxes<D> {
+    /// At rest where the hand begins, or at 0 under a force. The axes have the spring of the hand in them.
+    pub(super) fn new(
+        mut axes: Axes<D>,
+        (path, grip): (HandPath, Grip),
+        shape: Shape<f64, D>,
+        sample_time_s: f64,
+    ) -> Self {
+        if let Grip::Spring(_) = grip {
+            let begin = SVector::from_fn(|axis, _| path.at(0.0, axis));
+            axes.set_state(begin, SVector::zeros());
+        }
+        Self {
+            axes,
+            path,
+            grip,
+            shape,
+            sample_time_s,
+            tick: 0,
+            energy: HandEnergy::default(),
+        }
+    }
+
+    /// Where it is, m.
+    pub(super) fn place(&self) -> SVector<f64, D> {
+        self.axes.position()
+    }
+
+    /// Energy that the hand was given so far.
+    pub(super) const fn energy(&self) -> HandEnergy {
+        self.energy
+    }
+
+    /// The point of the path at this tick.
+    fn hand(&self) -> SVector<f64, D> {
+        let time_s = self.tick as f64 * self.sample_time_s;
+        SVector::from_fn(|axis, _| self.path.at(time_s, axis))
+    }
+
+    /// The hand's force without its spring, which is in the axes.
+    fn push(&self, hand: &SVector<f64, D>) -> SVector<f64, D> {
+        match self.grip {
+            // k·(hand − x) = k·hand − k·x
+            Grip::Spring(stiffness) => stiffness * hand,
+            Grip::Force => *hand,
+        }
+    }
+
+    /// Books the work of a sample on the way from `before` to where the device is.
+    fn book(&mut self, push: &SVector<f64, D>, before: &SVector<f64, D>) {
+        let after = self.axes.position();
+        // ∫ (w − k·x)·dx, w held: exact whatever the motion in between.
+        let mut work_j = push.dot(&(after - before));
+        if let Grip::Spring(stiffness) = self.grip {
+            work_j -= 0.5 * stiffness * (after + before).dot(&(after - before));
+        }
+        let energy = &mut self.energy;
+        energy.given_j -= work_j;
+        energy.moved_j += work_j.abs();
+        energy.most_j = energy.most_j.max(energy.given_j);
+    }
+}
+
+impl<F: Real, const D: usize> Device<F, D> for HeldAxes<D> {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<F, D>, Infallible> {
+        self.axes.read()
+    }
+
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Infallible> {
+        let push = self.push(&self.hand());
+        let before = self.axes.position();
+        self.axes.set_external_force(push);
+        self.axes.write(force)?;
+        self.book(&push, &before);
+        self.tick += 1;
+        Ok(())
+    }
+}
+
+/// A tick as the log has it, and the shape that it is judged by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TouchTick<const D: usize> {
+    tick: VectorTick,
+    shape: Shape<f64, D>,
+}
+
+/// An element an axis.
+fn per_axis<const D: usize>(vector: &SVector<f64, D>) -> PerAxis {
+    PerAxis::new(vector.as_slice()).unwrap_or_default()
+}
+
+/// Depth into a shape, at least 0, m.
+pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -> f64 {
+    let place = SVector::from_fn(|axis, _| position_m.get(axis).copied().unwrap_or(f64::NAN));
+    shape.depth(&place).max(0.0)
+}
+
+impl<const D: usize> TouchTick<D> {
+    /// Of a device that tells neither where its hand wants to be nor what its motors make.
+    pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
+        let unknown = per_axis(&SVector::from([f64::NAN; D]));
+        Self {
+            tick: VectorTick {
+                reference_m: unknown,
+                indenter_position_m: unknown,
+                contact_force_n: unknown,
+                ..VectorTick::at_rest(D)
+            },
+            shape,
+        }
+    }
+}
+
+impl<const D: usize> TickRecord<D> for TouchTick<D> {
+    fn of(self, made: &Tick<D>) -> Self {
+        Self {
+            tick: VectorTick {
+                tick: made.tick,
+                time_s: made.time_s,
+                position_m: per_axis(&made.position_m),
+                environment_force_n: per_axis(&made.environment_force_n),
+                commanded_force_n: per_axis(&made.commanded_force_n),
+                applied_force_n: per_axis(&made.applied_force_n),
+                limiters: made.limiters,
+                flaws: made.flaws,
+                observed_energy_j: made.observed_energy_j,
+                ..self.tick
+            },
+            ..self
+        }
+    }
+
+    fn logged(&self) -> AnyTick {
+        self.tick.into()
+    }
+
+    /// Along the normal: depth, and the force that is opposed to it.
+    fn kept(&self) -> KeptSample {
+        let tick = &self.tick;
+        let acted = (tick.limiters, tick.flaws);
+        let force_n = judged_force(acted, tick.commanded_force_n, tick.applied_force_n);
+        KeptSample {
+            tick: tick.tick,
+            time_s: tick.time_s,
+            position_m: depth(&self.shape, tick.position_m.as_slice()),
+            force_n: 0.0 - force_n.norm(),
+            applied_force_n: 0.0 - tick.applied_force_n.norm(),
+            indenter_position_m: depth(&self.shape, tick.indenter_position_m.as_slice()),
+            contact_force_n: tick.contact_force_n.norm(),
+            limiters: tick.limiters,
+        }
+    }
+
+    fn limiters(&self) -> u8 {
+        self.tick.limiters
+    }
+}
+
+impl<const D: usize> Instrumented<D> for HeldAxes<D> {
+    type Message = TouchTick<D>;
+
+    /// The point of the path (of a force: where the device is), the true position, and the force that the actuators make.
+    fn observe(&self) -> TouchTick<D> {
+        let position = self.axes.position();
+        let reference = match self.grip {
+            Grip::Spring(_) => self.hand(),
+            Grip::Force => position,
+        };
+        TouchTick {
+            tick: VectorTick {
+                reference_m: per_axis(&reference),
+                indenter_position_m: per_axis(&position),
+                contact_force_n: per_axis(&self.axes.applied_force()),
+                ..VectorTick::at_rest(D)
+            },
+            shape: self.shape,
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! A device that hits a wall and is pushed into it: what a single trial and the search for a Z-width share.
+//!
+//! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
+//! wall remembers nothing. From then on the push acts.
+
+mod contract;
+mod described;
+pub(crate) mod keys;
+pub(crate) mod reading;
+mod report;
+mod setup;
+mod verdict;
+
+use crate::document::advice::parameter;
+use crate::document::failure::Failure;
+use crate::document::parameters;
+use crate::document::parameters::TRIAL_DURATION;
+use crate::experiment::trial::keys::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
+use crate::judge::settling::{Criterion, Judge, Scales, Tolerance};
+use crate::run::safety::{GuardedDevice, Safety};
+use crate::run::sensors::Sensors;
+use crate::run::simulate::simulate;
+pub(crate) use contract::Trial;
+pub(crate) use described::six_digits;
+use fracdiff::parameter::Shown;
+use fracdiff::{Operator, Seconds};
+use haptic_analysis::Dynamics;
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
+use nalgebra::SVector;
+pub use report::TrialReport;
+pub(crate) use setup::Parts;
+pub use setup::TrialSetup;
+use std::ops::{ControlFlow, RangeInclusive};
+pub(crate) use verdict::{Seen, Verdict, incomparable, limited, verdict};
+
+/// A wall at the device's start position.
+pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
+
+/// Plan of a trial: how a wall is tried, and by which rule it is judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialPlan {
+    /// The rule.
+    pub criterion: Criterion,
+    /// Constant push into the wall, N: above 0, below the force limit.
+    pub push_n: f64,
+    /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
+    /// device, which cannot be thrown.
+    pub impact_m_per_s: f64,
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Window at the end that is verdict, s.
+    pub window_s: f64,
+    /// Largest force, N.
+    pub force_limit_n: f64,
+}
+
+/// Samples of a trial: of a longer one nothing more is learned.
+pub(crate) const TRIAL_SAMPLES: RangeInclusive<f64> = 10.0..=20e6;
+
+impl TrialPlan {
+    /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
+    pub const DEFAULT: Self = Self {
+        criterion: Criterion::Settling,
+        push_n: PUSH.default_number(),
+        impact_m_per_s: IMPACT.default_number(),
+        duration_s: parameters::TRIAL_DURATION.default_number(),
+        window_s: WINDOW.default_number(),
+        force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
+    };
+    /// The experiment of the dissertation's figure 4.3.
+    pub const DISSERTATION: Self = Self {
+        criterion: Criterion::Dissertation,
+        impact_m_per_s: 0.0,
+        ..Self::DEFAULT
+    };
+
+    /// The same from rest, for a device that cannot be thrown.
+    #[must_use]
+    pub(crate) const fn starting_at_rest(self) -> Self {
+        Self {
+            impact_m_per_s: 0.0,
+            ..self
+        }
+    }
+
+    /// Number of samples, that at time 0 included.
+    ///
+    /// # Errors
+    /// Anything outside its range.
+    pub fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
+        let t = sample_time.0;
+        let samples = crate::run::schedule::samples(self.duration_s, t, &TRIAL_SAMPLES)?;
+        if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {
+            return Err(Failure::bad_input(format_args!(
+                "window {} s is not in [{}, {}] s, from ten samples to the whole run: change {WINDOW} or {TRIAL_DURATION}",
+                Shown(self.window_s),
+                Shown(10.0 * t),
+                Shown(self.duration_s)
+            )));
+        }
+        if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
+            return Err(Failure::bad_input(format_args!(
+                "push {} N is not above 0 N and below the force limit of {} N: no wall could hold it; change push \
+                 or force limit",
+                Shown(self.push_n),
+                Shown(self.force_limit_n)
+            )));
+        }
+        let impacts = IMPACT.range();
+        if !impacts.contains(self.impact_m_per_s) {
+            return Err(Failure::bad_input(format_args!(
+                "impact {} m/s is not {impacts} m/s: 0.1 m/s is a usual one",
+                Shown(self.impact_m_per_s)
+            )));
+        }
+        Ok(samples)
+    }
+
+    /// The judge of a wall of K N/m (with the hand), B·T^(−μ) N/m, behind these sensors.
+    pub(crate) fn judge(
+        &self,
+        (spring_n_per_m, dissipation_step_n_per_m): (f64, f64),
+        encoder_step_m: f64,
+        sample_time_s: f64,
+    ) -> Judge {
+        let scales = Scales {
+            push_n: self.push_n,
+            spring_n_per_m,
+            dissipation_step_n_per_m,
+            encoder_step_m,
+        };
+        Judge::new(
+            (self.criterion, self.impact_m_per_s),
+            Tolerance::new(self.criterion, scales),
+            // The window holds whole samples; times are multiples of T, rounded.
+            self.duration_s - self.window_s + 0.5 * sample_time_s,
+            self.force_limit_n,
+        )
+    }
+}
+
+/// Runs the loop in virtual time, without log or files, until the judge has seen enough; `true` if it
+/// reached the end without a fault.
+pub(crate) fn try_out<E: Environment<f64, 1>>(
+    controller: &mut Controller<f64, 1, E>,
+    device: &mut Sensed<MassDamper<1>>,
+    samples: u64,
+    judge: &mut Judge,
+) -> bool {
+    simulate(controller, device, samples, &mut |tick| {
+        if judge.see(tick.time_s, tick.position_m, tick.commanded_force_n) {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    })
+}
+
+/// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.
+///
+/// # Errors
+/// As [`Wall::new`].
+pub(crate) fn wall_at_start(
+    stiffness: f64,
+    dissipation: f64,
+    operator: Operator<f64>,
+    one_sided: bool,
+) -> Result<VirtualWall, ParameterError> {
+    Wall::new(
+        stiffness,
+        dissipation,
+        operator,
+        one_sided.then_some(Metres(0.0)),
+    )
+}
+
+/// Dynamics that the analysis knows of a simulated device: all but friction.
+#[must_use]
+pub fn dynamics(device: &MassDamperConfig) -> Dynamics {
+    Dynamics {
+        mass_kg: device.mass.0,
+        damping_n_s_per_m: device.damping.0,
+        hand_stiffness_n_per_m: device.stiffness.0,
+        delay_s: device.delay.0,
+        current_lag_s: device.lag.0,
+    }
+}
+
+/// The device at the moment it hits the wall, with the push on it.
+///
+/// # Errors
+/// A parameter of the device outside its range.
+pub(crate) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassDamper<1>, Failure> {
+    let mut device = MassDamper::new(config).map_err(parameter)?;
+    device.set_external_force(SVector::from([plan.push_n]));
+    device.set_state(SVector::from([0.0]), SVector::from([plan.impact_m_per_s]));
+    Ok(device)
+}
+
+/// The step of an encoder that is as coarse as these sensors, m: noise has the rms of steps √12 times as large.
+pub(crate) fn encoder_step(sensors: Sensors) -> f64 {
+    sensors
+        .encoder_resolution_m
+        .max(12.0_f64.sqrt() * sensors.noise_m)
+}
+
+/// A safety chain that limits the force alone. The rate is not what is tried here: the limit may be
+/// crossed within one sample.
+///
+/// # Errors
+/// A limit or sample time outside its range.
+pub(crate) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, Failure> {
+    SafetyChain::from_limits(&force_alone(limit_n, t), t).map_err(parameter)
+}
+
+/// A chain with these limits of force and rate and what else is asked for; guard and braking are made for the device.
+///
+/// # Errors
+/// A limit, sample time, or mass, damping or delay of the device outside its range.
+pub(crate) fn safe_force_limit(
+    limits: Limits,
+    device: &MassDamperConfig,
+    sensors: Sensors,
+    safety: &Safety,
+) -> Result<SafetyChain<f64>, Failure> {
+    let t = device.sample_time;
+    let known = safety.guarded(GuardedDevice::simulated(device, sensors));
+    let delay = delay_ticks(device);
+    let limits = Limits {
+        guard: safety.guard.of(&known, t)?,
+        ..safety.braked(safety.on(limits, false), device.mass.0, delay)
+    };
+    SafetyChain::from_limits(&limits, t).map_err(parameter)
+}
+
+/// Ticks from a measurement to the effect of its force, for braking: the lag of the actuator counts as delay.
+pub(crate) fn delay_ticks(device: &MassDamperConfig) -> u32 {
+    let ticks = (device.delay.0 + device.lag.0) / device.sample_time.0;
+    // A ratio just above a whole number is that number.
+    (ticks - 1e-9).ceil().max(0.0) as u32
+}
+
+/// The limits of [`force_limit`].
+pub(crate) const fn force_alone(limit_n: f64, t: Seconds) -> Limits {
+    Limits::bare(Newtons(limit_n), force_rate(limit_n, t))
+}
+
+/// A rate that limits nothing.
+pub(crate) const fn force_rate(limit_n: f64, t: Seconds) -> NewtonsPerSecond {
+    NewtonsPerSecond(2.0 * limit_n / t.0)
+}

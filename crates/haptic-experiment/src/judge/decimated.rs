@@ -1,0 +1,157 @@
+//! The points of long curves that a picture needs: no peak is lost, memory is bounded.
+//!
+//! ```text
+//! sample n < dense          kept
+//! later                     of each n/2000 samples the first, the last, and the extremes of each curve
+//! ```
+//! Groups that grow with n are equally wide on a logarithmic axis of time, and narrower than a pixel
+//! on both a logarithmic and a linear one.
+
+use crate::run::record::{Record, WHOLE_MOST, keeps_all};
+
+/// Groups are this share of the samples before them.
+const SHARE: u64 = 2000;
+
+/// M curves over one time.
+#[derive(Clone, Debug)]
+pub(crate) struct Decimated<const M: usize> {
+    dense: u64,
+    count: u64,
+    /// The group that is being filled, and with which sample it ends.
+    group: Vec<Point<M>>,
+    group_end: u64,
+    /// Time of each point, s.
+    pub(crate) time_s: Vec<f64>,
+    /// The curves at these times.
+    pub(crate) curves: [Vec<f64>; M],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Point<const M: usize> {
+    sample: u64,
+    time_s: f64,
+    values: [f64; M],
+}
+
+impl<const M: usize> Decimated<M> {
+    /// Empty, for the samples of this record: those in memory are all kept.
+    pub(crate) fn of(record: &Record) -> Self {
+        Self::new(record.whole.as_ref().map_or(0, |_| WHOLE_MOST))
+    }
+
+    /// The same for a run of so many samples that is yet to come.
+    pub(crate) fn for_samples(samples: u64) -> Self {
+        Self::new(if keeps_all(samples) { WHOLE_MOST } else { 0 })
+    }
+
+    /// Empty; the first `dense` samples are all kept.
+    fn new(dense: u64) -> Self {
+        Self {
+            dense: dense.max(SHARE),
+            count: 0,
+            group: Vec::new(),
+            group_end: 0,
+            time_s: Vec::new(),
+            curves: [const { Vec::new() }; M],
+        }
+    }
+
+    /// Adds a sample.
+    pub(crate) fn add(&mut self, time_s: f64, values: [f64; M]) {
+        let point = Point {
+            sample: self.count,
+            time_s,
+            values,
+        };
+        self.count += 1;
+        if point.sample < self.dense {
+            self.keep(point);
+            return;
+        }
+        if point.sample >= self.group_end {
+            self.close();
+            self.group_end = point.sample + point.sample / SHARE;
+        }
+        self.group_add(point);
+    }
+
+    /// Ends the last group.
+    pub(crate) fn finish(&mut self) {
+        self.close();
+    }
+
+    /// The group holds first, last, then lowest and highest of each curve.
+    fn group_add(&mut self, point: Point<M>) {
+        if self.group.is_empty() {
+            self.group = vec![point; 2 + 2 * M];
+            return;
+        }
+        self.group[1] = point;
+        for (curve, value) in point.values.into_iter().enumerate() {
+            let (low, high) = (2 + 2 * curve, 3 + 2 * curve);
+            // A value that is no number gives way to any that is.
+            if value < self.group[low].values[curve] || self.group[low].values[curve].is_nan() {
+                self.group[low] = point;
+            }
+            if value > self.group[high].values[curve] || self.group[high].values[curve].is_nan() {
+                self.group[high] = point;
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        let mut group = std::mem::take(&mut self.group);
+        group.sort_by_key(|point| point.sample);
+        group.dedup_by_key(|point| point.sample);
+        group.into_iter().for_each(|point| self.keep(point));
+    }
+
+    fn keep(&mut self, point: Point<M>) {
+        self.time_s.push(point.time_s);
+        for (curve, value) in self.curves.iter_mut().zip(point.values) {
+            curve.push(value);
+        }
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "points are kept as they are")]
+mod tests {
+    use super::*;
+
+    fn thinned(samples: u64, dense: u64, curve: impl Fn(u64) -> f64) -> Decimated<1> {
+        let mut thinned = Decimated::new(dense);
+        (0..samples).for_each(|n| thinned.add(1e-3 * n as f64, [curve(n)]));
+        thinned.finish();
+        thinned
+    }
+
+    #[test]
+    fn a_short_curve_is_kept_as_it_is() {
+        let kept = thinned(5000, 5000, |n| (n as f64).sin());
+        assert_eq!(kept.time_s.len(), 5000);
+        assert!((0..5000).all(|n| kept.curves[0][n] == (n as f64).sin()));
+    }
+
+    #[test]
+    fn no_peak_of_a_long_curve_is_lost_and_its_points_stay_few() {
+        let peaks = [2_001, 77_777, 123_456, 2_999_998];
+        let curve = |n: u64| match peaks.contains(&n) {
+            true => 1e3 + n as f64,
+            false if n.is_multiple_of(7) => f64::NAN,
+            false => (n as f64 * 0.01).sin(),
+        };
+        let kept = thinned(3_000_000, 0, curve);
+        for peak in peaks {
+            let value = 1e3 + peak as f64;
+            let found = kept.curves[0].iter().position(|&have| have == value);
+            let place = found.unwrap_or_else(|| panic!("{peak} is lost"));
+            assert_eq!(kept.time_s[place], 1e-3 * peak as f64);
+        }
+        assert!(kept.time_s.len() < 70_000, "{}", kept.time_s.len());
+        assert!(kept.time_s.is_sorted());
+        // The ends of the curve are ends of the picture.
+        assert_eq!(kept.time_s.first(), Some(&0.0));
+        assert_eq!(kept.time_s.last(), Some(&(1e-3 * 2_999_999.0)));
+    }
+}

@@ -1,0 +1,114 @@
+//! A series that belongs to the samples of a run, as the full history of their positions makes it.
+//!
+//! A run that is kept whole has it whole, by exact sums. A long one has it sample by sample, by an operator
+//! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
+
+use crate::document::failure::Failure;
+use crate::judge::Reference;
+use crate::run::samples::Samples;
+use crate::run::tick::KeptSample;
+use fracdiff::{Channel, Operator, Order, Seconds};
+
+/// Largest relative error of any weight of an operator that stands for the full history.
+pub(crate) const TOLERANCE: f64 = 1e-9;
+
+/// A value for each sample, asked for in their order.
+pub(crate) struct ReferenceSeries<'a>(Source<'a>);
+
+enum Source<'a> {
+    /// Made already.
+    Whole(std::vec::IntoIter<f64>),
+    /// Made as it is asked for.
+    Streamed {
+        next_tick: u64,
+        last_m: f64,
+        step: Step<'a>,
+    },
+}
+
+/// The next value of every tick, given its number and the position.
+pub(crate) type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
+
+impl<'a> ReferenceSeries<'a> {
+    /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick.
+    ///
+    /// # Errors
+    /// Those of the functions.
+    pub(crate) fn new(
+        samples: Samples<'_>,
+        whole: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
+        step: impl FnOnce() -> Result<Step<'a>, Failure>,
+    ) -> Result<Self, Failure> {
+        Ok(Self(match samples {
+            Samples::Whole(samples) => Source::Whole(of_every_tick(samples, whole)?.into_iter()),
+            Samples::Logged(..) => Source::Streamed {
+                next_tick: 0,
+                last_m: f64::NAN,
+                step: step()?,
+            },
+        }))
+    }
+
+    /// The value of this sample.
+    pub(crate) fn at(&mut self, sample: &KeptSample) -> f64 {
+        match &mut self.0 {
+            Source::Whole(values) => values.next().unwrap_or(f64::NAN),
+            Source::Streamed {
+                next_tick,
+                last_m,
+                step,
+            } => {
+                let x = sample.position_m;
+                let from = if *next_tick == 0 { x } else { *last_m };
+                let missing = sample.tick.saturating_sub(*next_tick);
+                let slope = (x - from) / (missing + 1) as f64;
+                for n in 1..=missing {
+                    let _ = step(*next_tick + n - 1, from + n as f64 * slope);
+                }
+                *next_tick = sample.tick + 1;
+                *last_m = x;
+                step(sample.tick, x)
+            }
+        }
+    }
+}
+
+/// A function of the whole motion, where it was recorded. Positions of ticks that a link lost are
+/// taken from a straight line between their neighbours.
+fn of_every_tick(
+    samples: &[KeptSample],
+    function: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
+) -> Result<Vec<f64>, Failure> {
+    let mut position_m: Vec<f64> = Vec::with_capacity(samples.len());
+    for sample in samples {
+        let x = sample.position_m;
+        let from = position_m.last().copied().unwrap_or(x);
+        let missing = (sample.tick as usize).saturating_sub(position_m.len());
+        let step = (x - from) / (missing + 1) as f64;
+        position_m.extend((1..=missing).map(|n| from + n as f64 * step));
+        position_m.push(x);
+    }
+    let values = function(&position_m)?;
+    if values.len() == samples.len() {
+        return Ok(values);
+    }
+    let ticks = samples.iter().map(|sample| sample.tick as usize);
+    Ok(ticks.filter_map(|tick| values.get(tick).copied()).collect())
+}
+
+/// D^μ by an operator that stands for the full history of so many samples.
+///
+/// # Errors
+/// An order and length for which there is none within the tolerance.
+pub(crate) fn operator(
+    reference: Reference,
+    order: Order,
+    sample_time: Seconds,
+    samples: u64,
+) -> Result<Channel<f64, Operator<f64>>, Failure> {
+    let scheme = reference.scheme(TOLERANCE);
+    // A little more than needed, so that the last weights are not at the very edge.
+    let horizon = crate::run::schedule::horizon(samples);
+    let operator = scheme.build(order, sample_time, horizon);
+    Ok(Channel::new(operator.map_err(Failure::input)?))
+}

@@ -1,0 +1,229 @@
+//! Report of an experiment: one JSON object, or a summary for a person.
+
+use crate::document::failure::Failure;
+use crate::judge::Compared;
+use crate::judge::warnings::Warnings;
+use crate::run::Ran;
+use crate::run::ending::LetGo;
+use crate::run::folder::Table;
+use crate::run::preflight::PreflightVerdict;
+use crate::run::realtime::RealtimeSummary;
+use crate::run::record::Record;
+use crate::run::remote::LinkSummary;
+use crate::run::tick::KeptSample;
+use serde::Serialize;
+
+/// Percentiles of the time that a tick took, ns, the simulated rig included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct TickTimes {
+    /// Median.
+    pub p50: u64,
+    /// 99 of 100 ticks took no longer.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+}
+
+/// Report of a run, the same in every experiment. The keys are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunReport {
+    /// Device.
+    pub device: String,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Ticks in the log.
+    pub samples: u64,
+    /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
+    pub duration_s: f64,
+    /// Largest magnitude of the commanded force, N; of a run that ended early up to the end of its log, braking included.
+    pub peak_force_n: f64,
+    /// Force that is opposed to the device's motion in the last sample that counts, that of `duration_s`, N: before it falls to zero,
+    /// whether the run finished, was interrupted or ended by a fault.
+    pub final_force_n: f64,
+    /// Samples in which the safety chain limited the force.
+    pub limited_samples: u64,
+    /// Samples and events that did not reach the log.
+    pub dropped_samples: u64,
+    /// Why the run ended early; null if it did not.
+    pub ended_early: Option<String>,
+    /// Ticks more than one sample time late; 0 in virtual time.
+    pub missed_deadlines: u64,
+    /// Time of a tick; null in a loop on a device, which does not tell.
+    pub tick_ns: Option<TickTimes>,
+    /// Timing of a run by the clock of this machine; null in another.
+    pub realtime: Option<RealtimeSummary>,
+    /// Counts of the link to the device; null without one.
+    pub link: Option<LinkSummary>,
+    /// Verdict of the analysis before the run; null if it was not asked.
+    pub preflight: Option<PreflightVerdict>,
+    /// The log, or the first of its files.
+    pub log: String,
+    /// All files of the log, in order.
+    pub logs: Vec<String>,
+    /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
+    pub figure: Option<String>,
+    /// The samples, unless the run was cut short.
+    pub csv: Option<String>,
+    /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
+    pub fault_log: Option<String>,
+    /// Why there is no table of a run that reached its end.
+    #[serde(skip)]
+    pub unwritten: Option<String>,
+    /// What became of the force, if the run ended early.
+    #[serde(skip)]
+    pub let_go: Option<LetGo>,
+    /// The device cannot be used any more: its link was lost, or nothing comes from its board.
+    #[serde(skip)]
+    pub device_lost: bool,
+    /// Warnings to the user about these numbers, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Files of a run beside its log, unless it was cut short.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// The table.
+    pub csv: Option<String>,
+    /// The picture.
+    pub figure: Option<String>,
+    /// Why there is no table.
+    pub unwritten: Option<String>,
+}
+
+impl Files {
+    /// The table of a run that reached its end, or why there is none; `None` for a run that was cut short. Where none is written, that of
+    /// an earlier run goes.
+    pub(crate) fn of_run(ran: &Ran, table: Option<Table>) -> Self {
+        let (csv, unwritten) = match table.map(Table::finish) {
+            Some(Ok(path)) => (Some(path), None),
+            Some(Err(failure)) => (None, Some(failure.to_string())),
+            None => (None, None),
+        };
+        if csv.is_none() {
+            ran.folder.remove_stale_results();
+        }
+        Self {
+            csv,
+            unwritten,
+            ..Self::default()
+        }
+    }
+}
+
+/// Two relative errors, dimensionless, and the samples that each is the largest of. An error without meaning
+/// is null, its times too, and its reason says why.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// Commanded force against the full history of the position really recorded: the memory and the precision of
+    /// the operator. In a relaxation or creep test of each sample from 10 ms on; of a wall as a share of the
+    /// largest force.
+    pub max_relative_error: Option<f64>,
+    /// First sample of it, s.
+    pub max_relative_error_from_s: Option<f64>,
+    /// Last sample of it, s.
+    pub max_relative_error_to_s: Option<f64>,
+    /// Number of samples of it.
+    pub max_relative_error_samples: u64,
+    /// Why it is null.
+    pub max_relative_error_reason: Option<String>,
+    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a creep test, from
+    /// 1 s on; mean deflection of a wall over the window at the end.
+    pub closed_form_error: Option<f64>,
+    /// First sample of it, s.
+    pub closed_form_error_from_s: Option<f64>,
+    /// Last sample of it, s.
+    pub closed_form_error_to_s: Option<f64>,
+    /// Number of samples of it.
+    pub closed_form_error_samples: u64,
+    /// Why it is null.
+    pub closed_form_error_reason: Option<String>,
+}
+
+impl Errors {
+    /// Of the comparison with the full history and of that with the closed form.
+    #[must_use]
+    pub fn new(full_history: Compared, closed_form: Compared) -> Self {
+        Self {
+            max_relative_error: full_history.largest,
+            max_relative_error_from_s: full_history.from_s,
+            max_relative_error_to_s: full_history.to_s,
+            max_relative_error_samples: full_history.samples,
+            max_relative_error_reason: full_history.reason,
+            closed_form_error: closed_form.largest,
+            closed_form_error_from_s: closed_form.from_s,
+            closed_form_error_to_s: closed_form.to_s,
+            closed_form_error_samples: closed_form.samples,
+            closed_form_error_reason: closed_form.reason,
+        }
+    }
+}
+
+/// The report of any experiment.
+pub trait Summary: Serialize {
+    /// Of its run.
+    fn run(&self) -> &RunReport;
+
+    /// The same, to name a picture in it.
+    fn run_mut(&mut self) -> &mut RunReport;
+}
+
+impl RunReport {
+    /// Of a run on this device; what happened to it is added to the warnings.
+    #[must_use]
+    pub fn new(
+        ran: &Ran,
+        device: String,
+        sample_time_s: f64,
+        files: Files,
+        mut warnings: Warnings,
+    ) -> Self {
+        let record = &ran.record;
+        warnings.run(ran);
+        Self {
+            device,
+            samples: ran.log.samples,
+            duration_s: record.duration_s(),
+            peak_force_n: record.peak_force_n(),
+            final_force_n: record.last.as_ref().map_or(0.0, KeptSample::reaction_n),
+            tick_ns: TickTimes::of(record),
+            missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
+            log: ran.log.path.display().to_string(),
+            logs: (ran.log.paths.iter())
+                .map(|path| path.display().to_string())
+                .collect(),
+            figure: files.figure,
+            csv: files.csv,
+            unwritten: files.unwritten,
+            sample_time_s,
+            limited_samples: record.limited,
+            dropped_samples: record.dropped,
+            ended_early: record.reason(),
+            link: record.link.clone(),
+            preflight: ran.preflight,
+            fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
+            let_go: record.let_go(),
+            device_lost: record.device_lost(),
+            warnings: warnings.0,
+        }
+    }
+
+    /// The failure of a table that could not be written, to be told behind all else; `None` if there is none.
+    #[must_use]
+    pub fn lost_table(&self) -> Option<Failure> {
+        let lost = self.unwritten.as_ref()?;
+        Some(Failure::DataLost(anyhow::anyhow!("{lost}")))
+    }
+}
+
+impl TickTimes {
+    /// Of a record.
+    #[must_use]
+    pub fn of(record: &Record) -> Option<Self> {
+        (!record.tick_ns.is_empty()).then(|| Self {
+            p50: record.tick_ns.value_at_quantile(0.5),
+            p99: record.tick_ns.value_at_quantile(0.99),
+            max: record.tick_ns.max(),
+        })
+    }
+}

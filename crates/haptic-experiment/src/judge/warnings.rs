@@ -1,0 +1,264 @@
+//! Warnings to the user about the numbers of a run.
+
+use crate::document::parameters::{
+    FORCE_LIMIT, FORCE_RATE_LIMIT, GUARD, RISE_TIME, SAMPLE_TIME, SCHEME, SPEED_LIMIT,
+    WORKSPACE_HIGH, WORKSPACE_LOW,
+};
+use crate::run::Ran;
+use crate::run::record::Record;
+use crate::run::remote::{FrameCounts, LinkSummary};
+use haptic_loop::Limiters;
+
+/// In the order in which they are told.
+const LIMITERS: [Limiters; 8] = [
+    Limiters::MAGNITUDE,
+    Limiters::RATE,
+    Limiters::STARTUP,
+    Limiters::WORKSPACE,
+    Limiters::VELOCITY,
+    Limiters::GUARD,
+    Limiters::FAULT,
+    Limiters::STOPPING,
+];
+
+/// What a user can do about a limiter. A device has limits of its own, which a run can only tighten.
+fn remedy(limiter: Limiters, on_device: bool) -> String {
+    let here = match on_device {
+        true => ", here and on the device (`host-cli device set`)",
+        false => "",
+    };
+    match limiter {
+        Limiters::MAGNITUDE => {
+            format!("for the largest force raise {FORCE_LIMIT}{here}, or render less stiffly")
+        }
+        Limiters::RATE => {
+            format!("for its rate raise {FORCE_RATE_LIMIT}{here}, or touch more slowly")
+        }
+        Limiters::STARTUP if on_device => format!(
+            "it rose over the device's own rise time, which a run cannot shorten: set a shorter {RISE_TIME} there (`host-cli device set`), or begin outside"
+        ),
+        Limiters::STARTUP => {
+            format!("it rose from the start on: take a shorter {RISE_TIME}, or begin outside")
+        }
+        Limiters::WORKSPACE => format!(
+            "it braked near the end of the workspace: stay inside, or widen {WORKSPACE_LOW} to {WORKSPACE_HIGH}{here}"
+        ),
+        Limiters::VELOCITY => format!(
+            "it braked near the largest speed: move more slowly, or raise {SPEED_LIMIT}{here}"
+        ),
+        Limiters::GUARD => format!(
+            "the guard held back energy: render less stiffly, or leave {GUARD} off where the analysis says passive"
+        ),
+        Limiters::FAULT => "a fault held it at zero: see the fault in the log".to_owned(),
+        _ => "it fell to zero at the end".to_owned(),
+    }
+}
+
+/// Sentences for the user.
+#[derive(Debug, Default)]
+pub struct Warnings(pub Vec<String>);
+
+impl Warnings {
+    /// The operator remembers less than the experiment lasts, or is off for another reason.
+    pub fn operator(
+        &mut self,
+        memory_s: Option<f64>,
+        duration_s: f64,
+        over_theory: Option<f64>,
+        what: &str,
+    ) {
+        /// A final value further than this from theory deserves a sentence.
+        const NOTABLE: f64 = 0.02;
+        let notable = over_theory.filter(|ratio| (ratio - 1.0).abs() > NOTABLE);
+        let off = over_theory.map_or_else(String::new, |ratio| {
+            format!("at the end the {what} is {ratio:.3} times the closed form; ")
+        });
+        if let Some(memory_s) = memory_s.filter(|memory_s| *memory_s < duration_s) {
+            self.0.push(format!(
+                "the scheme remembers {} s, the experiment lasts {duration_s} s: {off}{} \
+                 remembers everything",
+                (memory_s * 1e6).round() / 1e6,
+                SCHEME.set_to("full")
+            ));
+        } else if notable.is_some() {
+            self.0.push(format!(
+                "{off}the lines \"operator\" and \"closed form\" of the summary say what that is due to"
+            ));
+        }
+    }
+
+    /// The safety chain acted, so the force is not the tissue's.
+    pub fn limited(&mut self, record: &Record) {
+        self.limited_in(record.limited, record.limiters, record.link.is_some());
+    }
+
+    /// The same of so many samples, in which these limiters acted, perhaps those of a device.
+    pub(crate) fn limited_in(&mut self, samples: u64, limiters: u8, on_device: bool) {
+        let acted = |limiter: Limiters| limiters & limiter.bits() != 0;
+        let acted = LIMITERS.into_iter().filter(|limiter| acted(*limiter));
+        let remedies: Vec<String> = acted.map(|limiter| remedy(limiter, on_device)).collect();
+        if samples > 0 {
+            self.0.push(format!(
+                "the safety chain limited the force in {samples} samples: {}",
+                remedies.join("; ")
+            ));
+        }
+    }
+
+    /// Adds the warnings about a run, of any experiment.
+    pub(crate) fn run(&mut self, ran: &Ran) {
+        let record = &ran.record;
+        self.0.extend(record.not_realtime.clone());
+        self.late(record);
+        self.dropped(record.dropped_by_disk());
+        self.link(record.link.as_ref());
+        self.0.extend_from_slice(&ran.live_warnings);
+    }
+
+    /// The loop was late.
+    fn late(&mut self, record: &Record) {
+        let (missed, samples) = (record.missed_deadlines, record.samples);
+        if missed == 0 {
+            return;
+        }
+        if let Some(link) = &record.link {
+            self.0.push(format!(
+                "of {} ticks of the device {} were a whole period late, and {} had no new force from \
+                 here: the device, the line or this machine was too slow for the sample time",
+                link.ticks, link.overruns, link.stale_forces
+            ));
+            return;
+        }
+        let cause = match record.realtime {
+            None => "this machine was busy, or the sample time is too short for it".to_owned(),
+            Some(realtime) => {
+                let causes = [
+                    (
+                        realtime.late_by_wake_up,
+                        "woken late (`host-cli rt-check` says what helps)".to_owned(),
+                    ),
+                    (
+                        realtime.late_by_compute,
+                        format!("the tick before took too long (give a longer {SAMPLE_TIME})"),
+                    ),
+                ];
+                let named = causes.into_iter().filter(|(count, _)| *count > 0);
+                let named: Vec<String> = named
+                    .map(|(count, cause)| format!("{count} {cause}"))
+                    .collect();
+                format!(
+                    "{}; {} periods were skipped",
+                    named.join(", "),
+                    realtime.skipped_periods
+                )
+            }
+        };
+        self.0.push(format!(
+            "{missed} of {samples} ticks were more than one sample time late: {cause}"
+        ));
+    }
+
+    /// Adds the troubles of a link, if it had any.
+    fn link(&mut self, link: Option<&LinkSummary>) {
+        let Some(link) = link else {
+            return;
+        };
+        if link.unanswered + link.forces_not_taken > 0 {
+            self.0.push(format!(
+                "of {} ticks of the device {} had no answer of its board, so their positions are old, and {} forces were not sent or not \
+                 confirmed: take a longer {SAMPLE_TIME}, a better cable or another USB port",
+                link.ticks, link.unanswered, link.forces_not_taken
+            ));
+        }
+        let (from, to) = (link.from_device, link.to_device);
+        let bad =
+            |frames: FrameCounts| frames.corrupt + frames.lost + frames.duplicate + frames.late;
+        if bad(from) + bad(to) > 0 {
+            self.0.push(format!(
+                "the line is not clean: of {} frames from the device {} did not come and {} were damaged, of \
+                 {} to it {} and {}; {} requests were sent again",
+                from.sent, from.lost, from.corrupt, to.sent, to.lost, to.corrupt, link.retries
+            ));
+        }
+    }
+
+    /// Samples did not reach the log.
+    fn dropped(&mut self, samples: u64) {
+        if samples > 0 {
+            self.0.push(format!(
+                "{samples} samples did not reach the log: the disk was slower than the loop"
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn late_ticks_are_counted_among_all_ticks_of_the_device_and_not_those_of_the_run() {
+        let mut record = Record::with_room_for(0).expect("room");
+        (record.samples, record.missed_deadlines) = (11, 28);
+        record.link = Some(LinkSummary {
+            ticks: 1300,
+            overruns: 28,
+            ..LinkSummary::default()
+        });
+        let mut warnings = Warnings::default();
+        warnings.late(&record);
+        let said = warnings.0.concat();
+        assert!(
+            said.starts_with("of 1300 ticks of the device 28 were"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn each_limiter_that_acted_has_a_remedy_of_its_own_and_no_other_is_told() {
+        for (limiter, named) in [
+            (Limiters::MAGNITUDE, "`force_limit_n`"),
+            (Limiters::RATE, "`force_rate_limit_n_per_s`"),
+            (Limiters::STARTUP, "`rise_time_s`"),
+            (Limiters::WORKSPACE, "`workspace_low_m`"),
+            (Limiters::VELOCITY, "`speed_limit_m_per_s`"),
+            (Limiters::GUARD, "`guard`"),
+        ] {
+            let mut record = Record::with_room_for(0).expect("room");
+            (record.limited, record.limiters) = (7, limiter.bits());
+            let mut warnings = Warnings::default();
+            warnings.limited(&record);
+            let [said] = &warnings.0[..] else {
+                panic!("{warnings:?}")
+            };
+            let said = said.clone();
+            assert!(
+                said.contains("in 7 samples") && said.contains(named),
+                "{said}"
+            );
+            record.link = Some(LinkSummary::default());
+            let mut warnings = Warnings::default();
+            warnings.limited(&record);
+            let said_of_device = warnings.0.concat();
+            let set_there = limiter != Limiters::GUARD;
+            assert!(said_of_device.contains(named), "{said_of_device}");
+            assert_eq!(
+                (
+                    said.contains("device set"),
+                    said_of_device.contains("device set")
+                ),
+                (false, set_there),
+                "{said_of_device}"
+            );
+            for other in LIMITERS.into_iter().filter(|other| *other != limiter) {
+                assert!(!said.contains(&remedy(other, false)), "{said}");
+            }
+        }
+        let bits: Vec<u8> = LIMITERS.iter().map(|limiter| limiter.bits()).collect();
+        assert_eq!(
+            bits.iter().fold(0, |all, bit| all | bit),
+            u8::MAX,
+            "one is missing"
+        );
+    }
+}

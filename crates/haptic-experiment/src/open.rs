@@ -1,0 +1,224 @@
+//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]`, `[teleoperation]` or `[touch]`, units in the names
+//! of keys; `[drive]` beside the first two.
+//!
+//! ```toml
+//! [wall]
+//! mass_kg = 0.065
+//! damping_n_s_per_m = 3.5
+//! sample_time_s = 0.002
+//! order = 0.5
+//! stiffness_n_per_m = 3000
+//! dissipation_n_s_mu_per_m = 60
+//! ```
+//! Defaults are those of the commands. Whatever is wrong is refused in one line, `FILE:LINE: reason`;
+//! so are keys that are not known. Paths in a file start from the folder of the file.
+
+mod choices;
+mod document;
+pub mod parameters;
+#[cfg(test)]
+mod tests;
+
+use crate::document::Document;
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE};
+use crate::experiment::DRIVE_TABLE as DRIVE;
+use crate::experiment::trial::reading::with_devices;
+use crate::experiment::{coupler, drive, rendering, teleoperation, touch, wall};
+use crate::run::remote::RemoteDevice;
+use crate::run::schedule::Pace;
+use crate::{
+    CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
+    WallExperiment,
+};
+pub use choices::choices;
+use std::path::Path;
+use std::time::Duration;
+
+/// The experiment that a file describes, all of its parameters checked.
+///
+/// ```
+/// use haptic_experiment::ExperimentFile;
+/// use std::path::Path;
+///
+/// let text = "[relax]\nstrain = 0.05\nduration_s = 2";
+/// let experiment = ExperimentFile::parse(Path::new("lab/relax.toml"), text)?;
+/// assert_eq!(experiment.samples()?, 2001);
+/// let wrong = ExperimentFile::parse(Path::new("lab/relax.toml"), "[relax]\nstrain = 5");
+/// assert_eq!(
+///     wrong.expect_err("five times the thickness").to_string(),
+///     "lab/relax.toml:2: strain = 5 is not above 0 and at most 1: change it, or omit it for 0.05"
+/// );
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub enum ExperimentFile {
+    /// `[relax]`.
+    Relax(Relaxation),
+    /// `[creep]`.
+    Creep(Creep),
+    /// `[wall]`.
+    Wall(WallExperiment),
+    /// `[coupler]`.
+    Coupler(CouplerExperiment),
+    /// `[teleoperation]`.
+    Teleoperation(Box<TeleoperationExperiment>),
+    /// `[touch]`.
+    Touch(Box<TouchExperiment>),
+}
+
+/// The kinds that may have a drive.
+const DRIVEN: [&str; 2] = ["relax", "creep"];
+
+impl ExperimentFile {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is wrong: in one line, with file and line.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::open(&Document::read(path)?)
+    }
+
+    /// Reads and checks the text of a file; `path` is for messages and for the paths in it.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with file and line.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        Self::open(&Document::of_text(path, text))
+    }
+
+    /// Reads and checks a document.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with its place.
+    pub fn open(document: &Document) -> Result<Self, FileError> {
+        let document = document.parse()?;
+        let (kind, table, drive) = document.experiment(&parameters::KINDS, DRIVE)?;
+        let table = table.with_keys(&parameters::of_kind(kind))?;
+        let table = match parameters::takes_device(kind) {
+            true => with_devices(table)?,
+            false => table,
+        };
+        if let Some(drive) = drive.as_ref().filter(|_| !DRIVEN.contains(&kind)) {
+            let reason = format!(
+                "[{DRIVE}] holds the indenter of [relax] or [creep], which [{kind}] does not have: omit it"
+            );
+            return Err(drive.fail(reason));
+        }
+        let drive = drive
+            .map(|drive| drive.with_keys(&[(DRIVE, drive::keys::DRIVE)]))
+            .transpose()?;
+        let drive = drive.as_ref();
+        match kind {
+            "relax" => rendering::reading::relax(&table, drive).map(Self::Relax),
+            "creep" => rendering::reading::creep(&table, drive).map(Self::Creep),
+            "coupler" => coupler::reading::coupler(&table).map(Self::Coupler),
+            "teleoperation" => {
+                let read = teleoperation::reading::teleoperation(&table)?;
+                Ok(Self::Teleoperation(Box::new(read)))
+            }
+            "touch" => Ok(Self::Touch(Box::new(touch::reading::touch(&table)?))),
+            _ => wall::reading::wall(&table).map(Self::Wall),
+        }
+    }
+
+    /// The number of samples.
+    ///
+    /// # Errors
+    /// A parameter outside its range, which reading has ruled out.
+    pub fn samples(&self) -> Result<u64, Failure> {
+        match self {
+            Self::Relax(experiment) => experiment.check(),
+            Self::Creep(experiment) => experiment.check(),
+            Self::Wall(experiment) => experiment.check(),
+            Self::Coupler(experiment) => experiment.check(),
+            Self::Teleoperation(experiment) => experiment.check(),
+            Self::Touch(experiment) => experiment.check(),
+        }
+    }
+
+    /// The serial device of the file; `None` for the simulated one.
+    #[must_use]
+    pub fn remote(&self) -> Option<&RemoteDevice> {
+        match self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.remote.as_ref()
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
+            Self::Touch(touch) => touch.remote.as_ref(),
+            Self::Teleoperation(_) => None,
+        }
+    }
+
+    /// The same, for a program that waits so long for a device at a port.
+    #[must_use]
+    pub fn with_patience(mut self, patience: Duration) -> Self {
+        let remote = match &mut self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.remote.as_mut()
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_mut(),
+            Self::Touch(touch) => touch.remote.as_mut(),
+            Self::Teleoperation(_) => None,
+        };
+        if let Some(remote) = remote {
+            remote.patience = patience;
+        }
+        self
+    }
+
+    /// The controller that holds the indenter; `None` without one.
+    #[must_use]
+    pub const fn drive(&self) -> Option<&Drive> {
+        match self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.drive.as_ref()
+            }
+            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) | Self::Touch(_) => None,
+        }
+    }
+
+    /// The same, to be run though the pre-flight calls it unstable.
+    ///
+    /// # Errors
+    /// An experiment that no pre-flight refuses.
+    pub fn though_unstable(mut self) -> Result<Self, Failure> {
+        let far = matches!(self, Self::Teleoperation(_));
+        if self.remote().is_none() && self.drive().is_none() && !far {
+            return Err(Failure::bad_input(format_args!(
+                "{FORCE_UNSTABLE} is for serial devices, drives and teleoperations: give {} or {} too",
+                DEVICE.set_to("serial:PATH"),
+                CONTROLLER.set_to("FILE.toml")
+            )));
+        }
+        let force_unstable = match &mut self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                &mut rendering.preflight.force_unstable
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.force_unstable,
+            Self::Teleoperation(experiment) => &mut experiment.force_unstable,
+            Self::Touch(touch) => &mut touch.force_unstable,
+        };
+        *force_unstable = true;
+        Ok(self)
+    }
+
+    /// The same, in another pace.
+    #[must_use]
+    pub fn in_pace(mut self, pace: Pace) -> Self {
+        match &mut self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.pace = pace;
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.pace = pace,
+            Self::Teleoperation(experiment) => experiment.pace = pace,
+            Self::Touch(experiment) => experiment.pace = pace,
+        }
+        self
+    }
+}

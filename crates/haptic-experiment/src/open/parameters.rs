@@ -1,0 +1,99 @@
+//! All parameters, of all kinds, and the tables of each kind.
+
+pub use crate::document::parameters::*;
+pub use crate::experiment::coupler::keys::*;
+pub use crate::experiment::drive::keys::*;
+pub use crate::experiment::rendering::keys::*;
+pub use crate::experiment::teleoperation::keys::*;
+pub use crate::experiment::touch::keys::*;
+pub use crate::experiment::trial::keys::*;
+pub use crate::experiment::wall::keys::*;
+pub use crate::experiment::{DRIVE_TABLE, KINDS};
+pub use crate::question::analysis;
+pub use crate::question::design::keys::*;
+pub use crate::question::keys::*;
+pub use crate::question::measurement::keys::*;
+pub use crate::question::zwidth::keys::*;
+pub use crate::question::{MEASUREMENT, QUESTIONS};
+
+use crate::{experiment, question};
+
+/// True of a kind whose simulated device is that of its device file.
+#[must_use]
+pub(crate) fn takes_device(kind: &str) -> bool {
+    ["wall", "coupler", "zwidth", "design", MEASUREMENT].contains(&kind)
+}
+
+/// Tables of experiment files, and of questions to a device, by kind: heading and parameters.
+#[must_use]
+pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
+    experiment::tables(kind).unwrap_or_else(|| question::tables(kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_one_default_sample_time() {
+        let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
+        let all = kinds.flat_map(of_kind).flat_map(|(_, table)| table.iter());
+        let own = all.filter(|parameter| parameter.key == "sample_time_s");
+        let defaults: Vec<f64> = own.map(Parameter::default_number).collect();
+        assert!(
+            defaults.len() > 6 && defaults.iter().all(|&t| t.to_bits() == 1e-3_f64.to_bits()),
+            "{defaults:?}"
+        );
+    }
+
+    #[test]
+    fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
+        for kind in KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]) {
+            let all: Vec<Parameter> = of_kind(kind)
+                .iter()
+                .flat_map(|(_, table)| *table)
+                .copied()
+                .collect();
+            for (n, parameter) in all.iter().enumerate() {
+                assert!(
+                    all[..n].iter().all(|other| other.key != parameter.key),
+                    "{}",
+                    parameter.key
+                );
+                if let Value::Number(Some(default), range) = parameter.value {
+                    assert!(range.contains(default), "{}: {default}", parameter.key);
+                }
+                if let (Value::List(_), false) = (parameter.value, parameter.shown.is_empty()) {
+                    let wanted = parameter.shown.matches(',').count() + 1;
+                    assert_eq!(
+                        parameter.default_numbers().len(),
+                        wanted,
+                        "{}",
+                        parameter.key
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_default_is_shown_as_the_number_it_is() {
+        use haptic_quantity::parse_for_key;
+        let mut numbers = 0;
+        for parameter in [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat() {
+            let (Value::Number(Some(default), _), false) =
+                (parameter.value, parameter.shown.is_empty())
+            else {
+                continue;
+            };
+            let (shown, key) = (parameter.shown, parameter.key);
+            let number = parse_for_key(key, shown).expect("a quantity");
+            assert!(
+                (number - default).abs() <= 1e-15 * default.abs(),
+                "{key}: {shown} is {number}, not {default}"
+            );
+            numbers += 1;
+        }
+        assert!(numbers > 15, "{numbers}");
+    }
+}

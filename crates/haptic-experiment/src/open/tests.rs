@@ -1,0 +1,565 @@
+//! Good files, and what is said of bad ones.
+
+use super::ExperimentFile;
+use crate::document::Document;
+use std::path::Path;
+
+const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
+                    order = 0.5\nstiffness_n_per_m = 3_000\ndissipation_n_s_mu_per_m = 60.0\n";
+
+fn read(text: &str) -> Result<ExperimentFile, String> {
+    ExperimentFile::parse(Path::new("lab/wall.toml"), text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_wall_has_the_defaults_of_the_dissertation() {
+    let Ok(ExperimentFile::Wall(wall)) = read(WALL) else {
+        panic!("{:?}", read(WALL));
+    };
+    let have = [
+        wall.stiffness_n_per_m,
+        wall.setup.plan.push_n,
+        wall.setup.plan.duration_s,
+        wall.setup.plan.window_s,
+    ];
+    assert!(
+        have.iter()
+            .zip([3000.0, 1.0, 5.0, 0.4])
+            .all(|(a, b)| a.to_bits() == f64::to_bits(b))
+    );
+    assert_eq!(wall.check().expect("valid"), 2501);
+}
+
+#[test]
+fn empty_tables_are_the_commands_defaults() {
+    for text in ["[relax]", "[creep]\n"] {
+        let file = read(text).expect("valid");
+        assert_eq!(file.samples().expect("valid"), 200_001, "{text}");
+    }
+}
+
+/// What stands in [`WALL`], what is put in its place, and the beginning of what is said.
+const WRONG: &[(&str, &str, &str)] = &[
+    (
+        "= 0.065",
+        "= -1",
+        "lab/wall.toml:2: mass_kg = -1 is not above 0",
+    ),
+    (
+        "= 0.065",
+        "= nan",
+        "lab/wall.toml:2: mass_kg = NaN is not above 0",
+    ),
+    (
+        "= 0.065",
+        "= \"x\"",
+        "lab/wall.toml:2: mass_kg = \"x\" is a string, not a number",
+    ),
+    (
+        "= 0.065",
+        "= 0x41",
+        "lab/wall.toml:2: mass_kg is not written as a decimal number",
+    ),
+    (
+        "order = 0.5",
+        "order = 2.5",
+        "lab/wall.toml:5: order = 2.5 is not from 0 to 2",
+    ),
+    (
+        "order = 0.5\n",
+        "",
+        "lab/wall.toml:1: missing key `order` in [wall]",
+    ),
+    (
+        "order =",
+        "ordre =",
+        "lab/wall.toml:5: unknown key `ordre` in [wall]: did you mean `order`?",
+    ),
+    (
+        "[wall]",
+        "[wal]",
+        "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall], [coupler]",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nscheme = \"exact\"\n",
+        "lab/wall.toml:2: scheme exact is for analysis only",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nseed = -1\n",
+        "lab/wall.toml:2: seed = -1 is not a whole number",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\none_sided = 1\n",
+        "lab/wall.toml:2: one_sided = 1 is an integer, not true or false",
+    ),
+    (
+        "[wall]\n",
+        "[relax]\n[wall]\n",
+        "lab/wall.toml:2: a second table [wall]: an experiment file has one of",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\npush_n = 200\n",
+        "lab/wall.toml:2: push_n = 200 is not below force_limit_n = 100",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nguard = \"on\"\n",
+        "lab/wall.toml:2: guard = \"on\" is not one of off, observer, energy-bounding",
+    ),
+    (
+        "damping_n_s_per_m = 3.5\n",
+        "damping_n_s_per_m = 0\nguard = \"energy-bounding\"\n",
+        "lab/wall.toml:1: damping of the device 0 N·s/m is not above 0",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nduration_s = 0.1\n",
+        "lab/wall.toml:1: window 0.4 s is not in [0.02, 0.1] s",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\ndelay_s = 1\n",
+        "lab/wall.toml:1: force delay 1 s",
+    ),
+    ("[wall]", "[wall", "lab/wall.toml:1: "),
+    (
+        WALL,
+        "",
+        "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler]",
+    ),
+    (
+        WALL,
+        "wall = 3",
+        "lab/wall.toml:1: `wall` is not a table: write [wall]",
+    ),
+    (
+        WALL,
+        "[relax]\nramp_time_s = 300",
+        "lab/wall.toml:2: ramp_time_s = 300 is not below duration_s = 200",
+    ),
+    (
+        WALL,
+        "[relax]\ncontact = \"soft\"",
+        "lab/wall.toml:2: contact = \"soft\" is not one of compliant, rigid",
+    ),
+    (
+        WALL,
+        "[creep]\n\ntissue = \"jelly\"",
+        "lab/wall.toml:3: tissue \"jelly\" is not in the library",
+    ),
+    (
+        WALL,
+        "[creep]\ntissue = \"a.toml\"",
+        "lab/wall.toml:2: cannot read the material file `lab/a.toml`",
+    ),
+    (
+        "order = 0.5\n",
+        "order = 0.5\norder = 0.6\n",
+        "lab/wall.toml:6: duplicate key `order`",
+    ),
+    (
+        WALL,
+        "[relax]\nworkspace_low_m = 0",
+        "lab/wall.toml:2: a workspace has two ends: give workspace_high_m too",
+    ),
+    (
+        WALL,
+        "[relax]\nworkspace_high_m = 0",
+        "lab/wall.toml:2: a workspace has two ends: give workspace_low_m too",
+    ),
+    (
+        WALL,
+        "[relax]\nworkspace_low_m = 0\nworkspace_high_m = -1",
+        "lab/wall.toml:3: workspace_high_m = -1 is not above workspace_low_m = 0",
+    ),
+    (
+        WALL,
+        "[relax]\nspeed_limit_m_per_s = -1",
+        "lab/wall.toml:2: speed_limit_m_per_s = -1 is not above 0",
+    ),
+    (
+        WALL,
+        "[relax]\nrise_time_s = 0",
+        "lab/wall.toml:2: rise_time_s = 0 is not above 0",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\njump_m = 1e-9\n",
+        "lab/wall.toml:1: jump 1e-9 m has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nstuck_time_s = 0.05\n",
+        "lab/wall.toml:1: stuck time 0.05 s has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\ndevice_mass_kg = 0.065\n",
+        "lab/wall.toml:1: device mass 0.065 kg has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nguard = \"observer\"\ndevice_damping_n_s_per_m = 3.5\n",
+        "lab/wall.toml:1: device damping 3.5 N·s/m has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\ndevice_lag_s = 1e-3\n",
+        "lab/wall.toml:1: device lag 0.001 s has no effect",
+    ),
+    (
+        "[wall]\n",
+        "[wall]\nbraking_n_s_per_m = 1000\n",
+        "lab/wall.toml:1: braking 1000 N·s/m is not at most",
+    ),
+    (
+        WALL,
+        "[relax]\nstop_time_s = 2",
+        "lab/wall.toml:2: stop_time_s = 2 is not from 0.001 to 1",
+    ),
+    (
+        WALL,
+        "[relax]\nbrake_force_n = 20",
+        "lab/wall.toml:2: brake_force_n = 20 is not from 0 to 10",
+    ),
+    (
+        WALL,
+        "[relax]\njump_m = nan",
+        "lab/wall.toml:2: jump_m = NaN is not from 0 to 1",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice_delay_least_s = 2e-3\ndevice_delay_most_s = 1e-3",
+        "lab/wall.toml:3: device_delay_most_s = 0.001 is below device_delay_least_s = 0.002",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice_delay_least_s = 2e-3",
+        "lab/wall.toml:2: a delay has two ends: give device_delay_most_s too",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice = \"serial:x\"\nsensor_noise_m = 1e-6",
+        "lab/wall.toml:1: encoder_resolution_m and sensor_noise_m are of the simulated rig",
+    ),
+    (
+        WALL,
+        "[relax]\ndevice = \"serial:x\"\nwatchdog_s = 0.0054",
+        "lab/wall.toml:3: watchdog_s = 0.0054 is not a whole number of milliseconds",
+    ),
+    (
+        WALL,
+        "[relax]\n[drive]\n",
+        "lab/wall.toml:2: missing key `controller` in [drive]",
+    ),
+    (
+        WALL,
+        "[relax]\nduration_s = 1e7",
+        "lab/wall.toml:2: duration_s = 1e7 with sample_time_s = 0.001 is 10000000001 samples",
+    ),
+];
+
+#[test]
+fn what_is_wrong_is_said_in_one_line_with_its_place() {
+    for &(from, to, want) in WRONG {
+        assert!(WALL.contains(from), "{from}");
+        let have = read(&WALL.replace(from, to)).expect_err(to);
+        assert!(have.starts_with(want), "have {have}\nwant {want}");
+        assert!(!have.contains('\n'), "{have}");
+    }
+}
+
+const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 0.75\n\
+                       coupler_stiffness_n_s_per_m = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500\n";
+
+#[test]
+fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
+    let Ok(ExperimentFile::Coupler(coupler)) = read(COUPLER) else {
+        panic!("{:?}", read(COUPLER));
+    };
+    assert_eq!(
+        coupler.object,
+        crate::question::design::coupler::CouplerDesign::OBJECT
+    );
+    assert_eq!(coupler.check().expect("valid"), 5001);
+    // What is given over the file may still ask for a loop on the host.
+    let serial = format!("{COUPLER}device = \"serial:x\"\n");
+    let refused = read(&serial).expect_err("no loop there");
+    assert!(refused.contains("give `loop` = host"), "{refused}");
+    let mut document = Document::of_text(Path::new("lab/wall.toml"), &serial);
+    let set = document.set("coupler", "loop", "host", "--loop host");
+    set.expect("new");
+    let here = ExperimentFile::open(&document).expect("a good file");
+    assert_eq!(here.samples().expect("valid"), 5001);
+    for (from, to, want) in [
+        (
+            "0.75",
+            "1.01",
+            "lab/wall.toml:5: order = 1.01 is not from 0 to 1",
+        ),
+        (
+            "= 500",
+            "= -5",
+            "lab/wall.toml:7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not from 0 to 1e8",
+        ),
+        (
+            "= 500",
+            "= 500\none_sided = true",
+            "lab/wall.toml:8: unknown key `one_sided` in [coupler]",
+        ),
+        (
+            "= 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500",
+            "= 0\ncoupler_dissipation_n_s_1_minus_mu_per_m = 0",
+            "lab/wall.toml:1: coupler dissipation of a coupler without stiffness 0",
+        ),
+        (
+            "= 500\n",
+            "= 500\nobject_stiffness_n_per_m = 0\nobject_mass_kg = 0\nobject_damping_n_s_per_m = 0\n",
+            "lab/wall.toml:1: object stiffness of an object without mass and damping 0 N/m is not above 0",
+        ),
+    ] {
+        let error = read(&COUPLER.replace(from, to)).expect_err("wrong");
+        assert!(error.starts_with(want), "{error}");
+    }
+}
+
+#[test]
+fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.0013\ncurrent_lag_s = 0.0005\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    for device in ["sim", "serial:none"] {
+        let text = format!(
+            "[wall]\ndevice = \"{device}\"\ndevice_model = \"device.toml\"\nsample_time_s = 0.001\norder = 1\n\
+             stiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\n"
+        );
+        let parsed = ExperimentFile::parse(&place.path().join("wall.toml"), &text);
+        let Ok(ExperimentFile::Wall(wall)) = parsed else {
+            panic!("{device}: {parsed:?}")
+        };
+        let known = wall.setup.dynamics();
+        assert_eq!(
+            (known.delay_s, known.current_lag_s),
+            (0.0013, 0.0005),
+            "{device}"
+        );
+    }
+}
+
+#[test]
+fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
+    let says = "watchdog_s = 0.3\nmax_age_ticks = 40\nlate_ticks = 7\nloop = \"host\"\n";
+    let mut document = Document::of_text(Path::new("lab/wall.toml"), &format!("{WALL}{says}"));
+    let file = ExperimentFile::open(&document).expect("good");
+    assert_eq!(file.remote(), None);
+    let set = document.set("wall", "device", "serial:here", "--device serial:here");
+    set.expect("new");
+    let file = ExperimentFile::open(&document).expect("good");
+    let remote = file.remote().expect("serial");
+    assert_eq!(remote.watchdog_ms(), 300);
+    assert_eq!((remote.max_age_ticks, remote.late_ticks), (40, 7));
+    assert_eq!(remote.loop_mode, haptic_link::LoopMode::Host);
+    assert_eq!(remote.name.to_string(), "serial:here");
+}
+
+/// The mass of the device of a wall.
+fn mass_kg(document: &Document) -> f64 {
+    match ExperimentFile::open(document) {
+        Ok(ExperimentFile::Wall(wall)) => wall.setup.device.mass.0,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    let wall = place.path().join("wall.toml");
+    let alone = Document::of_text(&wall, WALL);
+    assert_eq!(mass_kg(&alone).to_bits(), f64::to_bits(0.065));
+    let named = format!("{WALL}device_model = \"device.toml\"\n");
+    assert_eq!(
+        mass_kg(&Document::of_text(&wall, &named)).to_bits(),
+        f64::to_bits(0.065)
+    );
+    let path = place.path().join("device.toml");
+    let mut over = alone;
+    let set = over.set(
+        "wall",
+        "device_model",
+        path.to_string_lossy().as_ref(),
+        "--device-model",
+    );
+    set.expect("new");
+    assert_eq!(mass_kg(&over).to_bits(), f64::to_bits(0.08));
+    over.set("wall", "mass_kg", 0.1, "--mass 100g")
+        .expect("new");
+    assert_eq!(mass_kg(&over).to_bits(), f64::to_bits(0.1));
+}
+
+#[test]
+fn what_is_given_is_refused_by_its_words_and_not_twice() {
+    let mut document = Document::of_text(Path::new("lab/wall.toml"), WALL);
+    document
+        .set("wall", "order", 3.0, "--order 3")
+        .expect("new");
+    let error = ExperimentFile::open(&document).expect_err("an order");
+    assert_eq!(
+        error.to_string(),
+        "--order 3: order = 3 is not from 0 to 2: change it"
+    );
+    let twice = document.set("wall", "order", 1.0, "order=1");
+    let twice = twice.expect_err("given").to_string();
+    assert!(
+        twice.starts_with("order=1: order is given twice"),
+        "{twice}"
+    );
+    let mut idle = Document::new("relax");
+    idle.set("relax", "seed", 7, "seed=7").expect("new");
+    let error = ExperimentFile::open(&idle)
+        .expect_err("no noise")
+        .to_string();
+    assert!(
+        error.starts_with("seed=7: seed has no effect without noise"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_written_document_is_the_same_experiment_from_anywhere() {
+    let place = tempfile::tempdir().expect("a folder");
+    let wall = place.path().join("wall.toml");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.1\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    let text = WALL.replace("mass_kg = 0.065\n", "");
+    let mut document = Document::of_text(&wall, &format!("{text}device_model = \"device.toml\"\n"));
+    let set = document.set("wall", "scheme", "grunwald:100", "--scheme grunwald:100");
+    set.expect("new");
+    let written = document.to_toml().expect("good");
+    assert!(
+        written.contains("\nscheme = \"grunwald:100\"\n"),
+        "{written}"
+    );
+    assert!(written.contains("\n# push_n = 1.0\n"), "{written}");
+    let there = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
+    let debug = |document: &Document| {
+        let read = ExperimentFile::open(document).expect("good");
+        format!("{read:?}")
+    };
+    assert_eq!(debug(&document), debug(&there));
+    assert_eq!(there.to_toml().expect("good"), written);
+    let mut kept = std::collections::BTreeMap::new();
+    document.keep_in(&mut kept).expect("good");
+    assert_eq!(kept["document"], written);
+}
+
+#[test]
+fn a_device_file_over_a_file_is_written_as_it_runs() {
+    let place = tempfile::tempdir().expect("a folder");
+    let device = place.path().join("device.toml");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.001\n";
+    std::fs::write(&device, file).expect("writes");
+    let text = format!("{WALL}device_model = \"gone.toml\"\n");
+    let mut document = Document::of_text(&place.path().join("wall.toml"), &text);
+    let path = device.to_string_lossy();
+    let set = document.set("wall", "device_model", path.as_ref(), "--device-model");
+    set.expect("new");
+    document
+        .set("wall", "damping_n_s_per_m", 0.1, "damping=0.1")
+        .expect("new");
+    document
+        .set("wall", "guard", "energy-bounding", "guard=energy-bounding")
+        .expect("new");
+    // The file that nobody asks for any more need not be there.
+    let Ok(ExperimentFile::Wall(wall)) = ExperimentFile::open(&document) else {
+        panic!("{:?}", ExperimentFile::open(&document));
+    };
+    let known = wall.setup.dynamics();
+    assert_eq!(
+        (known.mass_kg, known.damping_n_s_per_m, known.delay_s),
+        (0.08, 0.1, 0.001)
+    );
+    // A guard does not count on more damping than that.
+    assert_eq!(wall.setup.known.damping_n_s_per_m, Some(0.1));
+    assert_eq!(wall.setup.known.mass_kg, Some(0.08));
+    let written = document.to_toml().expect("good");
+    for absent in ["mass_kg", "delay_s", "friction_n"] {
+        assert!(
+            !written.contains(&format!("{absent} =")),
+            "{absent}: {written}"
+        );
+    }
+    let again = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
+    let again = ExperimentFile::open(&again).expect("good");
+    assert_eq!(
+        format!("{again:?}"),
+        format!("{:?}", ExperimentFile::Wall(wall))
+    );
+}
+
+#[test]
+fn a_device_file_is_no_sensor_of_the_rig() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nencoder_resolution_m = 1e-5\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    for device in ["sim", "serial:x"] {
+        let text = format!(
+            "[relax]\ndevice = \"{device}\"\nguard = \"observer\"\ndevice_model = \"device.toml\"\n"
+        );
+        let read = ExperimentFile::parse(&place.path().join("relax.toml"), &text);
+        let Ok(ExperimentFile::Relax(relax)) = read else {
+            panic!("{device}: {read:?}");
+        };
+        assert!(relax.rendering.sensors.are_ideal(), "{device}");
+        assert_eq!(
+            relax.rendering.safety.device_mass_kg,
+            Some(0.08),
+            "{device}"
+        );
+    }
+}
+
+#[test]
+fn a_key_is_a_key_whatever_stands_in_it() {
+    for key in [
+        "[drive]\ncontroller",
+        "\"strain\"",
+        "a b",
+        "strain = 1\nguard",
+    ] {
+        let mut document = Document::new("relax");
+        document
+            .set("relax", key, 0.1, &format!("{key}=0.1"))
+            .expect("new");
+        let error = ExperimentFile::open(&document).expect_err(key).to_string();
+        assert!(
+            error.contains("unknown key") && !error.contains('\n'),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn an_error_in_a_file_points_at_a_character_of_a_line() {
+    for (text, line, shown, at) in [
+        ("[relax]\nstrain = 5 # %\n", 2, "strain = 5 # %", 9..10),
+        (
+            "# µ\r\n[relax]\r\ntissue = \"µ\"\r\n",
+            3,
+            "tissue = \"µ\"",
+            9..10,
+        ),
+        ("[relax]\nµ = 1", 2, "µ = 1", 0..2),
+        ("[relax]\nstrain =", 2, "strain =", 8..8),
+    ] {
+        let error = ExperimentFile::parse(Path::new("a.toml"), text).expect_err("wrong");
+        let found = error.excerpt().expect("in a file");
+        let found = (found.line, found.text.as_str(), found.at.clone());
+        assert_eq!(found, (line, shown, at), "{error}");
+    }
+}

@@ -1,0 +1,370 @@
+//! The stiffest virtual coupler of each order, for a device with its hand.
+//!
+//! ```text
+//! Z_c = k_c + b_c·(T/(1 − w))^μ,    least damping by a criterion b(k_c, b_c), in proportion to both
+//! b_c = b / b(r, 1),  k_c = r·b_c   for the ratio r = k_c/b_c that makes b_c largest
+//! ```
+//! The damper part `k_c` can lower what the spring part `b_c` needs, so the ratio is searched: 0, and
+//! 200 ratios over six decades around the T^μ at which the two are alike, then golden sections around
+//! the best. Compared by the stiffness that is felt at a frequency, `|jω·Z_c(jω)|`. For μ > 1 no damping
+//! makes the port passive. Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 5.14–5.20.
+//!
+//! - *Two criteria*: Llewellyn's, of the dissertation, and that of the sampled port, which asks for four times the damping and more but
+//!   holds for every hand and object, see [`Coupler::sampled_damping`].
+//! - *Llewellyn is not enough* for a sampled device. So the loop that really runs, of this device, its hand and an object, must be stable
+//!   too, also with a coupler twice as large: where it is not, both parts are made smaller by the share that is left.
+//! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
+
+mod search;
+mod trial;
+
+use super::answer::goes_on;
+use crate::document::failure::Failure;
+use crate::experiment::trial::dynamics;
+use crate::question::design::keys::WISH_FREQUENCY;
+use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme};
+use haptic_analysis::{
+    AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
+    LoopOperator,
+};
+use haptic_loop::plant::MassDamperConfig;
+use rayon::prelude::*;
+use search::{INSIDE, cheapest, with_margin};
+use serde::Serialize;
+use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
+pub use trial::CouplerAnswer;
+
+/// The stiffest coupler of an order.
+#[derive(Clone, Debug, Serialize)]
+pub struct CouplerCandidate {
+    /// μ.
+    pub order: f64,
+    /// `k_c`, N·s/m; null if no coupler of this order is passive.
+    pub stiffness: Option<f64>,
+    /// `b_c`, N·s^(1−μ)/m.
+    pub dissipation: Option<f64>,
+    /// The device's damping over what the coupler needs by the criterion: a little above 1, and more for one that was made smaller.
+    pub margin: Option<f64>,
+    /// `|jω·Z_c(jω)|` at the frequency, N/m.
+    pub felt_stiffness_n_per_m: Option<f64>,
+    /// Share of the largest coupler by the criterion that leaves the sampled loop stable with a gain margin of 2; 1 if all of it does.
+    pub share: Option<f64>,
+    /// Factor on both parts that takes the sampled loop to the edge; null if none does.
+    pub loop_margin: Option<f64>,
+    /// Damping with which the sampled device is passive with every hand and object, N·s/m; null if none is enough.
+    pub sampled_damping_n_s_per_m: Option<f64>,
+    /// Why there is none.
+    pub reason: Option<String>,
+}
+
+/// The criterion that a coupler fulfils for every passive hand and object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CouplerCriterion {
+    /// Llewellyn's, for the dissertation's device under Tustin's rule.
+    Llewellyn,
+    /// Passivity of the port that is really sampled.
+    Passive,
+}
+
+impl CouplerCriterion {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Llewellyn => "llewellyn",
+            Self::Passive => "passive",
+        }
+    }
+}
+
+/// A question for couplers: on which device, before which object, by which criterion.
+///
+/// ```
+/// use fracdiff::{Order, Seconds};
+/// use haptic_experiment::question::design::coupler::{CouplerCriterion, CouplerDesign};
+/// use haptic_experiment::dissertation_device;
+///
+/// let design = CouplerDesign {
+///     device: dissertation_device(Seconds(1e-3)),
+///     object: CouplerDesign::OBJECT,
+///     scheme: "full".parse()?,
+///     orders: vec![Order::new(1.0)?],
+///     criterion: CouplerCriterion::Llewellyn,
+///     frequency_hz: 1.0,
+/// };
+/// let answer = design.answer()?;
+/// assert!(answer.best.is_some() && answer.simulated.is_some_and(|trial| trial.stable));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CouplerDesign {
+    /// The device and its hand; ideal.
+    pub device: MassDamperConfig,
+    /// The object that is to be behind the coupler.
+    pub object: CoupledObject,
+    /// The operator.
+    pub scheme: Scheme,
+    /// Orders to try.
+    pub orders: Vec<Order>,
+    /// The criterion.
+    pub criterion: CouplerCriterion,
+    /// Frequency at which couplers are compared, Hz.
+    pub frequency_hz: f64,
+}
+
+impl CouplerDesign {
+    /// The object of an experiment file that names none.
+    pub const OBJECT: CoupledObject = CoupledObject {
+        mass_kg: crate::experiment::coupler::keys::OBJECT_MASS.default_number(),
+        damping_n_s_per_m: crate::experiment::coupler::keys::OBJECT_DAMPING.default_number(),
+        stiffness_n_per_m: crate::experiment::coupler::keys::OBJECT_STIFFNESS.default_number(),
+    };
+
+    /// The stiffest coupler of each order, in their sequence.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn candidates(&self) -> Result<Vec<CouplerCandidate>, Failure> {
+        self.candidates_unless(&AtomicBool::new(false), &|_| {})
+    }
+
+    /// The same; `progress` hears of each order that is done, `stop` ends it before the next.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a stop.
+    pub(super) fn candidates_unless(
+        &self,
+        stop: &AtomicBool,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<CouplerCandidate>, Failure> {
+        if !(self.frequency_hz > 0.0 && self.frequency_hz.is_finite()) {
+            return Err(Failure::bad_input(format_args!(
+                "frequency {} Hz is not above 0 Hz: give {WISH_FREQUENCY}, as in 1",
+                Shown(self.frequency_hz)
+            )));
+        }
+        let found = self.orders.par_iter().map(|order| {
+            goes_on(stop)?;
+            let found = self.stiffest(*order).map_err(Failure::input);
+            progress(1);
+            found
+        });
+        found.collect()
+    }
+
+    /// The stiffest coupler of an order.
+    fn stiffest(&self, order: Order) -> Result<CouplerCandidate, AnalysisError> {
+        let (mu, t) = (order.get(), self.device.sample_time);
+        let none = |reason: &str| {
+            Ok(CouplerCandidate {
+                order: mu,
+                stiffness: None,
+                dissipation: None,
+                margin: None,
+                felt_stiffness_n_per_m: None,
+                share: None,
+                loop_margin: None,
+                sampled_damping_n_s_per_m: None,
+                reason: Some(reason.to_owned()),
+            })
+        };
+        let damping = self.device.damping.0;
+        if damping <= 0.0 {
+            return none("the device has no damping, so no coupler is passive on it");
+        }
+        const ACTIVE: &str =
+            "a coupler of this order is active by itself: no damping makes the port passive";
+        if !(0.0..=1.0).contains(&mu) {
+            return none(ACTIVE);
+        }
+        let operator = LoopOperator::new(self.scheme, Order::new(1.0 - mu)?, t, self.horizon())?;
+        let runs = CouplerOperator(&operator);
+        let coupler = |k_c: f64, b_c: f64| -> Result<Coupler<'_>, AnalysisError> {
+            let exact = Coupler::exact(order, t.0, k_c, b_c)?;
+            // A finite memory ripples as fast as it is long.
+            Ok(exact.with_operator(&runs, operator.memory()))
+        };
+        let least = |ratio: f64| Ok(enough(self.needed(&coupler(ratio, 1.0)?)?));
+        let Some(bare) = least(0.0)? else {
+            return none(ACTIVE);
+        };
+        let (ratio, required) = cheapest(bare, t.0.powf(mu), least)?;
+        let largest = INSIDE * damping / required;
+        let whole = Coupler::exact(order, t.0, ratio * largest, largest)?;
+        let closed = CoupledLoop::new(&dynamics(&self.device), &whole, &self.object, &operator)?;
+        let Some((share, loop_margin)) = with_margin(&closed)? else {
+            return none("no coupler of this order is stable in the sampled loop of this device");
+        };
+        let (dissipation, stiffness) = (share * largest, share * ratio * largest);
+        let sampled = coupler(stiffness, dissipation)?.sampled_damping(ForcePath::NONE)?;
+        // jω·Z_c with (T/(1 − w))^μ ≈ (jω)^(−μ)
+        let omega = 2.0 * PI * self.frequency_hz;
+        let (angle, size) = (-0.5 * PI * mu, dissipation * omega.powf(-mu));
+        let felt = omega * (stiffness + size * angle.cos()).hypot(size * angle.sin());
+        Ok(CouplerCandidate {
+            order: mu,
+            stiffness: Some(stiffness),
+            dissipation: Some(dissipation),
+            margin: Some(1.0 / (INSIDE * share)),
+            felt_stiffness_n_per_m: Some(felt),
+            share: Some(share),
+            loop_margin,
+            sampled_damping_n_s_per_m: enough(sampled),
+            reason: None,
+        })
+    }
+
+    /// By the criterion.
+    fn needed(&self, coupler: &Coupler<'_>) -> Result<LeastDamping, AnalysisError> {
+        match self.criterion {
+            CouplerCriterion::Llewellyn => coupler.least_damping(),
+            CouplerCriterion::Passive => coupler.sampled_damping(ForcePath::NONE),
+        }
+    }
+}
+
+fn enough(least: LeastDamping) -> Option<f64> {
+    match least {
+        LeastDamping::Enough {
+            damping_n_s_per_m, ..
+        } => Some(damping_n_s_per_m),
+        LeastDamping::NoneIsEnough { .. } => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dissertation_device;
+    use fracdiff::Seconds;
+    use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+
+    fn design(scheme: &str, criterion: CouplerCriterion, mass: f64, damping: f64) -> CouplerDesign {
+        let order = |mu| Order::new(mu).expect("valid");
+        CouplerDesign {
+            device: MassDamperConfig {
+                mass: Kilograms(mass),
+                damping: NewtonSecondsPerMetre(damping),
+                ..dissertation_device(Seconds(1e-3))
+            },
+            object: CouplerDesign::OBJECT,
+            scheme: scheme.parse().expect("a scheme"),
+            orders: [0.0, 0.5, 0.75, 1.0].map(order).to_vec(),
+            criterion,
+            frequency_hz: 1.0,
+        }
+    }
+
+    #[test]
+    fn the_designed_coupler_fulfils_its_criterion_and_a_hair_more_does_not() {
+        for (scheme, criterion) in [
+            ("exact", CouplerCriterion::Llewellyn),
+            ("full", CouplerCriterion::Llewellyn),
+            ("full", CouplerCriterion::Passive),
+        ] {
+            let design = design(scheme, criterion, 0.065, 0.7);
+            for found in design.candidates().expect("valid") {
+                let mu = found.order;
+                let (k, b) = (
+                    found.stiffness.expect("one"),
+                    found.dissipation.expect("one"),
+                );
+                assert_eq!(found.share, Some(1.0), "{found:?}");
+                let scheme: Scheme = scheme.parse().expect("a scheme");
+                let order = Order::new(1.0 - mu).expect("valid");
+                let t = design.device.sample_time;
+                let operator = LoopOperator::new(scheme, order, t, design.horizon());
+                let operator = operator.expect("valid");
+                let runs = CouplerOperator(&operator);
+                let passive = |k: f64, b: f64| {
+                    let exact = Coupler::exact(Order::new(mu).expect("valid"), t.0, k, b);
+                    let coupler = exact.expect("valid").with_operator(&runs, 1);
+                    enough(design.needed(&coupler).expect("valid")).is_some_and(|b| b <= 0.7)
+                };
+                assert!(passive(k, b), "{scheme} μ {mu}: {found:?}");
+                assert!(
+                    !passive(1.0002 * k, 1.0002 * b),
+                    "{scheme} μ {mu}: {found:?}"
+                );
+                // No ratio on a coarse grid of its own does better.
+                for decade in -4..=4 {
+                    let ratio = 1e-3_f64.powf(mu) * 10f64.powi(decade);
+                    assert!(
+                        !passive(1.001 * b * ratio, 1.001 * b),
+                        "{scheme} μ {mu}, {ratio}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn where_llewellyn_is_not_enough_the_sampled_loop_has_the_last_word() {
+        // 2 g with 3 N·s/m: δ = 1.5, so that a damper of 8b would be 12 units of m/T.
+        let mut shrunk = 0;
+        for found in design("full", CouplerCriterion::Llewellyn, 2e-3, 3.0)
+            .candidates()
+            .expect("valid")
+        {
+            let (share, margin) = (
+                found.share.expect("one"),
+                found.loop_margin.expect("an edge"),
+            );
+            assert!(margin >= 2.0 * (1.0 - 1e-3), "{found:?}");
+            shrunk += u32::from(share < 1.0);
+        }
+        assert!(shrunk > 0, "none was too strong");
+        // Passive as sampled needs no such help.
+        for found in design("full", CouplerCriterion::Passive, 2e-3, 3.0)
+            .candidates()
+            .expect("valid")
+        {
+            assert!(
+                found.sampled_damping_n_s_per_m.is_some_and(|b| b <= 3.0),
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn above_order_one_and_without_damping_there_is_none() {
+        for (mu, damping) in [(1.5, 1.0), (0.5, 0.0)] {
+            let mut design = design("full", CouplerCriterion::Llewellyn, 0.065, damping);
+            design.orders = vec![Order::new(mu).expect("valid")];
+            let answer = design.answer().expect("valid");
+            let found = &answer.candidates[0];
+            assert!(
+                found.dissipation.is_none() && found.reason.is_some(),
+                "{found:?}"
+            );
+            assert!(answer.best.is_none() && answer.experiment_text.is_none());
+        }
+    }
+
+    #[test]
+    fn the_written_experiment_is_the_one_that_was_tried() {
+        for (criterion, mass) in [
+            (CouplerCriterion::Llewellyn, 0.065),
+            (CouplerCriterion::Llewellyn, 2e-3),
+            (CouplerCriterion::Passive, 0.065),
+        ] {
+            let design = design("full", criterion, mass, 3.0);
+            let answer = design.answer().expect("valid");
+            let text = answer.experiment_text.expect("a best one");
+            let file = crate::ExperimentFile::parse(std::path::Path::new("design.toml"), &text);
+            let crate::ExperimentFile::Coupler(coupler) = file.expect("is right") else {
+                panic!("not a coupler: {text}");
+            };
+            let settling = coupler.try_out().expect("valid");
+            assert_eq!(Some(settling), answer.simulated, "{text}");
+            assert!(settling.stable, "{settling:?}");
+            let verdict = coupler.look().expect("valid");
+            let llewellyn = verdict.coupler.is_some_and(|coupler| coupler.llewellyn);
+            assert!(verdict.stable && llewellyn, "{verdict:?}");
+            let passive = criterion == CouplerCriterion::Passive;
+            assert!(verdict.passive || !passive, "{verdict:?}");
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! `[design]`.
+
+use super::coupler::{CouplerCriterion, CouplerDesign};
+use super::keys::{
+    COMPARED_AT_HZ, DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
+    WISH_TISSUE,
+};
+use super::{Design, Device, RequireName, Requirement, Wish, WishName};
+use crate::document::error::FileError;
+use crate::document::parameters::{
+    AREA, CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, LIBRARY, Parameter,
+    SENSOR_NOISE, THICKNESS,
+};
+use crate::document::reader::Table;
+use crate::experiment::rendering::reading::piece;
+use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
+use crate::judge::modelled_tissue::TissuePiece;
+use crate::question::reading::{bench, orders, scheme};
+use crate::run::imperfections::Imperfections;
+use fracdiff::Order;
+use haptic_loop::plant::MassDamperConfig;
+
+/// What `[design]` asks for, before it is known of what.
+pub(crate) struct Asked {
+    bench: Device,
+    /// What is wanted most.
+    pub(crate) wish: WishName,
+    require: RequireName,
+}
+
+pub(crate) fn asked(table: &Table<'_>) -> Result<Asked, FileError> {
+    let asked = Asked {
+        bench: bench(table)?,
+        wish: table.choice(&WISH)?,
+        require: table.choice(&REQUIRE)?,
+    };
+    if asked.wish != WishName::Tissue {
+        for parameter in [WISH_TISSUE, LIBRARY, AREA, THICKNESS] {
+            foreign(table, &parameter, "the wish tissue")?;
+        }
+    }
+    Ok(asked)
+}
+
+/// The best wall.
+pub(crate) fn design(table: &Table<'_>, asked: Asked) -> Result<Design, FileError> {
+    let requirement = match asked.require {
+        RequireName::Passive => {
+            foreign(table, &GAIN_MARGIN, "the requirement stable")?;
+            Requirement::Passive
+        }
+        RequireName::Stable => Requirement::Stable {
+            gain_margin: table.number(&GAIN_MARGIN)?,
+        },
+    };
+    let design = Design {
+        device: asked.bench,
+        scheme: scheme(table)?,
+        orders: in_order(orders(table, &DESIGN_ORDERS)?),
+        requirement,
+        wish: aim(table, asked.wish)?,
+        force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,
+    };
+    design
+        .check()
+        .map_err(|error| table.fail(error.to_string()))?;
+    Ok(design)
+}
+
+/// What is wanted most of a wall.
+fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
+    let frequency_hz = table.number_if(&WISH_FREQUENCY)?;
+    Ok(match wish {
+        WishName::MostDamping => Wish::MostDamping {
+            frequency_hz: table.required(&WISH_FREQUENCY)?,
+        },
+        WishName::Tissue => {
+            if table.text(&WISH_TISSUE)?.is_empty() {
+                let reason = format!("the wish tissue needs one: give {WISH_TISSUE}");
+                return Err(table.fail_at(WISH.key, reason));
+            }
+            let TissuePiece { material, specimen } = piece(table)?;
+            Wish::Tissue {
+                material: *material,
+                specimen,
+                frequency_hz: frequency_hz.unwrap_or(COMPARED_AT_HZ),
+            }
+        }
+        WishName::StiffestWall | WishName::Coupler => {
+            foreign(table, &WISH_FREQUENCY, "another wish")?;
+            Wish::StiffestWall
+        }
+    })
+}
+
+/// A coupler is designed for an ideal device.
+pub(crate) fn coupler(table: &Table<'_>, asked: Asked) -> Result<CouplerDesign, FileError> {
+    let bench = asked.bench;
+    for parameter in [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT] {
+        foreign(table, &parameter, "a wall")?;
+    }
+    if !bench.imperfections().is_ideal() {
+        let reason = format!(
+            "a coupler is designed for an ideal device: leave out {FRICTION}, {DELAY}, \
+                      {CURRENT_LAG}, {ENCODER_RESOLUTION}, {SENSOR_NOISE} and {DEVICE_MODEL}"
+        );
+        return Err(table.fail(reason));
+    }
+    let ideal: MassDamperConfig = Imperfections::NONE.on(bench.plant);
+    Ok(CouplerDesign {
+        device: ideal,
+        object: CouplerDesign::OBJECT,
+        scheme: scheme(table)?,
+        orders: in_order(orders(table, &DESIGN_ORDERS)?),
+        criterion: match asked.require {
+            RequireName::Stable => CouplerCriterion::Llewellyn,
+            RequireName::Passive => CouplerCriterion::Passive,
+        },
+        frequency_hz: (table.number_if(&WISH_FREQUENCY)?).unwrap_or(COMPARED_AT_HZ),
+    })
+}
+
+/// Refuses a key that would have no effect.
+fn foreign(table: &Table<'_>, parameter: &Parameter, of: &str) -> Result<(), FileError> {
+    if !table.has(parameter) {
+        return Ok(());
+    }
+    let key = parameter.key;
+    Err(table.fail_at(key, format!("{key} belongs to {of}: omit it")))
+}
+
+/// Each of them once, rising.
+fn in_order(mut orders: Vec<Order>) -> Vec<Order> {
+    orders.sort_by(|a, b| a.get().total_cmp(&b.get()));
+    orders.dedup();
+    orders
+}

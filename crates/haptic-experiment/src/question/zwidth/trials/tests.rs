@@ -1,0 +1,94 @@
+//! Trials on a device that is silent, that fails, and that has had enough.
+
+use super::*;
+use crate::run::ending::reported;
+use haptic_devices::NearLine;
+use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
+use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
+use haptic_remote::serial::{DeviceTime, Served};
+use std::sync::Arc;
+
+/// An emulated servo in its own time, which runs and tells no sample; and its adapter.
+fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
+    let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
+    let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
+    let time = DeviceTime::default();
+    let line = NearLine::new(Arc::clone(&adapter), time.clone());
+    let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("answers");
+    let served = Served::in_its_own_time(axis, time).expect("serves");
+    let mut link = SerialLink::to_served(served, "moteus:emulated").expect("answers");
+    link.arm(Duration::from_secs(1)).expect("arms");
+    let rarely = Start {
+        every: u16::MAX,
+        ..Start::ENDLESS
+    };
+    link.start(rarely).expect("starts");
+    (link, adapter)
+}
+
+#[test]
+fn a_silence_of_a_device_that_answers_is_no_end_of_the_search() {
+    let (mut link, ..) = running_without_samples();
+    let patience = Duration::from_millis(20);
+    let trial = Trials::followed(&mut link, "here", 1000, patience);
+    let Ok(Trial::Unjudged(failure)) = trial else {
+        panic!("it is to be made again");
+    };
+    assert_eq!(failure.exit_code(), 3, "{failure}");
+    // It was let go before anything else.
+    assert!(link.wait_for_rest());
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
+    let (mut link, adapter) = running_without_samples();
+    let stuck = adapter.lock().expect("nobody panicked with it");
+    let patience = Duration::from_millis(20);
+    let Err(failure) = Trials::followed(&mut link, "here", 1000, patience) else {
+        panic!("nothing more can be tried");
+    };
+    let said = failure.to_string();
+    assert!(said.contains("check its plug and supply"), "{said}");
+    assert_eq!(failure.exit_code(), 3, "{said}");
+    drop(stuck);
+}
+
+#[test]
+fn a_board_that_failed_ends_it_with_its_own_words() {
+    let (mut link, adapter) = running_without_samples();
+    // Its supply is too low.
+    (adapter.lock().expect("nobody panicked with it").servo).fail(40);
+    let Err(failure) = Trials::followed(&mut link, "here", 1000, SILENCE) else {
+        panic!("nothing more can be tried");
+    };
+    let said = failure.to_string();
+    let own = link.trouble().expect("it says why").words;
+    assert!(
+        said.contains(&own) && said.contains("no more trials"),
+        "{said}"
+    );
+    assert_eq!(failure.exit_code(), 3, "{said}");
+}
+
+#[test]
+fn a_fault_of_the_device_is_no_answer_of_a_wall() {
+    for fault in Fault::ALL {
+        let (link, ..) = running_without_samples();
+        let trial = faulted(&link, reported(fault));
+        match fault.code() {
+            6 | 7 => assert!(matches!(trial, Ok(Trial::Tripped(was)) if was == fault)),
+            2 | 3 | 11 => assert!(matches!(trial, Ok(Trial::Unjudged(_))), "{fault}"),
+            _ => {
+                let failure = trial
+                    .err()
+                    .unwrap_or_else(|| panic!("{fault} is no answer"));
+                assert_eq!(failure.exit_code(), 3, "{failure}");
+                assert!(
+                    failure.to_string().contains(&fault.to_string()),
+                    "{failure}"
+                );
+            }
+        }
+    }
+}

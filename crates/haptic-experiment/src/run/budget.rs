@@ -1,0 +1,97 @@
+//! Time of the ticks of a loop by the clock, by its parts: gathered off the tick, told once a second while the loop runs.
+//!
+//! ```text
+//! due ──lateness──▶ begun ──compute──▶ done ──rest of the period──▶ due
+//! ```
+
+use crate::run::realtime::Microseconds;
+use hdrhistogram::Histogram;
+use std::collections::BTreeMap;
+
+/// Device time from one summary to the next, s.
+const EVERY_S: f64 = 1.0;
+
+/// Parts of a tick, ns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TickParts {
+    /// From when it was due to when it began.
+    pub lateness_ns: u64,
+    /// From there until the force was written and the history kept.
+    pub compute_ns: u64,
+}
+
+/// Parts of the ticks since the last summary.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    lateness_ns: Histogram<u64>,
+    compute_ns: Histogram<u64>,
+    /// Device time of the next summary, s.
+    due_s: f64,
+}
+
+impl Budget {
+    /// Without a tick.
+    ///
+    /// # Errors
+    /// Never, with these bounds.
+    pub(crate) fn new() -> Result<Self, hdrhistogram::CreationError> {
+        // 1 ns to 10 s, two digits.
+        let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 2);
+        Ok(Self {
+            lateness_ns: histogram()?,
+            compute_ns: histogram()?,
+            due_s: EVERY_S,
+        })
+    }
+
+    /// Takes a tick in; the summary of a second that is over, as metadata of the log.
+    pub(crate) fn take(
+        &mut self,
+        parts: TickParts,
+        time_s: f64,
+    ) -> Option<BTreeMap<String, String>> {
+        self.lateness_ns.saturating_record(parts.lateness_ns.max(1));
+        self.compute_ns.saturating_record(parts.compute_ns.max(1));
+        if time_s < self.due_s {
+            return None;
+        }
+        self.due_s = (time_s / EVERY_S).floor() * EVERY_S + EVERY_S;
+        let mut values = BTreeMap::from([
+            ("time_s".to_owned(), time_s.to_string()),
+            ("ticks".to_owned(), self.lateness_ns.len().to_string()),
+        ]);
+        for (name, histogram) in [
+            ("lateness", &mut self.lateness_ns),
+            ("compute", &mut self.compute_ns),
+        ] {
+            Microseconds::of(histogram).describe(name, &mut values);
+            histogram.reset();
+        }
+        Some(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_second_is_told_once_and_begins_anew() {
+        let mut budget = Budget::new().expect("good bounds");
+        let mut told = Vec::new();
+        for tick in 0..=2500_u64 {
+            let parts = TickParts {
+                // The first second is ten times later than the others.
+                lateness_ns: if tick <= 1000 { 50_000 } else { 5000 },
+                compute_ns: 1000 + tick % 2,
+            };
+            told.extend(budget.take(parts, 1e-3 * tick as f64));
+        }
+        assert_eq!(told.len(), 2);
+        assert_eq!((&*told[0]["ticks"], &*told[1]["ticks"]), ("1001", "1000"));
+        let us = |second: usize, key: &str| told[second][key].parse::<f64>().expect("a number");
+        assert!((us(0, "lateness_us_p50") / 50.0 - 1.0).abs() < 0.01);
+        assert!((us(1, "lateness_us_max") / 5.0 - 1.0).abs() < 0.01);
+        assert!((us(1, "compute_us_p999") / 1.0 - 1.0).abs() < 0.01);
+    }
+}

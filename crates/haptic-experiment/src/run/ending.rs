@@ -1,0 +1,341 @@
+//! Why a run ended before its time.
+
+use crate::run::lateness::Lateness;
+use fracdiff::parameter::Shown;
+use haptic_link::FaultReport;
+use haptic_loop::Fault;
+use haptic_remote::{Impossible, LinkError};
+
+/// Why a run ended before its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ending {
+    /// Somebody asked for it.
+    Interrupted,
+    /// The safety chain latched a fault.
+    Fault(Fault),
+    /// The device latched a fault.
+    DeviceFault(FaultReport),
+    /// The device told what cannot be.
+    Impossible(Impossible),
+    /// The link to the device cannot be used any more.
+    LinkLost(LinkError),
+    /// The other side of a line between two hands was silent for too long.
+    Silent,
+    /// The other side of such a line said goodbye.
+    OtherLeft,
+    /// The log could not be written.
+    LogStopped,
+}
+
+/// What became of the force of a run that ended before its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LetGo {
+    /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
+    Ramped {
+        /// Time of the last sample with a force, s.
+        until_s: f64,
+    },
+    /// It was zero in the next sample.
+    InOneSample,
+    /// It was zero in the next sample that there is, after others that are missing.
+    AfterGap {
+        /// That sample's time, s.
+        zero_s: f64,
+        /// The board has perhaps no watchdog of its own, as this program serves it.
+        served: bool,
+    },
+    /// The device did not hear that it was to stop, and had a force up to this time, s; that was its last where it has fallen.
+    PushedOn {
+        /// Time of the last sample with a force, s.
+        until_s: f64,
+        /// A sample without one came after it.
+        fallen: bool,
+    },
+    /// No sample tells: the device lets it fall.
+    Unseen,
+    /// There was none: the run was refused before it began.
+    NeverBegan,
+    /// The link is gone: the device lets go when its watchdog has run out.
+    ByItself,
+    /// The link is gone to a device that this program serves: it has taken the force away.
+    TakenAway,
+    /// The board of another maker failed; it was told to let go if it still could be, and nobody knows for sure if it has heard that.
+    Told,
+}
+
+/// What the samples after the last that counts tell of the force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Fall {
+    /// How many have a force.
+    acting: u64,
+    /// Time of the last of them, s.
+    acting_until_s: f64,
+    /// Time of the first without one, s, where those between it and the last with one are missing.
+    zero_after_gap_s: Option<f64>,
+    /// Tick of the last with one, of those that count too; `None` if one without came after it.
+    last_acting: Option<u64>,
+    /// There was a sample.
+    seen: bool,
+}
+
+impl Fall {
+    /// A sample that counts.
+    pub(crate) fn before(&mut self, tick: u64, force_n: f64) {
+        self.seen = true;
+        self.last_acting = (force_n != 0.0).then_some(tick);
+    }
+
+    /// True if the newest has no force.
+    pub(crate) const fn has_fallen(&self) -> bool {
+        self.last_acting.is_none()
+    }
+
+    /// A sample after those.
+    pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
+        self.seen = true;
+        if force_n != 0.0 {
+            self.acting += 1;
+            self.acting_until_s = time_s;
+            self.last_acting = Some(tick);
+        } else if let Some(last) = self.last_acting.take()
+            && tick > last + 1
+        {
+            self.zero_after_gap_s = Some(time_s);
+        }
+    }
+}
+
+impl LetGo {
+    /// Of a run that ended for this reason, on a device that this program serves or on one with a watchdog of its own.
+    pub(crate) fn of(ended: Ending, fall: Fall, served: bool) -> Self {
+        match (ended, fall.zero_after_gap_s) {
+            (
+                Ending::LinkLost(LinkError::Refused {
+                    request: "arm" | "start",
+                    ..
+                }),
+                _,
+            ) => Self::NeverBegan,
+            (Ending::LinkLost(_), _) if served => Self::TakenAway,
+            (Ending::LinkLost(_), _) => Self::ByItself,
+            (Ending::DeviceFault(report), _)
+                if report.status.fault == Fault::BoardFailed.code() =>
+            {
+                Self::Told
+            }
+            _ if !fall.has_fallen() => Self::Unseen,
+            (Ending::DeviceFault(_), _) if !fall.seen => Self::Unseen,
+            (_, Some(zero_s)) => Self::AfterGap { zero_s, served },
+            _ if fall.acting > 0 => Self::Ramped {
+                until_s: fall.acting_until_s,
+            },
+            _ => Self::InOneSample,
+        }
+    }
+
+    /// The same of a run whose stop the device did not hear.
+    pub(crate) fn unheard(ended: Ending, fall: Fall, served: bool) -> Self {
+        match fall.acting {
+            0 => Self::of(ended, fall, served),
+            _ => Self::PushedOn {
+                until_s: fall.acting_until_s,
+                fallen: fall.has_fallen(),
+            },
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> String {
+        let words = match self {
+            Self::AfterGap { zero_s, served } => {
+                let kept = match served {
+                    true => {
+                        ", in which a device keeps its last force unless its own watchdog lets go"
+                    }
+                    false => "",
+                };
+                return format!(
+                    "the force was zero at {} s; no sample tells of the time before{kept}",
+                    Shown(zero_s)
+                );
+            }
+            Self::Ramped { until_s } => {
+                return format!("the force ramped to zero until {} s", Shown(until_s));
+            }
+            Self::PushedOn { until_s, fallen } => {
+                let until_s = Shown(until_s);
+                return match fallen {
+                    true => format!("the device pushed on until {until_s} s, and then let go"),
+                    false => format!(
+                        "the device still pushed at {until_s} s, and lets go by itself when its watchdog time is over"
+                    ),
+                };
+            }
+            Self::InOneSample => "the force was zero one sample later",
+            Self::Unseen => {
+                "no sample tells how the force fell: the device lets it fall by itself, within its stop time"
+            }
+            Self::NeverBegan => "before there was any force",
+            Self::ByItself => "the device lets go by itself",
+            Self::TakenAway => "this program has taken the force away",
+            Self::Told => {
+                "if the board has not heard that it is to make no force, as with its plug out, it may still push: switch its supply off \
+                 before you touch it"
+            }
+        };
+        words.to_owned()
+    }
+}
+
+impl Ending {
+    /// True if a fault ended the run.
+    #[must_use]
+    pub(crate) const fn is_fault(self) -> bool {
+        matches!(
+            self,
+            Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_)
+        )
+    }
+
+    /// The fault that ended it, as on the wire.
+    pub(crate) const fn fault_code(self) -> Option<u8> {
+        match self {
+            Self::Fault(fault) => Some(fault.code()),
+            Self::DeviceFault(report) => Some(report.status.fault),
+            // It is a fault of the device, though it says of none.
+            Self::Impossible(_) => Some(Fault::BoardFailed.code()),
+            _ => None,
+        }
+    }
+
+    /// The kind of its event in a log.
+    pub(crate) const fn kind(self) -> &'static str {
+        match self {
+            Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_) => "fault",
+            Self::Interrupted => "interrupted",
+            Self::Silent => "silent",
+            Self::LinkLost(_) => "link",
+            Self::OtherLeft | Self::LogStopped => "ended",
+        }
+    }
+
+    /// In words; of a device for which this host was too late, with what it may be allowed.
+    #[must_use]
+    pub fn reason(self, lateness: Option<Lateness>) -> String {
+        match self {
+            Self::Interrupted => "interrupted".to_owned(),
+            Self::Fault(fault) => format!("fault: {fault}"),
+            Self::DeviceFault(report) => {
+                let fault = Fault::from_code(report.status.fault);
+                let advice = lateness.zip(fault);
+                let advice = advice.and_then(|(lateness, fault)| lateness.advice(fault));
+                format!(
+                    "{}{}",
+                    LinkError::Faulted(report),
+                    advice.unwrap_or_default()
+                )
+            }
+            Self::Impossible(impossible) => LinkError::Impossible(impossible).to_string(),
+            Self::LinkLost(error) => error.to_string(),
+            Self::Silent => "the other side was silent for too long".to_owned(),
+            Self::OtherLeft => "the other side left".to_owned(),
+            Self::LogStopped => "the log could not be written".to_owned(),
+        }
+    }
+}
+
+/// What a device tells of a fault in its tick 7, of 1 ms.
+#[cfg(test)]
+pub(crate) fn reported(fault: Fault) -> FaultReport {
+    let status = haptic_link::Status {
+        state: haptic_link::State::Fault,
+        fault: fault.code(),
+        faults: 1,
+    };
+    FaultReport {
+        status,
+        tick: 7,
+        time_us: 7000,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {
+        let fault = |fault: Fault| Ending::DeviceFault(reported(fault));
+        let refused = LinkError::Refused {
+            request: "start",
+            refusal: haptic_link::Refusal::Connection,
+        };
+        let none = Fall::default();
+        let ramp = Fall {
+            acting: 10,
+            acting_until_s: 0.5,
+            seen: true,
+            ..none
+        };
+        let ramped = LetGo::Ramped { until_s: 0.5 };
+        let gap = Fall {
+            seen: true,
+            zero_after_gap_s: Some(4.735),
+            ..none
+        };
+        let still = Fall {
+            last_acting: Some(7),
+            ..ramp
+        };
+        for (ended, fall, let_go) in [
+            (Ending::Interrupted, ramp, ramped),
+            (Ending::Interrupted, none, LetGo::InOneSample),
+            (Ending::Fault(Fault::Workspace), none, LetGo::InOneSample),
+            (fault(Fault::HostSilent), ramp, ramped),
+            (fault(Fault::HostSilent), still, LetGo::Unseen),
+            (fault(Fault::HostSilent), none, LetGo::Unseen),
+            (Ending::Interrupted, still, LetGo::Unseen),
+            (fault(Fault::BoardFailed), none, LetGo::Told),
+            (Ending::LinkLost(refused), none, LetGo::NeverBegan),
+        ] {
+            for served in [true, false] {
+                assert_eq!(LetGo::of(ended, fall, served), let_go, "{ended:?} {fall:?}");
+            }
+        }
+        for served in [true, false] {
+            let let_go = LetGo::of(fault(Fault::HostSilent), gap, served);
+            let zero_s = 4.735;
+            assert_eq!(let_go, LetGo::AfterGap { zero_s, served });
+            // A device at the other end of a line has its own watchdog.
+            assert_eq!(let_go.words().contains("unless its own watchdog"), served);
+        }
+        let gone = Ending::LinkLost(LinkError::Gone);
+        assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);
+        assert_eq!(LetGo::of(gone, none, true), LetGo::TakenAway);
+    }
+
+    #[test]
+    fn a_stop_that_was_not_heard_is_told_by_the_samples_after_it() {
+        let silent = Ending::DeviceFault(reported(Fault::HostSilent));
+        let fell = Fall {
+            acting: 10,
+            seen: true,
+            acting_until_s: 0.5,
+            ..Fall::default()
+        };
+        for (fall, words) in [
+            (fell, "the device pushed on until 0.5 s, and then let go"),
+            (
+                Fall {
+                    last_acting: Some(500),
+                    ..fell
+                },
+                "the device still pushed at 0.5 s, and lets go by itself when its watchdog time is over",
+            ),
+        ] {
+            let let_go = LetGo::unheard(silent, fall, false);
+            assert_eq!(let_go.words(), words);
+        }
+    }
+}

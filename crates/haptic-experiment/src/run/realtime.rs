@@ -1,0 +1,248 @@
+//! A run by the clock: what is asked for its thread, and what it reports.
+
+use haptic_loop::realtime::{
+    Overruns, Percentiles, RaisedThread, ThreadConfig, Timing, WorstCycle,
+};
+use hdrhistogram::Histogram;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::time::Duration;
+
+/// Options for the thread of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RealtimeOptions {
+    /// `SCHED_FIFO` at this priority; `None` for a normal thread.
+    pub priority: Option<u8>,
+    /// The only core to run on.
+    pub pin: Option<usize>,
+}
+
+impl RealtimeOptions {
+    /// Priority where none is given: above the interrupts' threads of a real-time kernel, 50.
+    pub const DEFAULT_PRIORITY: u8 = 80;
+
+    /// A thread like any other.
+    pub const NORMAL: Self = Self {
+        priority: None,
+        pin: None,
+    };
+
+    /// For the thread that ticks; memory is locked with a priority only.
+    #[must_use]
+    pub const fn thread(self) -> ThreadConfig {
+        ThreadConfig {
+            priority: self.priority,
+            pin: self.pin,
+            lock_memory: self.priority.is_some(),
+        }
+    }
+}
+
+/// Percentiles, µs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Microseconds {
+    /// Median.
+    pub p50: f64,
+    /// 99 of 100 took no longer.
+    pub p99: f64,
+    /// 999 of 1000 took no longer.
+    pub p999: f64,
+    /// The longest.
+    pub max: f64,
+}
+
+impl Microseconds {
+    /// Of a histogram of ns.
+    #[must_use]
+    pub fn of(histogram: &Histogram<u64>) -> Self {
+        let Percentiles {
+            p50,
+            p99,
+            p999,
+            max,
+        } = Percentiles::of(histogram);
+        Self {
+            p50: microseconds(p50),
+            p99: microseconds(p99),
+            p999: microseconds(p999),
+            max: microseconds(max),
+        }
+    }
+
+    /// Adds them to metadata, each as `NAME_us_PERCENTILE`.
+    pub(crate) fn describe(self, name: &str, metadata: &mut BTreeMap<String, String>) {
+        for (percentile, value) in [
+            ("p50", self.p50),
+            ("p99", self.p99),
+            ("p999", self.p999),
+            ("max", self.max),
+        ] {
+            metadata.insert(format!("{name}_us_{percentile}"), value.to_string());
+        }
+    }
+}
+
+/// To the ns.
+pub(crate) fn microseconds(time: Duration) -> f64 {
+    time.as_nanos() as f64 / 1e3
+}
+
+/// Timing of a run by the clock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RealtimeSummary {
+    /// Priority that was granted; null for a normal thread.
+    pub priority: Option<u8>,
+    /// The core that it was pinned to.
+    pub pin: Option<usize>,
+    /// True if the memory was locked.
+    pub memory_locked: bool,
+    /// For how long before it was due a tick was waited for without sleeping, µs.
+    pub spin_margin_us: f64,
+    /// From when a tick was due to when it began.
+    pub lateness_us: Microseconds,
+    /// From there to its end, with all that the loop does beside.
+    pub compute_us: Microseconds,
+    /// Both.
+    pub tick_us: Microseconds,
+    /// Ticks that were a period late or more because the machine woke the loop late.
+    pub late_by_wake_up: u64,
+    /// Ticks that were because the tick before took too long.
+    pub late_by_compute: u64,
+    /// Periods without a tick.
+    pub skipped_periods: u64,
+    /// The tick that ended latest after it was due.
+    pub worst_cycle: Option<WorstTick>,
+}
+
+/// A tick, and what took how long.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WorstTick {
+    /// Its number in the log.
+    pub number: u64,
+    /// From when it was due to when it began, µs.
+    pub lateness_us: f64,
+    /// From there to its end, µs.
+    pub compute_us: f64,
+}
+
+impl From<WorstCycle> for WorstTick {
+    fn from(worst: WorstCycle) -> Self {
+        Self {
+            number: worst.number,
+            lateness_us: microseconds(worst.lateness),
+            compute_us: microseconds(worst.compute),
+        }
+    }
+}
+
+impl RealtimeSummary {
+    /// Of what a loop measured in a thread.
+    #[must_use]
+    pub fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
+        let Overruns {
+            by_wake_up,
+            by_compute,
+            skipped_periods,
+        } = timing.overruns();
+        Self {
+            priority: thread.priority(),
+            pin: thread.core(),
+            memory_locked: thread.memory_is_locked(),
+            spin_margin_us: microseconds(spin_margin),
+            lateness_us: Microseconds::of(timing.lateness_ns()),
+            compute_us: Microseconds::of(timing.compute_ns()),
+            tick_us: Microseconds::of(timing.tick_ns()),
+            late_by_wake_up: by_wake_up,
+            late_by_compute: by_compute,
+            skipped_periods,
+            worst_cycle: timing.worst().map(WorstTick::from),
+        }
+    }
+
+    /// For the log: the numbers, and the histograms.
+    #[must_use]
+    pub(crate) fn metadata(&self, timing: &Timing) -> BTreeMap<String, String> {
+        let or_none = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
+        let mut values = BTreeMap::from([
+            (
+                "priority".to_owned(),
+                or_none(self.priority.map(|priority| priority.to_string())),
+            ),
+            (
+                "pin".to_owned(),
+                or_none(self.pin.map(|core| core.to_string())),
+            ),
+            ("memory_locked".to_owned(), self.memory_locked.to_string()),
+            ("spin_margin_us".to_owned(), self.spin_margin_us.to_string()),
+            (
+                "late_by_wake_up".to_owned(),
+                self.late_by_wake_up.to_string(),
+            ),
+            (
+                "late_by_compute".to_owned(),
+                self.late_by_compute.to_string(),
+            ),
+            (
+                "skipped_periods".to_owned(),
+                self.skipped_periods.to_string(),
+            ),
+        ]);
+        if let Some(worst) = self.worst_cycle {
+            let text = format!(
+                "number {}, lateness {} us, compute {} us",
+                worst.number, worst.lateness_us, worst.compute_us
+            );
+            values.insert("worst_cycle".to_owned(), text);
+        }
+        for (name, histogram, us) in [
+            ("lateness", timing.lateness_ns(), self.lateness_us),
+            ("compute", timing.compute_ns(), self.compute_us),
+            ("tick", timing.tick_ns(), self.tick_us),
+        ] {
+            us.describe(name, &mut values);
+            values.insert(format!("{name}_histogram"), buckets(histogram));
+        }
+        values
+    }
+}
+
+/// Pairs of upper bound, ns, and count, blanks between; four buckets to the octave, empty ones left out.
+fn buckets(histogram: &Histogram<u64>) -> String {
+    let mut text = String::new();
+    for bucket in histogram.iter_log(100, std::f64::consts::SQRT_2.sqrt()) {
+        let count = bucket.count_since_last_iteration();
+        if count > 0 {
+            let space = if text.is_empty() { "" } else { " " };
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{space}{}:{count}", bucket.value_iterated_to());
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_buckets_of_the_log_hold_every_cycle() {
+        let mut histogram = Histogram::new_with_bounds(1, 1_000_000_000, 3).expect("good bounds");
+        for n in 0..10_000_u64 {
+            histogram.record(n * n % 3_000_000).expect("in range");
+        }
+        let text = buckets(&histogram);
+        let mut last = 0;
+        let mut total = 0;
+        for pair in text.split(' ') {
+            let (bound, count) = pair.split_once(':').expect("a pair");
+            let bound: u64 = bound.parse().expect("a bound");
+            assert!(bound > last, "{bound} after {last}");
+            last = bound;
+            total += count.parse::<u64>().expect("a count");
+        }
+        assert_eq!(total, 10_000);
+        assert!((2_999_000..4_200_000).contains(&last), "{last}");
+        assert_eq!(buckets(&Histogram::new(3).expect("good")), "");
+    }
+}

@@ -1,0 +1,317 @@
+//! Memory of a run: the samples of a short one, sums of any.
+//!
+//! ```text
+//! up to 10⁶ samples    kept here; sums over the whole history are exact
+//! more                 in the log alone, read once more for what is said of them
+//! ```
+//! So memory does not grow with the length of a run.
+
+use super::ending::{Ending, Fall, LetGo};
+use super::lateness::Lateness;
+use super::realtime::RealtimeSummary;
+use super::remote::LinkSummary;
+use super::tick::{KeptSample, TickRecord};
+use haptic_log::record::{EndKind, RunEnd};
+use haptic_loop::realtime::RaisedThread;
+use hdrhistogram::Histogram;
+
+/// Runs of up to so many samples are kept in memory.
+pub(crate) const WHOLE_MOST: u64 = 1_000_000;
+
+/// True of a run whose samples are all kept in memory.
+pub(crate) const fn keeps_all(samples: u64) -> bool {
+    samples <= WHOLE_MOST
+}
+
+/// The tick of the log with which a run begins to count, and its time: 0 but where a simulated plant waits for its device to raise its
+/// force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Start {
+    /// Number of the tick.
+    pub tick: u64,
+    sample_time_s: f64,
+}
+
+impl Start {
+    /// At this tick of so many seconds each.
+    #[must_use]
+    pub const fn at(tick: u64, sample_time_s: f64) -> Self {
+        Self {
+            tick,
+            sample_time_s,
+        }
+    }
+
+    /// Its time in the log, s.
+    #[must_use]
+    pub const fn time_s(self) -> f64 {
+        self.tick as f64 * self.sample_time_s
+    }
+
+    /// The sample counted from here on; `None` before.
+    #[must_use]
+    pub fn counted(self, sample: KeptSample) -> Option<KeptSample> {
+        if self.tick == 0 {
+            return Some(sample);
+        }
+        let tick = sample.tick.checked_sub(self.tick)?;
+        let time_s = tick as f64 * self.sample_time_s;
+        Some(KeptSample {
+            tick,
+            time_s,
+            ..sample
+        })
+    }
+}
+
+/// Record of a run, up to where it ended; everything else is in the log.
+#[derive(Debug)]
+pub struct Record {
+    /// Where it begins in the log.
+    pub start: Start,
+    /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
+    pub whole: Option<Vec<KeptSample>>,
+    /// Number of samples that count.
+    pub samples: u64,
+    /// The last of them.
+    pub last: Option<KeptSample>,
+    /// Time that each tick took, ns, the simulated rig included.
+    pub tick_ns: Histogram<u64>,
+    /// Ticks that began one sample time late or more; 0 in virtual time.
+    pub missed_deadlines: u64,
+    /// Timing of a run by the clock of this machine.
+    pub realtime: Option<RealtimeSummary>,
+    /// Refused wishes for a real-time thread, and how to get them granted: a sentence for the user.
+    pub not_realtime: Option<String>,
+    /// Samples and events that the recorder had to drop.
+    pub dropped: u64,
+    /// Samples in which a limiter of the safety chain acted.
+    pub limited: u64,
+    /// All limiters that acted, as [`bits`](haptic_loop::Limiters::bits).
+    pub limiters: u8,
+    /// Why the run ended before its time, if it did.
+    pub ended: Option<Ending>,
+    /// It was to be stopped, and the device did not say that it heard of it.
+    pub stop_unheard: bool,
+    /// Counts of the link, if there was one.
+    pub link: Option<LinkSummary>,
+    /// How late this host may be for the device at its other end.
+    pub lateness: Option<Lateness>,
+    /// The device at its other end is served by this program.
+    pub served: bool,
+    /// Words of a served device whose board said nothing any more.
+    pub board_lost: Option<String>,
+    largest_force_n: f64,
+    farthest_m: f64,
+    after: After,
+}
+
+/// Forces in the log after the last sample that counts: on their way to zero.
+#[derive(Clone, Copy, Debug, Default)]
+struct After {
+    fall: Fall,
+    largest_n: f64,
+}
+
+impl Record {
+    /// Empty, with room for so many samples, if they are to be kept.
+    ///
+    /// # Errors
+    /// More samples than the machine can address.
+    pub(crate) fn with_room_for(samples: u64) -> anyhow::Result<Self> {
+        let whole = match keeps_all(samples) {
+            true => Some(Vec::with_capacity(usize::try_from(samples)?)),
+            false => None,
+        };
+        Ok(Self {
+            start: Start::default(),
+            whole,
+            samples: 0,
+            last: None,
+            // 1 ns to 10 s, three digits.
+            tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
+            missed_deadlines: 0,
+            realtime: None,
+            not_realtime: None,
+            dropped: 0,
+            limited: 0,
+            limiters: 0,
+            ended: None,
+            stop_unheard: false,
+            link: None,
+            lateness: None,
+            served: false,
+            board_lost: None,
+            largest_force_n: 0.0,
+            farthest_m: 0.0,
+            after: After::default(),
+        })
+    }
+
+    /// Largest magnitude of the commanded force, N, of the samples that count.
+    #[must_use]
+    pub(crate) const fn largest_force_n(&self) -> f64 {
+        self.largest_force_n
+    }
+
+    /// The same of all samples, those after an early end included, N.
+    pub(crate) const fn peak_force_n(&self) -> f64 {
+        self.largest_force_n.max(self.after.largest_n)
+    }
+
+    /// Largest position of all samples, those after an early end included, m; at least 0.
+    pub(crate) const fn farthest_m(&self) -> f64 {
+        self.farthest_m
+    }
+
+    /// True if the device cannot be used any more: its link is lost, or its board.
+    pub(crate) const fn device_lost(&self) -> bool {
+        self.board_lost.is_some() || matches!(self.ended, Some(Ending::LinkLost(_)))
+    }
+
+    /// What became of the force, if the run ended before its time.
+    pub(crate) fn let_go(&self) -> Option<LetGo> {
+        let ended = self.ended?;
+        Some(match self.lost() {
+            Some(_) => LetGo::Told,
+            None if self.stop_unheard => LetGo::unheard(ended, self.after.fall, self.served),
+            None => LetGo::of(ended, self.after.fall, self.served),
+        })
+    }
+
+    /// Why the run ended before its time, in words, if it did.
+    pub(crate) fn reason(&self) -> Option<String> {
+        let ended = self.ended?;
+        if let Some(lost) = self.lost() {
+            return Some(lost.to_owned());
+        }
+        Some(match self.stop_unheard {
+            true => format!(
+                "interrupted, but the device did not say that it stopped: {}",
+                ended.reason(None)
+            ),
+            false => ended.reason(self.lateness),
+        })
+    }
+
+    /// Words of the board whose loss ended the run.
+    fn lost(&self) -> Option<&str> {
+        let words = self.board_lost.as_deref();
+        words.filter(|_| {
+            matches!(
+                self.ended,
+                Some(Ending::DeviceFault(_) | Ending::LinkLost(_))
+            )
+        })
+    }
+
+    /// Time of the last sample, s; 0 without samples.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.last.map_or(0.0, |last| last.time_s)
+    }
+
+    /// Samples and events that the disk was too slow for.
+    #[must_use]
+    pub(crate) fn dropped_by_disk(&self) -> u64 {
+        let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
+        self.dropped.saturating_sub(line)
+    }
+
+    /// End of the run, for its log: `planned` samples were to be made, `made` were.
+    pub(crate) fn end(&self, planned: u64, made: u64) -> RunEnd {
+        let ended = match self.ended {
+            None => EndKind::Finished,
+            // The log of a run that could not be written is cut: this does not reach it.
+            Some(Ending::Interrupted | Ending::OtherLeft | Ending::LogStopped) => {
+                EndKind::Interrupted
+            }
+            Some(Ending::Fault(_) | Ending::DeviceFault(_) | Ending::Impossible(_)) => {
+                EndKind::Fault
+            }
+            Some(Ending::LinkLost(_) | Ending::Silent) => EndKind::Link,
+        };
+        RunEnd {
+            ended,
+            reason: self.reason().unwrap_or_default(),
+            planned_samples: planned,
+            made_samples: made,
+            dropped_samples: self.dropped,
+        }
+    }
+
+    /// Keeps what a raised thread was refused.
+    pub(crate) fn raised(&mut self, thread: &RaisedThread) {
+        self.not_realtime = thread.fallback().map(|fallback| fallback.to_string());
+    }
+
+    /// Adds a sample, if it counts.
+    pub(crate) fn push<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+        let logged = message.kept();
+        let Some(sample) = self.start.counted(logged) else {
+            return;
+        };
+        self.limited += u64::from(message.limiters() != 0);
+        self.limiters |= message.limiters();
+        self.samples += 1;
+        self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
+        self.farthest_m = self.farthest_m.max(sample.position_m);
+        self.last = Some(sample);
+        self.after.fall.before(logged.tick, logged.applied_force_n);
+        if let Some(whole) = &mut self.whole {
+            whole.push(sample);
+        }
+    }
+
+    /// Adds a sample that is in the log but no part of the result: the force is on its way to zero.
+    pub(crate) fn push_after<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+        let sample = message.kept();
+        let force_n = sample.applied_force_n.abs();
+        self.falls(message);
+        self.after.largest_n = self.after.largest_n.max(force_n);
+        self.farthest_m = self.farthest_m.max(sample.position_m);
+    }
+
+    /// True if the newest sample has no force.
+    pub(crate) const fn has_fallen(&self) -> bool {
+        self.after.fall.has_fallen()
+    }
+
+    /// Looks at the force of a sample behind those that count.
+    pub(crate) fn falls<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+        let sample = message.kept();
+        let fall = &mut self.after.fall;
+        // Told from where the run begins to count, as its end is.
+        let time_s = sample.time_s - self.start.time_s();
+        fall.after(sample.tick, time_s, sample.applied_force_n);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_log::record::TickMessage;
+
+    #[test]
+    fn a_run_counts_from_its_start() {
+        let start = Start::at(502, 1e-3);
+        let mut record = Record::with_room_for(10).expect("few");
+        record.start = start;
+        for tick in 500..505 {
+            record.push(&TickMessage {
+                tick,
+                time_s: tick as f64 * 1e-3,
+                limiters: 16 * u8::from(tick < 502),
+                ..TickMessage::default()
+            });
+        }
+        let whole = record.whole.as_deref().unwrap_or_default();
+        let counted: Vec<_> = whole
+            .iter()
+            .map(|sample| (sample.tick, sample.time_s))
+            .collect();
+        assert_eq!(counted, [(0, 0.0), (1, 1e-3), (2, 2e-3)]);
+        assert_eq!((record.samples, record.limited), (3, 0));
+        assert_eq!(Start::default().counted(whole[2]), Some(whole[2]));
+    }
+}

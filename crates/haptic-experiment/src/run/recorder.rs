@@ -1,0 +1,391 @@
+//! Keeps the log and those who watch off the tick: a thread that owns them, behind a ring.
+//!
+//! The ring is lock-free, so whoever ticks never waits for the writer, nor wakes it: the writer looks for itself,
+//! each millisecond when the ring is empty.
+
+use super::budget::{Budget, TickParts};
+use super::fault_recorder::{FaultRecorder, FaultSeen, RunOfFault};
+use crate::run::folder::fault_log_of;
+use haptic_log::live::Live;
+use haptic_log::record::{
+    AnyTick, BUDGET, EventMessage, FinishedLog, RecordError, RollingLog, StartTime,
+};
+use rtrb::{Consumer, Producer, PushError, RingBuffer};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Samples that wait in the queue at most: at 1 kHz, 8 s of a stalled disk.
+const QUEUE: usize = 8192;
+
+/// Sleep of the writer when the ring is empty.
+const IDLE: Duration = Duration::from_millis(1);
+/// Sleep of a loop in virtual time when the ring is full.
+const FULL: Duration = Duration::from_micros(200);
+
+/// Writes a log from another thread, as the run goes.
+#[derive(Debug)]
+pub struct Recorder {
+    queue: Producer<Entry>,
+    writer: JoinHandle<Result<Recorded, RecordError>>,
+    /// A full queue waits (virtual time) or drops and counts (real time).
+    waits: bool,
+    dropped: u64,
+    flight: FaultRecorder,
+    path: PathBuf,
+    overwrite: bool,
+    /// Of the run, for the log of a fault.
+    experiment: BTreeMap<String, String>,
+    started: Option<StartTime>,
+}
+
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all are ticks, and whoever ticks allocates nothing"
+)]
+enum Entry {
+    Started(StartTime),
+    RollAt(u64),
+    Tick(AnyTick, Option<TickParts>),
+    Event(EventMessage),
+    Metadata(String, BTreeMap<String, String>),
+}
+
+/// Results of [`Recorder::finish`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// The log.
+    pub log: FinishedLog,
+    /// The log of a fault, if one latched.
+    pub fault_log: Option<PathBuf>,
+    /// Losses of live streams, and why there is no log of a fault, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// The writer has ended early; [`Recorder::finish`] says why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stopped;
+
+impl Recorder {
+    /// Starts the log with its metadata. With `waits` a full queue waits, else it drops and counts;
+    /// with `overwrite` the finished log may replace another. Samples and events go to `live` too.
+    ///
+    /// # Errors
+    /// If the file exists or cannot be made.
+    pub fn start(
+        path: &Path,
+        metadata: BTreeMap<String, String>,
+        waits: bool,
+        overwrite: bool,
+        live: Vec<Box<dyn Live>>,
+    ) -> Result<Self, RecordError> {
+        let log = RollingLog::create(path, metadata.clone(), overwrite)?;
+        let (queue, entries) = RingBuffer::new(QUEUE);
+        let writer = std::thread::spawn(move || write(log, live, entries));
+        Ok(Self {
+            queue,
+            writer,
+            waits,
+            dropped: 0,
+            flight: FaultRecorder::default(),
+            path: path.to_owned(),
+            overwrite,
+            experiment: metadata,
+            started: None,
+        })
+    }
+
+    /// From now on a file of the log that has so many bytes is followed by another; `None` changes nothing.
+    pub(crate) fn roll_at(&mut self, full_bytes: Option<u64>) {
+        if let Some(full_bytes) = full_bytes {
+            // A writer that has ended is seen at the first sample.
+            let _ = self.push_waiting(Entry::RollAt(full_bytes));
+        }
+    }
+
+    /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub fn starts_at(&mut self, start: StartTime) -> Result<(), Stopped> {
+        self.started = Some(start);
+        self.push_waiting(Entry::Started(start))
+    }
+
+    /// Hands over a sample.
+    ///
+    /// # Errors
+    /// If the writer has ended, as on a full disk.
+    pub fn tick(&mut self, tick: impl Into<AnyTick>) -> Result<(), Stopped> {
+        self.ticked(tick.into(), None)
+    }
+
+    /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub(crate) fn timed_tick(
+        &mut self,
+        tick: impl Into<AnyTick>,
+        parts: TickParts,
+    ) -> Result<(), Stopped> {
+        self.ticked(tick.into(), Some(parts))
+    }
+
+    fn ticked(&mut self, tick: AnyTick, parts: Option<TickParts>) -> Result<(), Stopped> {
+        self.flight.tick(tick);
+        self.send(Entry::Tick(tick, parts))
+    }
+
+    /// Hands over an event.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub fn event(&mut self, time_s: f64, kind: &str, text: String) -> Result<(), Stopped> {
+        self.send(Entry::Event(EventMessage {
+            time_s,
+            kind: kind.to_owned(),
+            text,
+        }))
+    }
+
+    /// A fault has latched: from here on the flight recorder takes what follows it.
+    pub fn fault(&mut self, fault: FaultSeen) {
+        self.flight.latch(fault);
+    }
+
+    /// Recorder of the ticks around a fault.
+    #[must_use]
+    pub const fn flight(&self) -> &FaultRecorder {
+        &self.flight
+    }
+
+    /// Of a fault, what follows it is kept too: whether that is done, or there was none.
+    #[must_use]
+    pub(crate) fn has_aftermath(&self) -> bool {
+        self.flight.fault().is_none() || self.flight.is_full()
+    }
+
+    /// Adds to it what a device's own recorder kept.
+    pub(crate) fn fill_fault_recorder(
+        &mut self,
+        kept: impl IntoIterator<Item = impl Into<AnyTick>>,
+    ) {
+        self.flight.fill(kept);
+    }
+
+    /// Hands over metadata; a log that cannot take them is seen when it is closed.
+    pub fn metadata(&mut self, name: &str, values: BTreeMap<String, String>) {
+        let _ = self.push_waiting(Entry::Metadata(name.to_owned(), values));
+    }
+
+    fn send(&mut self, entry: Entry) -> Result<(), Stopped> {
+        if self.waits {
+            return self.push_waiting(entry);
+        }
+        if self.queue.is_abandoned() {
+            return Err(Stopped);
+        }
+        if self.queue.push(entry).is_err() {
+            self.dropped += 1;
+        }
+        Ok(())
+    }
+
+    fn push_waiting(&mut self, mut entry: Entry) -> Result<(), Stopped> {
+        loop {
+            if self.queue.is_abandoned() {
+                return Err(Stopped);
+            }
+            match self.queue.push(entry) {
+                Ok(()) => return Ok(()),
+                Err(PushError::Full(back)) => entry = back,
+            }
+            std::thread::sleep(FULL);
+        }
+    }
+
+    /// Samples and events that found the queue full and are not in the log.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Waits until all is written, the log is closed and the live streams have ended. After a fault it
+    /// writes the flight recorder too, whatever became of the log.
+    ///
+    /// # Errors
+    /// The error that stopped the writer, as a full disk.
+    pub fn finish(self) -> Result<Recorded, RecordError> {
+        drop(self.queue);
+        let result = match self.writer.join() {
+            Ok(result) => result,
+            // A panic in the writer is a defect; let it be seen as one.
+            Err(panic) => std::panic::resume_unwind(panic),
+        };
+        let path = fault_log_of(&self.path);
+        let (mut fault_log, mut unwritten) = (None, None);
+        if self.flight.fault().is_some() {
+            let run = RunOfFault {
+                log: &self.path,
+                experiment: self.experiment,
+                started: self.started,
+            };
+            let written = self.flight.write(&path, self.overwrite, run);
+            match written {
+                Ok(()) => fault_log = Some(path),
+                Err(error) => {
+                    unwritten = Some(format!("the log of the fault was not written: {error}"));
+                }
+            }
+        } else if self.overwrite {
+            // That of an earlier run would pass for one of this.
+            let _ = std::fs::remove_file(path);
+        }
+        let mut recorded = result?;
+        recorded.fault_log = fault_log;
+        recorded.warnings.extend(unwritten);
+        Ok(recorded)
+    }
+}
+
+fn write(
+    mut log: RollingLog,
+    mut live: Vec<Box<dyn Live>>,
+    mut entries: Consumer<Entry>,
+) -> Result<Recorded, RecordError> {
+    let mut budget = Budget::new().ok();
+    loop {
+        // Asked before the ring is: what is pushed until it is abandoned is popped.
+        let abandoned = entries.is_abandoned();
+        let Ok(entry) = entries.pop() else {
+            if abandoned {
+                break;
+            }
+            std::thread::sleep(IDLE);
+            continue;
+        };
+        match entry {
+            Entry::RollAt(full_bytes) => log.roll_at(full_bytes),
+            Entry::Started(start) => log.starts_at(start)?,
+            Entry::Metadata(name, values) => log.metadata(&name, values)?,
+            Entry::Tick(tick, parts) => {
+                log.any_tick(&tick)?;
+                if let (Some(budget), Some(parts)) = (&mut budget, parts)
+                    && let Some(values) = budget.take(parts, tick.time_s())
+                {
+                    log.metadata(BUDGET, values)?;
+                }
+                for live in &mut live {
+                    match &tick {
+                        AnyTick::One(tick) => live.tick(tick),
+                        AnyTick::Vector(tick) => live.vector_tick(tick),
+                    }
+                }
+            }
+            Entry::Event(message) => {
+                log.event(&message)?;
+                live.iter_mut().for_each(|live| live.event(&message));
+            }
+        }
+    }
+    let log = log.finish()?;
+    let warnings = live.into_iter().filter_map(|live| live.finish()).collect();
+    Ok(Recorded {
+        log,
+        fault_log: None,
+        warnings,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_log::record::{TickMessage, VectorTick};
+    use std::path::Path;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    /// A viewer that holds the writer up: it says when it has the first sample, and goes on when it is told to.
+    #[derive(Debug)]
+    struct Gate {
+        arrived: Sender<()>,
+        open: Receiver<()>,
+    }
+
+    impl Live for Gate {
+        fn tick(&mut self, message: &TickMessage) {
+            if message.tick == 0 {
+                self.arrived.send(()).expect("somebody waits");
+                // Goes on, too, when nobody holds the gate any more.
+                let _ = self.open.recv();
+            }
+        }
+
+        fn vector_tick(&mut self, _: &VectorTick) {}
+
+        fn event(&mut self, _: &EventMessage) {}
+
+        fn finish(self: Box<Self>) -> Option<String> {
+            None
+        }
+    }
+
+    fn sample(tick: u64) -> TickMessage {
+        TickMessage {
+            tick,
+            time_s: 1e-3 * tick as f64,
+            ..TickMessage::default()
+        }
+    }
+
+    /// A recorder that stands still at the first sample, which `Receiver` tells, until the `Sender` is dropped.
+    fn gated(folder: &Path, waits: bool) -> (Recorder, Receiver<()>, Sender<()>) {
+        let ((arrived, arrival), (open, gate)) = (channel(), channel());
+        let gate = Gate {
+            arrived,
+            open: gate,
+        };
+        let log = folder.join("log.mcap");
+        let live: Vec<Box<dyn Live>> = vec![Box::new(gate)];
+        let recorder = Recorder::start(&log, BTreeMap::new(), waits, false, live);
+        (recorder.expect("starts"), arrival, open)
+    }
+
+    #[test]
+    fn a_full_ring_drops_and_counts_in_real_time_and_never_waits() {
+        let place = tempfile::tempdir().expect("a folder");
+        let (mut recorder, arrival, open) = gated(place.path(), false);
+        recorder.tick(sample(0)).expect("records");
+        arrival.recv().expect("arrives");
+        // The writer takes nothing now: the ring holds its size, the rest is dropped.
+        for tick in 1..=QUEUE as u64 + 5 {
+            recorder.tick(sample(tick)).expect("records");
+        }
+        assert_eq!(recorder.dropped(), 5);
+        drop(open);
+        let recorded = recorder.finish().expect("finishes");
+        assert_eq!(recorded.log.samples, 1 + QUEUE as u64);
+    }
+
+    #[test]
+    fn a_full_ring_waits_in_virtual_time_and_keeps_everything() {
+        let place = tempfile::tempdir().expect("a folder");
+        let (mut recorder, arrival, open) = gated(place.path(), true);
+        let opener = std::thread::spawn(move || {
+            arrival.recv().expect("arrives");
+            // Long enough for the ring to fill.
+            std::thread::sleep(Duration::from_millis(50));
+            drop(open);
+        });
+        let samples = 3 * QUEUE as u64;
+        for tick in 0..samples {
+            recorder.tick(sample(tick)).expect("records");
+        }
+        assert_eq!(recorder.dropped(), 0);
+        let recorded = recorder.finish().expect("finishes");
+        assert_eq!(recorded.log.samples, samples);
+        opener.join().expect("no panic");
+    }
+}

@@ -1,0 +1,356 @@
+//! An experiment on a device at the other end of a link.
+//!
+//! ```text
+//! device loop:  set parameters ─▶ arm ─▶ start ─▶ samples ─▶ log        the device ticks
+//! host loop:    ... sample ─▶ controller of this program ─▶ force ...   the device only measures and applies
+//! ```
+//! Time is the device's, n·T. Samples that the line loses are counted, never made up.
+
+mod ending;
+mod run;
+mod samples;
+mod session;
+mod summary;
+
+use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
+use fracdiff::parameter::Shown;
+pub(crate) use run::RemoteRun;
+pub(crate) use samples::blank;
+pub use summary::{FrameCounts, LinkSummary, round_trip};
+
+use super::safety::{GuardChoice, GuardedDevice, Safety};
+use super::schedule::Schedule;
+use crate::document::advice::single;
+use crate::document::failure::Failure;
+use crate::run::device::LinkedName;
+use crate::run::lateness::Lateness;
+use fracdiff::Operator;
+use haptic_link::{
+    Capabilities, Configuration, Limits, LoopMode, OperatorShape, Simulation, SimulationKind,
+};
+use haptic_loop::Guard;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::Seconds;
+use haptic_remote::wire_limits;
+use std::time::Duration;
+
+/// A device and how the loop with it is closed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RemoteDevice {
+    /// Its name.
+    pub name: LinkedName,
+    /// Place where the loop is closed.
+    pub loop_mode: LoopMode,
+    /// Silence after which the device lets go, ms; `None` for that of the loop mode.
+    pub watchdog_ms: Option<u16>,
+    /// Late ticks in a row that latch a fault; 0 for never.
+    pub late_ticks: u16,
+    /// Ticks from a sample to the force that answers it at most, in a loop on the host.
+    pub max_age_ticks: u16,
+    /// Longest wait for the device to be there.
+    pub patience: Duration,
+}
+
+impl RemoteDevice {
+    /// With the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
+    #[must_use]
+    pub fn new(name: LinkedName) -> Self {
+        Self {
+            name,
+            loop_mode: LoopMode::Device,
+            watchdog_ms: None,
+            late_ticks: Limits::DEFAULT.late_ticks,
+            max_age_ticks: Limits::DEFAULT.max_age_ticks,
+            patience: Duration::ZERO,
+        }
+    }
+
+    /// Silence after which the device lets go, ms.
+    #[must_use]
+    pub(crate) fn watchdog_ms(&self) -> u16 {
+        self.watchdog_ms
+            .unwrap_or_else(|| self.loop_mode.watchdog_ms())
+    }
+
+    /// How late this host may be for it.
+    #[must_use]
+    pub(crate) fn lateness(&self) -> Lateness {
+        Lateness {
+            watchdog_ms: self.watchdog_ms(),
+            max_age_ticks: self.max_age_ticks,
+        }
+    }
+}
+
+/// Law that the device renders, and the plant that it simulates if it is simulated.
+#[derive(Clone, Debug)]
+pub(crate) struct RemoteLaw {
+    /// K, N/m.
+    pub stiffness_n_per_m: f64,
+    /// B, N·s^μ/m.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// μ.
+    pub order: f64,
+    /// Pushes but never pulls, from 0 on.
+    pub one_sided: bool,
+    /// Coefficients of the operator.
+    pub operator: (OperatorShape, Vec<f32>),
+    /// Limits of the safety chain, without a guard.
+    pub limits: haptic_loop::Limits,
+    /// Limits that stay as they are on the device.
+    pub unchanged: UnchangedLimits,
+    /// The guard, and what is known of a real device.
+    pub guard: (GuardChoice, GuardedDevice),
+    /// The plant of a simulated device.
+    pub simulation: Simulation,
+    /// The plant stands still until the device has raised its force: what it does then is compared with theory from its start.
+    pub after_rise: bool,
+}
+
+impl RemoteLaw {
+    /// No law at all: one of a loop on the host. Of the limits those that nobody has given stay as they are on the device: `rate` is the
+    /// force rate limit, N/s. `device` is what is known of it for its guard.
+    #[must_use]
+    pub(crate) fn none(
+        limits: haptic_loop::Limits,
+        (rate, safety): (Option<f64>, &Safety),
+        device: GuardedDevice,
+        simulation: Simulation,
+    ) -> Self {
+        Self {
+            stiffness_n_per_m: 0.0,
+            dissipation_n_s_mu_per_m: 0.0,
+            order: 0.0,
+            one_sided: false,
+            operator: no_operator(),
+            limits,
+            unchanged: UnchangedLimits {
+                rate: rate.is_none(),
+                speed: safety.speed_limit_m_per_s.is_none(),
+                rise: safety.rise_time_s.is_none(),
+            },
+            guard: (safety.guard, safety.guarded(device)),
+            simulation,
+            after_rise: false,
+        }
+    }
+}
+
+/// Limits that an experiment does not speak of: they stay as they are on the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct UnchangedLimits {
+    /// Force rate limit.
+    pub rate: bool,
+    /// Speed limit, soft and hard.
+    pub speed: bool,
+    /// Rise time.
+    pub rise: bool,
+}
+
+impl UnchangedLimits {
+    /// The limits that are asked for, but for those of the device that stay.
+    fn of(self, asked: Limits, device: &Limits) -> Limits {
+        let mut limits = asked;
+        if self.rate {
+            limits.force_rate_n_per_s = device.force_rate_n_per_s;
+        }
+        if self.speed {
+            limits.speed_soft_m_per_s = device.speed_soft_m_per_s;
+            limits.speed_hard_m_per_s = device.speed_hard_m_per_s;
+        }
+        if self.rise {
+            limits.rise_time_s = device.rise_time_s;
+        }
+        limits
+    }
+}
+
+/// The configuration of the device, which has these limits now.
+pub(crate) fn configuration(
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    capabilities: &Capabilities,
+    present: &Limits,
+) -> Result<Configuration, Failure> {
+    let us = schedule.sample_time_s * 1e6;
+    if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
+        return Err(Failure::bad_input(format_args!(
+            "sample time {} s is not a whole number of microseconds, which a device needs: change \
+             {SAMPLE_TIME}",
+            Shown(schedule.sample_time_s)
+        )));
+    }
+    let simulation = if capabilities.simulated {
+        law.simulation
+    } else {
+        Simulation::REAL
+    };
+    let t = Seconds(schedule.sample_time_s);
+    let known = law.guard.1.or(GuardedDevice::read_by(capabilities));
+    let guard = guard_of(law.guard.0, known, &simulation, t)?;
+    let limits = haptic_loop::Limits {
+        guard,
+        ..law.limits
+    };
+    single("force limit", limits.force.0)?;
+    single("force rate limit", limits.rate.0)?;
+    let limits = law.unchanged.of(wire_limits(&limits, t), present);
+    Ok(Configuration {
+        loop_mode: device.loop_mode,
+        tick_period_us: us.round() as u32,
+        stiffness_n_per_m: single("stiffness", law.stiffness_n_per_m)?,
+        dissipation_n_s_mu_per_m: single("dissipation", law.dissipation_n_s_mu_per_m)?,
+        order: law.order as f32,
+        one_sided: law.one_sided,
+        surface_m: 0.0,
+        operator: law.operator.0,
+        limits: Limits {
+            watchdog_ms: device.watchdog_ms(),
+            late_ticks: device.late_ticks,
+            max_age_ticks: device.max_age_ticks,
+            ..limits
+        },
+        simulation,
+    })
+}
+
+/// Keeps a run within the limits that are set on the device, and says in one line where these are the tighter ones.
+pub(crate) fn keep_within(
+    configuration: &mut Configuration,
+    set: &Configuration,
+) -> Option<String> {
+    type Told = (&'static str, fn(&Limits) -> f32, &'static str);
+    const TOLD: [Told; 4] = [
+        ("at most", |limits| limits.force_n, "N"),
+        ("at most", |limits| limits.force_rate_n_per_s, "N/s"),
+        ("rising in", |limits| limits.rise_time_s, "s"),
+        ("at most", |limits| limits.speed_hard_m_per_s, "m/s"),
+    ];
+    let asked = configuration.limits;
+    let (tight, looser) = configuration.tightened(set);
+    configuration.limits = tight;
+    let looser = looser?;
+    // What was asked for is no limit of the device.
+    let tighter = TOLD.iter();
+    let tighter = tighter.filter(|(_, of, _)| of(&tight).to_bits() != of(&asked).to_bits());
+    let tighter = tighter.map(|(words, of, unit)| format!("{words} {} {unit}", of(&tight)));
+    let tighter: Vec<String> = tighter.collect();
+    let tighter = match tighter.as_slice() {
+        [] => looser.to_string(),
+        some => some.join(", "),
+    };
+    Some(format!(
+        "the limits set on the device hold where they are tighter: {tighter}; a run cannot loosen them, host-cli device set can"
+    ))
+}
+
+/// Limits of the chain that closes a loop here: force, norm, rate, start and stop. The rest is up to the device, which
+/// knows where it is without delay.
+#[must_use]
+pub(crate) const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
+    haptic_loop::Limits {
+        norm: limits.norm,
+        start_force: limits.start_force,
+        stop_time: limits.stop_time,
+        brake_force: limits.brake_force,
+        ..haptic_loop::Limits::bare(limits.force, limits.rate)
+    }
+}
+
+/// A guard for a device: what nobody has said of a simulated one is known from what it simulates, without delay or lag. A
+/// real one does not know its own.
+///
+/// # Errors
+/// As [`GuardChoice::of`].
+pub fn guard_of(
+    guard: GuardChoice,
+    known: GuardedDevice,
+    simulation: &Simulation,
+    t: Seconds,
+) -> Result<Option<Guard>, Failure> {
+    let simulated = |value: f32| Some(f64::from(value));
+    let itself = match simulation.kind {
+        SimulationKind::Real => GuardedDevice::default(),
+        _ => GuardedDevice {
+            mass_kg: simulated(simulation.mass_kg),
+            damping_n_s_per_m: simulated(simulation.damping_n_s_per_m),
+            delay_s: Some((0.0, 0.0)),
+            lag_s: Some(0.0),
+            noise_m: None,
+        },
+    };
+    guard.of(&known.or(itself), t)
+}
+
+/// Coefficients for a device that does not compute the force itself: one zero.
+#[must_use]
+pub(crate) fn no_operator() -> (OperatorShape, Vec<f32>) {
+    (Configuration::PASSIVE.operator, vec![0.0])
+}
+
+/// The operator of a device, from the scheme.
+///
+/// # Errors
+/// More coefficients than the wire can count.
+pub(crate) fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
+    haptic_remote::operator_shape(operator).map_err(|error| {
+        Failure::input_with_advice(
+            error,
+            format_args!(
+                "change {SCHEME}, or take {loop_host}",
+                loop_host = LOOP.set_to("host")
+            ),
+        )
+    })
+}
+
+pub(crate) const fn loop_name(loop_mode: LoopMode) -> &'static str {
+    match loop_mode {
+        LoopMode::Device => "device",
+        LoopMode::Host => "host",
+    }
+}
+
+/// The device, as on the command line.
+#[must_use]
+pub(crate) fn device_name(device: Option<&RemoteDevice>) -> String {
+    device.map_or_else(|| "sim".to_owned(), |device| device.name.to_string())
+}
+
+/// A simulated device without a wall to be felt: what a drive of the rig becomes on a device.
+#[must_use]
+pub(crate) fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulation {
+    Simulation {
+        kind: if compliant {
+            SimulationKind::CompliantIndentation
+        } else {
+            SimulationKind::RigidIndentation
+        },
+        depth_m: depth_m as f32,
+        ramp_time_s: ramp_time_s as f32,
+        ..Simulation::TESTBED
+    }
+}
+
+/// A mass that a hand holds by a spring and pushes.
+#[must_use]
+pub(crate) fn held(device: &MassDamperConfig, push_n: f64) -> Simulation {
+    Simulation {
+        kind: SimulationKind::MassDamper,
+        mass_kg: device.mass.0 as f32,
+        damping_n_s_per_m: device.damping.0 as f32,
+        hand_stiffness_n_per_m: device.stiffness.0 as f32,
+        push_n: push_n as f32,
+        ..Simulation::REAL
+    }
+}
+
+/// A constant push on the testbed's mass.
+#[must_use]
+pub(crate) fn push(push_n: f64) -> Simulation {
+    Simulation {
+        push_n: push_n as f32,
+        ..Simulation::TESTBED
+    }
+}

@@ -1,0 +1,280 @@
+//! A run to be made on a connected device: looked at, configured, then handed to its session.
+
+use super::session::HostSession;
+use crate::document::failure::Failure;
+use crate::document::parameters::{CONTACT, DEVICE_DAMPING, DEVICE_MASS};
+use crate::run::device::{Warn, firmware_version, refused_at_port};
+use crate::run::folder::FolderRequest;
+use crate::run::preflight::{
+    MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
+};
+use crate::run::record::{Record, Start};
+use crate::run::remote::{RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
+use crate::run::safety::GuardChoice;
+use crate::run::schedule::Schedule;
+use crate::run::tick::TickRecord;
+use crate::run::{Ran, Supervisor, recorder};
+use fracdiff::Real;
+use haptic_analysis::Dynamics;
+use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, WorkspaceBox};
+use haptic_log::record::TickMessage;
+use haptic_loop::realtime::Fallback;
+use haptic_loop::{Controller, Environment, Workspace};
+use haptic_remote::serial::{SerialError, SerialLink};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// A run to be made on a device.
+pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
+    /// The device.
+    pub device: &'a RemoteDevice,
+    /// Law that it renders.
+    pub law: RemoteLaw,
+    /// Number of ticks, and the time of each.
+    pub schedule: Schedule,
+    /// What is known of a time, s, without the device: as the log has it.
+    pub blank: &'a dyn Fn(f64) -> M,
+    /// The same loop for the analysis; `None` if it is not closed through the device's motion.
+    pub preflight: Option<P>,
+    /// Request for the pre-flight.
+    pub wanted: PreflightRequest,
+    /// Folder of the files.
+    pub request: &'a FolderRequest,
+    /// Everything needed to repeat the run.
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl<P, M> std::fmt::Debug for RemoteRun<'_, P, M> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RemoteRun")
+            .field("device", self.device)
+            .field("law", &self.law)
+            .field("schedule", &self.schedule)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
+    /// Runs where the device's loop mode says; `controller` closes a loop on the host.
+    ///
+    /// # Errors
+    /// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
+    pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
+        self,
+        controller: &mut Controller<F, D, E>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure>
+    where
+        M: TickRecord<D>,
+    {
+        let mode = self.device.loop_mode;
+        let mut session = self.prepare(supervisor)?;
+        let ended = match mode {
+            LoopMode::Device => session.listen(supervisor),
+            LoopMode::Host => session.control(controller, supervisor),
+        };
+        if let Err(error) = ended {
+            session.give_up(&error);
+        }
+        session.after_fault();
+        session.record.board_lost = session.link.lost_board();
+        if let (None, Some(trouble)) = (&session.record.board_lost, session.link.trouble()) {
+            (supervisor.warn)(&trouble.words);
+        }
+        session.finish()
+    }
+
+    /// Connects, configures, and only then makes folder and log.
+    fn prepare<const D: usize>(
+        mut self,
+        supervisor: Supervisor<'_>,
+    ) -> Result<HostSession<'a, M, D>, Failure> {
+        let device = self.device;
+        let (patience, stop) = (device.patience, Some(supervisor.stop));
+        let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
+        let path = link.path().to_owned();
+        let problem = |error: SerialError| match error.is_refusal() {
+            true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
+                error,
+                format_args!(
+                    "this board simulates no compliant contact, take {contact_rigid}",
+                    contact_rigid = CONTACT.set_to("rigid")
+                ),
+            ),
+            _ => refused_at_port(&path, error),
+        };
+        let (set, _) = link.configuration().map_err(problem)?;
+        let can = link.capabilities();
+        let mut configuration = configuration(device, &self.law, self.schedule, can, &set.limits)?;
+        if let Some(text) = keep_within(&mut configuration, &set) {
+            (supervisor.warn)(&text);
+        }
+        let (t, rise_s) = (
+            self.schedule.sample_time_s,
+            configuration.limits.rise_time_s,
+        );
+        let start_ticks = match self.law.after_rise && link.capabilities().simulated && rise_s > 0.0
+        {
+            true => risen_after((t / f64::from(rise_s)) as f32),
+            false => 0,
+        };
+        configuration.simulation.start_ticks = start_ticks as f32;
+        self.schedule.samples += start_ticks;
+        if start_ticks > 0 {
+            (self.metadata).insert("start_s".to_owned(), (start_ticks as f64 * t).to_string());
+        }
+        describe_limits(&configuration.limits, &mut self.metadata);
+        let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
+        link.set_run(configuration, &self.law.operator.1, workspace.as_ref())
+            .map_err(problem)?;
+        let before = link.statistics().map_err(problem)?;
+        describe(&link, device, &mut self.metadata);
+        let preflight = self.preflight(&link, supervisor.warn)?;
+
+        let folder = self.request.prepare()?;
+        let recorder = recorder(self.request, &folder, self.metadata, false, supervisor)?;
+        let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        record.start = Start::at(start_ticks, t);
+        record.lateness = Some(device.lateness());
+        record.served = link.is_served();
+        record.not_realtime = raised(&link, self.schedule);
+        Ok(HostSession {
+            link,
+            before,
+            watchdog: Duration::from_millis(u64::from(device.watchdog_ms())),
+            loop_mode: device.loop_mode,
+            schedule: self.schedule,
+            blank: self.blank,
+            folder,
+            recorder,
+            record,
+            samples_lost: 0,
+            next_tick: 0,
+            preflight,
+            over: false,
+            deaf: false,
+        })
+    }
+}
+
+/// Ticks until a force that rises by this share each is whole, summed as the device does.
+fn risen_after(share: f32) -> u64 {
+    let (mut risen, mut ticks) = (0.0, 0);
+    while risen < 1.0 {
+        risen += share;
+        ticks += 1;
+    }
+    ticks
+}
+
+/// The first ranges of a box, as they go over the wire.
+fn wire_box<const D: usize>(ranges: [Workspace; 3]) -> WorkspaceBox {
+    let range = |range: &Workspace| AxisWorkspace {
+        low_m: range.low.0 as f32,
+        high_m: range.high.0 as f32,
+        soft_m: range.soft.0 as f32,
+    };
+    WorkspaceBox {
+        axes: ranges.iter().take(D).map(range).collect(),
+    }
+}
+
+/// Raises the threads of the link, if that is asked for; the refusal.
+fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
+    let priority = schedule.thread_options().priority?;
+    let refusal = link.raise(priority).err()?;
+    let fallback = Fallback {
+        priority: Some((priority, refusal)),
+        ..Fallback::default()
+    };
+    Some(fallback.to_string())
+}
+
+impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
+    /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
+    fn preflight(
+        &mut self,
+        link: &SerialLink,
+        warn: Warn<'_>,
+    ) -> Result<Option<PreflightVerdict>, Failure> {
+        let verdict = self.judged(link, warn)?;
+        match &verdict {
+            Some(verdict) => verdict.describe(&mut self.metadata),
+            None => {
+                (self.metadata).insert("preflight".to_owned(), "skipped".to_owned());
+            }
+        }
+        Ok(verdict)
+    }
+
+    fn judged(
+        &self,
+        link: &SerialLink,
+        warn: Warn<'_>,
+    ) -> Result<Option<PreflightVerdict>, Failure> {
+        let Some(subject) = &self.preflight else {
+            return Ok(None);
+        };
+        // A simulated board of which nobody says anything is the mass that it is asked to be.
+        let simulation = &self.law.simulation;
+        let asked = || Dynamics {
+            hand_stiffness_n_per_m: f64::from(simulation.hand_stiffness_n_per_m),
+            ..Dynamics::ideal(
+                f64::from(simulation.mass_kg),
+                f64::from(simulation.damping_n_s_per_m),
+            )
+        };
+        let simulated = link.capabilities().simulated;
+        let dynamics = self.wanted.dynamics.or_else(|| simulated.then(asked));
+        let Some(dynamics) = dynamics else {
+            warn(&format!(
+                "pre-flight: skipped, the mass and damping of the device are not known: give {DEVICE_MASS} \
+                 and {DEVICE_DAMPING}"
+            ));
+            return Ok(None);
+        };
+        let delay = match self.device.loop_mode {
+            LoopMode::Device => 0,
+            LoopMode::Host => {
+                let measured = link.measure_round_trip(MEASURED);
+                // Without any answer in that time it is as long at least.
+                let round_trip_us = match measured.is_empty() {
+                    true => MEASURED.as_micros() as u64,
+                    false => measured.value_at_quantile(0.9),
+                };
+                delay_samples(round_trip_us, self.schedule.sample_time_s)
+            }
+        };
+        let verdict = subject.verdict(dynamics, delay)?;
+        // Energy bounding promises passivity for the damping that the device was said to have.
+        let guarded = self.law.guard.0 == GuardChoice::EnergyBounding;
+        verdict.require_stable(self.wanted.force_unstable || guarded)?;
+        if let Some(warning) = verdict.warning(guarded) {
+            warn(&warning);
+        }
+        Ok(Some(verdict))
+    }
+}
+
+/// The limits that really hold, for the log.
+fn describe_limits(limits: &Limits, metadata: &mut BTreeMap<String, String>) {
+    let numbers = [
+        ("device_force_limit_n", limits.force_n),
+        ("device_force_rate_limit_n_per_s", limits.force_rate_n_per_s),
+        ("device_rise_time_s", limits.rise_time_s),
+        ("device_speed_limit_m_per_s", limits.speed_hard_m_per_s),
+    ];
+    metadata.extend(numbers.map(|(key, value)| (key.to_owned(), value.to_string())));
+}
+
+/// Adds the facts that only the connected device can tell.
+fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<String, String>) {
+    let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+    add("board", link.capabilities().board().to_owned());
+    add("firmware", firmware_version(link.hello()));
+    add("loop", loop_name(device.loop_mode).to_owned());
+    add(
+        "watchdog_s",
+        (f64::from(device.watchdog_ms()) * 1e-3).to_string(),
+    );
+}

@@ -1,0 +1,347 @@
+//! A configured device: arm, start, listen or control, let go, and close the log.
+
+use crate::document::failure::Failure;
+use crate::run::ending::Ending;
+use crate::run::fault_recorder::AFTER;
+use crate::run::folder::OutputFolder;
+use crate::run::preflight::PreflightVerdict;
+use crate::run::record::Record;
+use crate::run::recorder::Recorder;
+use crate::run::remote::summary::{flat, summarise};
+use crate::run::schedule::Schedule;
+use crate::run::tick::{Tick, TickRecord};
+use crate::run::{Ran, Supervisor, close};
+use fracdiff::Real;
+use haptic_link::{
+    EventKind, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
+};
+use haptic_log::record::flaw::LATE_FORCE;
+use haptic_log::record::{END, StartTime};
+use haptic_loop::realtime::RaisedThread;
+use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefused};
+use haptic_remote::LinkError;
+use haptic_remote::serial::{Heard, SerialError, SerialLink};
+use nalgebra::SVector;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant, SystemTime};
+
+/// Longest silence after a fault in which the rest is still waited for.
+pub(super) const AFTER_FAULT: Duration = Duration::from_millis(200);
+
+/// A device that is configured, armed by nobody yet, and the log of what is to come.
+pub(super) struct HostSession<'a, M, const D: usize> {
+    pub(super) link: SerialLink,
+    pub(super) before: Statistics,
+    pub(super) watchdog: Duration,
+    pub(super) loop_mode: LoopMode,
+    pub(super) schedule: Schedule,
+    /// What is known of a time without the device.
+    pub(super) blank: &'a dyn Fn(f64) -> M,
+    pub(super) folder: OutputFolder,
+    pub(super) recorder: Recorder,
+    pub(super) record: Record,
+    pub(super) samples_lost: u64,
+    pub(super) next_tick: u64,
+    pub(super) preflight: Option<PreflightVerdict>,
+    /// The device has said that the run is over, or its newest sample that there is no force any more.
+    pub(super) over: bool,
+    /// The device does not answer.
+    pub(super) deaf: bool,
+}
+
+impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
+    /// Asks the device what it counted, lets it go, and closes the log.
+    pub(super) fn finish(mut self) -> Result<Ran, Failure> {
+        self.count_missing_fault();
+        let HostSession {
+            link,
+            before,
+            loop_mode,
+            folder,
+            mut recorder,
+            mut record,
+            samples_lost,
+            next_tick,
+            schedule,
+            preflight,
+            deaf,
+            ..
+        } = self;
+        // Only a device that has let go answers so; its force falls within its own stop time.
+        let let_go = record.ended == Some(Ending::LogStopped) && waits_for_rest(&link);
+        // A device that is gone cannot be asked.
+        let asked = (!deaf).then(|| link.statistics().ok()).flatten();
+        let counted = asked.map(|after| after.since(&before));
+        let mut summary = summarise(&link, loop_mode, counted, samples_lost);
+        // A sample without room here is missing by its number too.
+        summary.samples_lost = samples_lost.saturating_sub(summary.samples_dropped);
+        drop(link);
+        record.dropped = recorder.dropped() + samples_lost;
+        record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
+        recorder.metadata("link", flat(&summary));
+        record.link = Some(summary);
+        recorder.metadata(END, record.end(schedule.samples, next_tick).metadata());
+        let recorded = close(recorder, &record, let_go)?;
+        Ok(Ran {
+            preflight,
+            ..Ran::of(record, recorded, folder)
+        })
+    }
+
+    /// Arms and starts.
+    fn start(&mut self, ticks: u32) -> Result<(), SerialError> {
+        self.link.arm(self.watchdog)?;
+        let asked = SystemTime::now();
+        self.link.start(Start {
+            run: 1,
+            ticks,
+            every: 1,
+            batch: self.batch(),
+        })?;
+        let started = StartTime::between(asked, SystemTime::now());
+        // A recorder that has ended is seen at the first sample.
+        let _ = self.recorder.starts_at(started);
+        Ok(())
+    }
+
+    /// A run in the device's loop: everything is decided there.
+    pub(super) fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
+        /// Nothing for so long in the middle of a run is the end of it.
+        const SILENCE: Duration = Duration::from_secs(2);
+        // A run of 2³² ticks and more is stopped from here.
+        self.start(u32::try_from(self.schedule.samples).unwrap_or(0))?;
+        let mut patience = SILENCE;
+        loop {
+            match self.hear_or_stop(patience, supervisor)? {
+                Some(Heard::Sample(sample)) => {
+                    if !self.take_sample(&sample) {
+                        break;
+                    }
+                    (supervisor.progress)(self.counted());
+                }
+                Some(Heard::Event(event)) => match event.kind {
+                    EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
+                        self.over = true;
+                        break;
+                    }
+                    EventKind::Configured | EventKind::Armed | EventKind::Started => {}
+                },
+                Some(Heard::Fault(report)) => {
+                    self.ends(Ending::DeviceFault(report));
+                    // Until the ramp is over its samples come by themselves; for those behind it, ask.
+                    self.stream_after_fault(1);
+                    patience = AFTER_FAULT;
+                }
+                Some(Heard::Over(error)) => return Err(error.into()),
+                None if self.record.ended.is_some_and(Ending::is_fault) => break,
+                None => return Err(self.link.silent(SILENCE).into()),
+            }
+            if self.is_all_told() {
+                break;
+            }
+            if self.record.ended == Some(Ending::LogStopped) {
+                self.link.ask(Request::Stop)?;
+                break;
+            }
+        }
+        self.count_missing_end();
+        self.link.disarm()
+    }
+
+    /// What the device says next; `None` after so long a silence. Somebody who stops the run is heard at once, whatever comes.
+    fn hear_or_stop(
+        &mut self,
+        patience: Duration,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Option<Heard>, SerialError> {
+        /// A pause in which a stop is looked for.
+        const PAUSE: Duration = Duration::from_millis(20);
+        let mut left = patience;
+        loop {
+            if self.record.ended.is_none() && supervisor.stop.load(Ordering::Relaxed) {
+                self.ends(Ending::Interrupted);
+                self.link.ask(Request::Stop)?;
+            }
+            let pause = left.min(PAUSE);
+            if let Some(heard) = self.link.hear(pause) {
+                return Ok(Some(heard));
+            }
+            left -= pause;
+            if left.is_zero() {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// A run with the loop closed here, until the samples are done and the force is zero.
+    pub(super) fn control<F: Real, E: Environment<F, D>>(
+        &mut self,
+        controller: &mut Controller<F, D, E>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<(), SerialError> {
+        let thread = RaisedThread::new(self.schedule.thread_options().thread());
+        self.record.raised(&thread);
+        self.start(0)?;
+        let mut engaged = controller.engage(&mut *self);
+        let mut resting = 0;
+        loop {
+            // Waiting for the sample is no part of the tick.
+            let reading = engaged.read()?;
+            if engaged.device().next_tick == 0 {
+                engaged.controller().may_start(&reading).map_err(blow)?;
+            }
+            let began = Instant::now();
+            let done = engaged.tick_reading(reading)?;
+            let took = began.elapsed().as_nanos() as u64;
+            let session = engaged.device_mut();
+            session.record.tick_ns.saturating_record(took.max(1));
+            let tick = reading.tick;
+            let counted = session.counts(tick);
+            session.gap(tick);
+            let newest = session.link.newest().axes.first();
+            let (newest_limiters, newest_flaws) =
+                newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
+            let made = Tick {
+                tick,
+                time_s: reading.time_s,
+                position_m: reading.position_m.map(F::to_f64),
+                environment_force_n: done.environment_force_n.map(F::to_f64),
+                commanded_force_n: done.force.newtons().map(F::to_f64),
+                applied_force_n: applied_n(session.link.newest()),
+                // The device limits what it is sent once more.
+                limiters: done.limiters.bits() | newest_limiters,
+                flaws: newest_flaws
+                    | if session.link.follows() {
+                        0
+                    } else {
+                        LATE_FORCE
+                    },
+                observed_energy_j: f64::NAN,
+            };
+            let message = (session.blank)(reading.time_s - session.start_s()).of(&made);
+            session.keep(message, counted);
+            (supervisor.progress)(session.counted());
+            if session.record.ended.is_none() {
+                if let Some(fault) = done.fault {
+                    session.ends(Ending::Fault(fault));
+                } else if supervisor.stop.load(Ordering::Relaxed) {
+                    session.ends(Ending::Interrupted);
+                }
+            }
+            if session.record.ended.is_some() || tick + 1 >= session.schedule.samples {
+                engaged.controller_mut().stop();
+                resting += u64::from(engaged.controller().safety().is_at_rest());
+                let session = engaged.device_mut();
+                session.over = resting > 0 && session.applies_none();
+                let late = resting > AFTER;
+                if (session.over || late) && session.recorder.has_aftermath() {
+                    break;
+                }
+            }
+        }
+        drop(engaged);
+        self.link.disarm()
+    }
+
+    /// True if there was no force in the newest sample.
+    fn applies_none(&self) -> bool {
+        let applied_n: SVector<f64, D> = applied_n(self.link.newest());
+        applied_n.iter().all(|&force_n| force_n == 0.0)
+    }
+
+    /// Asks for every n-th tick while nothing runs; 0 for none.
+    fn stream_after_fault(&mut self, every: u16) {
+        let batch = self.batch();
+        // A device that does not answer has nothing more to tell.
+        self.deaf |= !self.deaf && self.link.ask(Request::Stream { every, batch }).is_err();
+    }
+
+    /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
+    /// samples fill in for those that did not come.
+    pub(super) fn after_fault(&mut self) {
+        if !matches!(self.record.ended, Some(Ending::DeviceFault(_))) {
+            return;
+        }
+        if !self.is_all_told() {
+            self.stream_after_fault(1);
+            while let (false, Some(heard)) = (self.is_all_told(), self.link.hear(AFTER_FAULT)) {
+                let goes_on = match heard {
+                    Heard::Sample(sample) => self.take_sample(&sample),
+                    Heard::Over(_) => return,
+                    Heard::Event(_) | Heard::Fault(_) => true,
+                };
+                if !goes_on {
+                    break;
+                }
+            }
+        }
+        self.stream_after_fault(0);
+        if self.deaf {
+            return;
+        }
+        let mut kept = Vec::new();
+        let mut count = 1;
+        while kept.len() < usize::from(count) {
+            let index = kept.len() as u16;
+            let (many, sample) = match self.link.ask(Request::ReadFlight { index }) {
+                Ok(Report::Flight(flight)) => (flight.count, flight.sample),
+                _ => break,
+            };
+            count = many;
+            match self.message(&sample).filter(|_| count > 0) {
+                Some(message) => kept.push(message.logged()),
+                None => break,
+            }
+        }
+        self.recorder.fill_fault_recorder(kept);
+    }
+
+    /// Samples in a frame.
+    fn batch(&self) -> u8 {
+        // Above 1 kHz samples go in batches, or the line would be too slow.
+        if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
+            8
+        } else {
+            1
+        }
+    }
+}
+
+/// A loop here reads and writes the link.
+impl<F: Real, M, const D: usize> Device<F, D> for HostSession<'_, M, D> {
+    type Error = SerialError;
+
+    fn read(&mut self) -> Result<Reading<F, D>, SerialError> {
+        self.link.read()
+    }
+
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
+        self.link.write(force)
+    }
+
+    fn let_go(&mut self) {
+        Device::<F, D>::let_go(&mut self.link);
+    }
+}
+
+/// A start that this side of the link refuses, as the device would.
+fn blow(refused: StartRefused) -> SerialError {
+    SerialError::Link(LinkError::Refused {
+        request: "start",
+        refusal: Refusal::ForceNotSmall {
+            wanted_n: refused.wanted_n as f32,
+            allowed_n: refused.allowed_n as f32,
+        },
+    })
+}
+
+/// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
+fn waits_for_rest(link: &SerialLink) -> bool {
+    link.wait_for_rest() && link.status().state == State::Idle
+}
+
+/// Force that the device made in a sample, N.
+pub(super) fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
+    let force_n = |axis: usize| sample.axes.get(axis).map_or(0.0, |axis| axis.force_n);
+    SVector::from_fn(|axis, _| f64::from(force_n(axis)))
+}

@@ -1,0 +1,203 @@
+//! Counts of a link over a run, for the report and for the log.
+
+use super::loop_name;
+use crate::run::device::firmware_version;
+use haptic_link::{LoopMode, Statistics};
+use haptic_remote::serial::SerialLink;
+use std::collections::BTreeMap;
+
+/// Counts of the link of a run.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct LinkSummary {
+    /// Board.
+    pub board: String,
+    /// Firmware version.
+    pub firmware: String,
+    /// The device simulates its plant: no actuator, no sensor.
+    pub simulated: bool,
+    /// `device` or `host`.
+    #[serde(rename = "loop")]
+    pub loop_mode: &'static str,
+    /// Samples of the run that did not come.
+    pub samples_lost: u64,
+    /// Samples that came but found no room here.
+    pub samples_dropped: u64,
+    /// Samples that found no room on the device.
+    pub samples_dropped_on_device: u32,
+    /// Ticks of a host loop without a new force.
+    pub stale_forces: u32,
+    /// Ticks in which a board of another maker did not answer: their positions are those of earlier ones.
+    pub unanswered: u32,
+    /// Forces of which nothing says that such a board took them.
+    pub forces_not_taken: u32,
+    /// Forces that found no room here.
+    pub forces_dropped: u64,
+    /// Forces that were not sent because a newer sample had come already.
+    pub forces_skipped: u64,
+    /// False where the device could not be asked at the end: what it has counted is not known then, and stands as 0.
+    pub device_answered: bool,
+    /// Ticks of the device since it was asked before the run: those between arming and start, and of the fall of the force, too.
+    pub ticks: u32,
+    /// Of them, those that were late.
+    pub overruns: u32,
+    /// Longest tick of the device, processor cycles; 0 if it cannot count them.
+    pub tick_cycles_max: u32,
+    /// Frames, seen from here.
+    pub from_device: FrameCounts,
+    /// Frames, seen from the device.
+    pub to_device: FrameCounts,
+    /// Requests that were sent again.
+    pub retries: u32,
+    /// From a keep-alive to its answer, µs: median, 99 of 100, longest; 0 if no answer came.
+    pub round_trip_us: [u64; 3],
+}
+
+impl LinkSummary {
+    /// What came to the device, in words.
+    #[must_use]
+    pub fn arrived(&self) -> String {
+        match self.device_answered {
+            true => format!("{} to it", self.to_device.received),
+            false => format!(
+                "{} were sent to it, and it cannot tell any more how many came",
+                self.to_device.sent
+            ),
+        }
+    }
+
+    /// The round trip in words.
+    #[must_use]
+    pub fn round_trip(&self) -> String {
+        round_trip(self.round_trip_us)
+    }
+
+    /// Samples of the device that did not get to the log because of the line.
+    #[must_use]
+    pub(crate) fn samples_missing(&self) -> u64 {
+        self.samples_lost + self.samples_dropped
+    }
+}
+
+/// Median, 99 of 100 and longest of round trips, µs, in words; all are 0 where none was measured.
+#[must_use]
+pub fn round_trip([p50, p99, max]: [u64; 3]) -> String {
+    match max {
+        0 => "not measured, no answer came".to_owned(),
+        _ => format!("{p50} µs median, {p99} µs 99 %, {max} µs longest"),
+    }
+}
+
+/// Frames of one direction.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+pub struct FrameCounts {
+    /// Sent.
+    pub sent: u32,
+    /// Received whole.
+    pub received: u32,
+    /// Damaged.
+    pub corrupt: u32,
+    /// Did not come.
+    pub lost: u32,
+    /// Came twice.
+    pub duplicate: u32,
+    /// Came after a later one.
+    pub late: u32,
+}
+
+/// `counted` is what the device counted over the run; `None` if it could not be asked.
+pub(super) fn summarise(
+    link: &SerialLink,
+    loop_mode: LoopMode,
+    counted: Option<Statistics>,
+    samples_lost: u64,
+) -> LinkSummary {
+    let device_answered = counted.is_some();
+    let counted = counted.unwrap_or_default();
+    let report = link.report();
+    let host = report.host;
+    let round_trip = &report.round_trip_us;
+    let damaged = |kinds: [u32; 3]| kinds.into_iter().fold(0, u32::wrapping_add);
+    LinkSummary {
+        board: link.capabilities().board().to_owned(),
+        firmware: firmware_version(link.hello()),
+        simulated: link.capabilities().simulated,
+        loop_mode: loop_name(loop_mode),
+        samples_lost,
+        samples_dropped: report.samples_dropped,
+        samples_dropped_on_device: counted.samples_dropped,
+        stale_forces: counted.stale_forces,
+        unanswered: counted.unanswered,
+        forces_not_taken: counted.forces_not_taken,
+        forces_dropped: report.forces_dropped,
+        forces_skipped: report.forces_skipped,
+        device_answered,
+        ticks: counted.ticks,
+        overruns: counted.overruns,
+        tick_cycles_max: counted.tick_cycles_max,
+        from_device: FrameCounts {
+            sent: counted.sent,
+            received: host.received,
+            corrupt: damaged([host.corrupt, host.oversize, host.foreign]),
+            lost: host.lost,
+            duplicate: host.duplicate,
+            late: host.late,
+        },
+        to_device: FrameCounts {
+            sent: host.sent,
+            received: counted.received,
+            corrupt: damaged([counted.corrupt, counted.oversize, counted.foreign]),
+            lost: counted.lost,
+            duplicate: counted.duplicate,
+            late: counted.late,
+        },
+        retries: host.retries,
+        round_trip_us: [
+            round_trip.value_at_quantile(0.5),
+            round_trip.value_at_quantile(0.99),
+            round_trip.max(),
+        ],
+    }
+}
+
+/// The summary as the metadata of a log.
+pub(super) fn flat(summary: &LinkSummary) -> BTreeMap<String, String> {
+    // A structure of numbers and words always becomes JSON.
+    let json = serde_json::to_value(summary).unwrap_or_default();
+    let mut flat = BTreeMap::new();
+    for (key, value) in json.as_object().into_iter().flatten() {
+        match value.as_object() {
+            Some(inner) => {
+                for (name, value) in inner {
+                    flat.insert(format!("{key}.{name}"), value.to_string());
+                }
+            }
+            None => {
+                let text = value
+                    .as_str()
+                    .map_or_else(|| value.to_string(), str::to_owned);
+                flat.insert(key.clone(), text);
+            }
+        }
+    }
+    flat
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_counted_or_measured_is_no_zero() {
+        let mut link = LinkSummary::default();
+        link.to_device.sent = 3500;
+        assert!(link.arrived().starts_with("3500 were sent to it"));
+        assert!(!link.round_trip().contains('0'), "{}", link.round_trip());
+        (link.device_answered, link.to_device.received) = (true, 3499);
+        link.round_trip_us = [200, 300, 400];
+        assert_eq!(link.arrived(), "3499 to it");
+        assert_eq!(
+            link.round_trip(),
+            "200 µs median, 300 µs 99 %, 400 µs longest"
+        );
+    }
+}

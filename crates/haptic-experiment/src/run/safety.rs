@@ -1,0 +1,264 @@
+//! Settings of the safety chain beyond force and rate, as an experiment asks for them.
+
+mod guard;
+pub(crate) mod reading;
+
+use crate::document::failure::Failure;
+use crate::document::named::Named as _;
+use crate::document::parameters::{
+    BRAKING, DEVICE, DEVICE_DAMPING, DEVICE_MASS, DEVICE_MODEL, GUARD, JUMP, SPEED_LIMIT,
+    STUCK_FORCE, STUCK_TIME,
+};
+use fracdiff::parameter::Shown;
+pub use guard::{GuardChoice, GuardedDevice};
+use haptic_loop::units::{
+    Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
+};
+use haptic_loop::{Limits, SpeedLimit, Stuck, Workspace};
+use std::collections::BTreeMap;
+
+/// Settings that an experiment asks for; by default none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Safety {
+    /// Passivity guard.
+    pub guard: GuardChoice,
+    /// Lowest and highest position, m.
+    pub workspace_m: Option<(f64, f64)>,
+    /// Largest speed, m/s.
+    pub speed_limit_m_per_s: Option<f64>,
+    /// Time in which the force rises after the start, s.
+    pub rise_time_s: Option<f64>,
+    /// Damping that brakes near limits and after a fault, N·s/m.
+    pub braking_n_s_per_m: Option<f64>,
+    /// Time in which the force falls to zero after a fault, a stop or the end, s.
+    pub stop_time_s: Option<f64>,
+    /// Largest force of the braking meanwhile, N.
+    pub brake_force_n: Option<f64>,
+    /// Growth of the wanted force on a sensor that stands still, N; 0 for never.
+    pub stuck_force_n: Option<f64>,
+    /// Time for which it has to have stood still, s.
+    pub stuck_time_s: Option<f64>,
+    /// Largest move in a sample beyond the speed limit, m; 0 for never.
+    pub jump_m: Option<f64>,
+    /// Mass of the device, for its guard and for braking, kg.
+    pub device_mass_kg: Option<f64>,
+    /// Damping of the device, for its guard, N·s/m.
+    pub device_damping_n_s_per_m: Option<f64>,
+    /// Least and most delay of the device, for its guard, s.
+    pub device_delay_s: Option<(f64, f64)>,
+    /// Lag of the device's actuator, for its guard, s.
+    pub device_lag_s: Option<f64>,
+    /// Noise of the device's position, for its guard, m.
+    pub device_noise_m: Option<f64>,
+}
+
+/// Largest force with which a run on a real or serial device starts, N.
+const START_FORCE_N: f64 = 1.0;
+
+impl Safety {
+    /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
+    /// with a blow is refused, and an implausible position is a fault unless that is switched off.
+    #[must_use]
+    pub fn on(&self, limits: Limits, real: bool) -> Limits {
+        let brakes = self.braking_n_s_per_m.is_some();
+        let default = Limits::default();
+        let unless_off = |given: Option<f64>, default: Option<f64>| {
+            given.or(default.filter(|_| real)).filter(|x| *x != 0.0)
+        };
+        let stuck = default.stuck.unwrap_or(Stuck::DEFAULT);
+        let stuck_force = unless_off(self.stuck_force_n, Some(stuck.force.0));
+        Limits {
+            stop_time: self.stop_time_s.map_or(default.stop_time, Seconds),
+            brake_force: self.brake_force_n.map_or(default.brake_force, Newtons),
+            device_mass: self.device_mass_kg.map(Kilograms),
+            stuck: stuck_force.map(|force| Stuck {
+                force: Newtons(force),
+                time: self.stuck_time_s.map_or(stuck.time, Seconds),
+            }),
+            jump: unless_off(self.jump_m, default.jump.map(|jump| jump.0)).map(Metres),
+            start_force: real.then_some(Newtons(START_FORCE_N)),
+            rise_time: self.rise_time_s.map(Seconds),
+            workspace: self.workspace_m.map(|ends| workspace(ends, brakes)),
+            speed: self.speed_limit_m_per_s.map(|hard| speed(hard, brakes)),
+            braking: self.braking_n_s_per_m.map(NewtonSecondsPerMetre),
+            ..limits
+        }
+    }
+
+    /// Refuses what would do nothing on a simulated device. A real one may have the limits set that are missing here.
+    ///
+    /// # Errors
+    /// A jump without a speed limit, the time of a stuck sensor without its force, a mass or damping that nobody asks for; what
+    /// has no effect on any device.
+    pub fn acts(&self) -> Result<(), Failure> {
+        if let (Some(jump), None) = (self.jump_m, self.speed_limit_m_per_s)
+            && jump > 0.0
+        {
+            return Err(Failure::bad_input(format_args!(
+                "jump {jump} m has no effect without a speed limit: give {SPEED_LIMIT} too, or leave \
+                 {JUMP} out",
+                jump = Shown(jump)
+            )));
+        }
+        let stuck = self.stuck_force_n.is_some_and(|force| force > 0.0);
+        if let Some(time) = self.stuck_time_s.filter(|_| !stuck) {
+            return Err(Failure::bad_input(format_args!(
+                "stuck time {time} s has no effect without a stuck force above 0 N: give {STUCK_FORCE} too, or leave \
+                 {STUCK_TIME} out",
+                time = Shown(time)
+            )));
+        }
+        let asked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
+        if let Some(mass) = self.device_mass_kg.filter(|_| !asked) {
+            return Err(Failure::bad_input(format_args!(
+                "device mass {mass} kg has no effect on a simulated device without the guard observer or braking: give \
+                 {} or {BRAKING} too, or leave {DEVICE_MASS} out",
+                GUARD.set_to(GuardChoice::Observer.name()),
+                mass = Shown(mass)
+            )));
+        }
+        let bounded = self.guard == GuardChoice::EnergyBounding;
+        if let Some(damping) = self.device_damping_n_s_per_m.filter(|_| !bounded) {
+            return Err(Failure::bad_input(format_args!(
+                "device damping {damping} N·s/m has no effect on a simulated device without the guard energy-bounding: \
+                 give {} too, or leave {DEVICE_DAMPING} out",
+                GUARD.set_to(GuardChoice::EnergyBounding.name())
+            )));
+        }
+        self.acts_on_device()
+    }
+
+    /// The same with what a device file says of the device, where nothing else does, and as far as these settings ask for it; `real` is true for a
+    /// device that is not simulated here.
+    #[must_use]
+    pub(crate) fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
+        let bounded = self.guard == GuardChoice::EnergyBounding;
+        let braked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
+        let mass = known.mass_kg.filter(|_| real || braked);
+        let damping = known.damping_n_s_per_m.filter(|_| real || bounded);
+        Self {
+            device_mass_kg: self.device_mass_kg.or(mass),
+            device_damping_n_s_per_m: self.device_damping_n_s_per_m.or(damping),
+            device_delay_s: self.device_delay_s.or(known.delay_s.filter(|_| bounded)),
+            device_lag_s: self.device_lag_s.or(known.lag_s.filter(|_| bounded)),
+            device_noise_m: self.device_noise_m.or(known.noise_m.filter(|_| bounded)),
+            ..self
+        }
+    }
+
+    /// The same on the rig of a relaxation or creep test: the simulated one has masses of its own, so that a device file only serves a guard or
+    /// braking there.
+    ///
+    /// # Errors
+    /// A device file that would do nothing.
+    pub(crate) fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
+        let with_device = self.with_device(known, real);
+        if !real && with_device == self {
+            return Err(Failure::bad_input(format_args!(
+                "a device file has no effect on the simulated rig, which has masses of its own, without a guard or braking: leave {DEVICE_MODEL} \
+                 out, or give {device_serial_path}, {GUARD} or {BRAKING} too",
+                device_serial_path = DEVICE.set_to("serial:PATH")
+            )));
+        }
+        Ok(with_device)
+    }
+
+    /// Refuses what would do nothing on any device.
+    ///
+    /// # Errors
+    /// Delay, lag or noise of the device without the guard that asks for it.
+    pub(crate) fn acts_on_device(&self) -> Result<(), Failure> {
+        if self.guard == GuardChoice::EnergyBounding {
+            return Ok(());
+        }
+        let told = [
+            (self.device_delay_s.map(|delay| delay.1), "delay", "s"),
+            (self.device_lag_s, "lag", "s"),
+            (self.device_noise_m, "noise", "m"),
+        ];
+        for (value, what, unit) in told {
+            if let Some(value) = value {
+                return Err(Failure::bad_input(format_args!(
+                    "device {what} {value} {unit} has no effect without the guard energy-bounding: give {} too, or omit it",
+                    GUARD.set_to(GuardChoice::EnergyBounding.name()),
+                    value = Shown(value)
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Facts of the device as the experiment gives them; where it gives none, those of `device`.
+    #[must_use]
+    pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
+        let said = GuardedDevice {
+            mass_kg: self.device_mass_kg,
+            damping_n_s_per_m: self.device_damping_n_s_per_m,
+            delay_s: self.device_delay_s,
+            lag_s: self.device_lag_s,
+            noise_m: self.device_noise_m,
+        };
+        said.or(device)
+    }
+
+    /// The limits for a device of this mass, unless somebody says otherwise, and delay: how much braking it bears.
+    #[must_use]
+    pub(crate) fn braked(&self, limits: Limits, mass_kg: f64, delay_samples: u32) -> Limits {
+        Limits {
+            device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),
+            device_delay_samples: delay_samples,
+            ..limits
+        }
+    }
+
+    /// Adds the settings that were asked for to the metadata of a log.
+    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
+        if self.guard != GuardChoice::Off {
+            metadata.insert("guard".to_owned(), self.guard.name().to_owned());
+        }
+        let numbers = [
+            ("workspace_low_m", self.workspace_m.map(|ends| ends.0)),
+            ("workspace_high_m", self.workspace_m.map(|ends| ends.1)),
+            ("speed_limit_m_per_s", self.speed_limit_m_per_s),
+            ("rise_time_s", self.rise_time_s),
+            ("braking_n_s_per_m", self.braking_n_s_per_m),
+            ("stop_time_s", self.stop_time_s),
+            ("brake_force_n", self.brake_force_n),
+            ("stuck_force_n", self.stuck_force_n),
+            ("stuck_time_s", self.stuck_time_s),
+            ("jump_m", self.jump_m),
+            ("device_mass_kg", self.device_mass_kg),
+            ("device_damping_n_s_per_m", self.device_damping_n_s_per_m),
+            ("device_delay_least_s", self.device_delay_s.map(|d| d.0)),
+            ("device_delay_most_s", self.device_delay_s.map(|d| d.1)),
+            ("device_lag_s", self.device_lag_s),
+            ("device_noise_m", self.device_noise_m),
+        ];
+        for (key, value) in numbers {
+            if let Some(value) = value {
+                metadata.insert(key.to_owned(), value.to_string());
+            }
+        }
+    }
+}
+
+/// A workspace, a tenth of it at each end to brake in.
+#[must_use]
+pub fn workspace((low, high): (f64, f64), brakes: bool) -> Workspace {
+    Workspace {
+        low: Metres(low),
+        high: Metres(high),
+        soft: Metres(if brakes { 0.1 * (high - low) } else { 0.0 }),
+    }
+}
+
+/// A speed limit, braked from two thirds of it on. Without braking a zone as narrow as can be, so that no
+/// limiter seems to act.
+#[must_use]
+pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
+    let soft = if brakes { hard / 1.5 } else { 0.999 * hard };
+    SpeedLimit {
+        soft: MetresPerSecond(soft),
+        hard: MetresPerSecond(hard),
+    }
+}

@@ -1,0 +1,108 @@
+//! Schedule of a run: the number of ticks, the time of each, and the pace of time.
+
+use crate::document::failure::Failure;
+use crate::document::parameters::{SAMPLE_TIME, TRIAL_DURATION, range};
+use crate::run::realtime::RealtimeOptions;
+use fracdiff::parameter::Shown;
+use haptic_loop::ParameterError;
+use haptic_loop::realtime::PeriodicConfig;
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+/// Pace of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As fast as the machine goes.
+    Virtual,
+    /// One tick each sample time, by the clock.
+    Realtime(RealtimeOptions),
+}
+
+impl std::fmt::Display for Pace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Virtual => "virtual",
+            Self::Realtime(_) => "realtime",
+        })
+    }
+}
+
+/// Number of ticks, the time of each, and their pace.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Schedule {
+    /// Ticks, the one at time 0 included.
+    pub samples: u64,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Pace of time.
+    pub pace: Pace,
+}
+
+impl Schedule {
+    /// Options for the threads of a run.
+    pub(crate) const fn thread_options(&self) -> RealtimeOptions {
+        match self.pace {
+            Pace::Realtime(options) => options,
+            Pace::Virtual => RealtimeOptions::NORMAL,
+        }
+    }
+
+    /// The clock of this machine, if the run follows it.
+    pub(crate) fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
+        let Pace::Realtime(options) = self.pace else {
+            return Ok(None);
+        };
+        // A number that is no duration becomes 0, and 0 is refused.
+        let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
+        let config = PeriodicConfig {
+            thread: options.thread(),
+            ..PeriodicConfig::new(period)
+        };
+        config.checked().map(Some)
+    }
+}
+
+/// Number of samples from time 0 to the end of a run, both included.
+///
+/// # Errors
+/// A time that is none; too few or too many samples.
+pub(crate) fn samples(
+    duration_s: f64,
+    sample_time_s: f64,
+    allowed: &RangeInclusive<f64>,
+) -> Result<u64, Failure> {
+    for (what, key, time_s, range) in [
+        ("duration", "duration_s", duration_s, range::DURATIONS),
+        (
+            "sample time",
+            "sample_time_s",
+            sample_time_s,
+            range::SAMPLE_TIMES,
+        ),
+    ] {
+        if !range.contains(time_s) {
+            return Err(Failure::bad_input(format_args!(
+                "{what} {} s is not {range} s: change `{key}`",
+                Shown(time_s)
+            )));
+        }
+    }
+    let samples = (duration_s / sample_time_s).round() + 1.0;
+    if allowed.contains(&samples) {
+        return Ok(samples as u64);
+    }
+    Err(Failure::bad_input(format_args!(
+        "duration {} s at a sample time of {} s is {samples} samples, which is not in [{}, {:e}]: change {TRIAL_DURATION} \
+         or {SAMPLE_TIME}",
+        Shown(duration_s),
+        Shown(sample_time_s),
+        allowed.start(),
+        allowed.end()
+    )))
+}
+
+/// The memory of an operator for a run of so many samples: a little more, so that the last weights are not at the very edge.
+#[must_use]
+pub(crate) fn horizon(samples: u64) -> f64 {
+    1.05 * samples as f64
+}

@@ -1,0 +1,127 @@
+//! The loop on a simulated device in virtual time: no folder, no log, no clock.
+//!
+//! ```text
+//! instruments ─▶ engaged.tick() ─▶ message ─▶ sink        n = 0, 1, …, samples − 1
+//! ```
+//! Everything that simulates goes through here: trials of walls, the search for a Z-width, the reproduced figures. A run
+//! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
+
+use crate::run::World;
+use crate::run::ending::Ending;
+use crate::run::tick::TickRecord;
+use fracdiff::Real;
+use haptic_log::record::TickMessage;
+use haptic_loop::plant::{IndentationRig, MassDamper, Sensed};
+use haptic_loop::{Controller, Device, Engaged, Environment};
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+/// Receiver of each sample; it may end the simulation.
+pub(crate) type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
+
+/// A simulated device with instruments of its own, beside the sensors that the loop reads.
+pub(crate) trait Instrumented<const D: usize = 1> {
+    /// What is told of a tick.
+    type Message: TickRecord<D>;
+
+    /// Readings at the start of a tick: a message without what the loop itself knows.
+    fn observe(&self) -> Self::Message;
+}
+
+/// Runs a loop for so many ticks, or until the sink has heard enough; `true` if it reached the end without a fault. When it
+/// returns, the force is zero.
+pub(crate) fn simulate<F, E, V, const D: usize>(
+    controller: &mut Controller<F, D, E>,
+    device: &mut Sensed<V>,
+    samples: u64,
+    sink: Sink<'_, V::Message>,
+) -> bool
+where
+    F: Real,
+    E: Environment<F, D>,
+    V: Device<F, D, Error = Infallible> + Instrumented<D>,
+{
+    let mut simulated = Simulated::new(controller, device);
+    for _ in 0..samples {
+        let message = simulated.tick();
+        if sink(&message).is_break() || simulated.ended().is_some() {
+            return false;
+        }
+    }
+    true
+}
+
+/// A loop on a simulated device. Whatever ends it, no force stays.
+pub(crate) struct Simulated<'a, F: Real, E: Environment<F, D>, V, const D: usize>
+where
+    V: Device<F, D, Error = Infallible>,
+{
+    engaged: Engaged<F, D, E, &'a mut Sensed<V>, &'a mut Controller<F, D, E>>,
+}
+
+impl<'a, F: Real, E: Environment<F, D>, V, const D: usize> Simulated<'a, F, E, V, D>
+where
+    V: Device<F, D, Error = Infallible>,
+{
+    /// At its first tick.
+    pub(crate) fn new(controller: &'a mut Controller<F, D, E>, device: &'a mut Sensed<V>) -> Self {
+        let engaged = controller.engage(device);
+        Self { engaged }
+    }
+}
+
+impl<F: Real, E: Environment<F, D>, V, const D: usize> World<D> for Simulated<'_, F, E, V, D>
+where
+    V: Device<F, D, Error = Infallible> + Instrumented<D>,
+{
+    type Message = V::Message;
+
+    fn tick(&mut self) -> V::Message {
+        let observed = self.engaged.device().device().observe();
+        let sample = match self.engaged.tick() {
+            Ok(sample) => sample,
+            Err(never) => match never {},
+        };
+        observed.of_loop(&sample, self.engaged.controller().guarded_energy_j())
+    }
+
+    fn ended(&self) -> Option<Ending> {
+        let fault = self.engaged.controller().safety().fault();
+        fault.map(Ending::Fault)
+    }
+
+    fn stop(&mut self) {
+        self.engaged.controller_mut().stop();
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.engaged.controller().safety().is_at_rest()
+    }
+}
+
+impl Instrumented for IndentationRig {
+    type Message = TickMessage;
+
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            // A force drive has no position to follow.
+            reference_m: self.reference().unwrap_or_else(|| self.indenter_position()),
+            indenter_position_m: self.indenter_position(),
+            contact_force_n: self.contact_force(),
+            ..TickMessage::default()
+        }
+    }
+}
+
+impl Instrumented for MassDamper<1> {
+    type Message = TickMessage;
+
+    /// The true position, and the force that the actuator really makes.
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            indenter_position_m: self.position()[0],
+            contact_force_n: self.applied_force()[0],
+            ..TickMessage::default()
+        }
+    }
+}
