@@ -6,9 +6,9 @@ use crate::keys::Named;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use haptic_experiment::Failure;
-use haptic_experiment::choices;
 use haptic_experiment::document::Document;
 use haptic_experiment::document::short;
+use haptic_experiment::parameters::choices;
 use haptic_experiment::parameters::{
     DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, is_path, of_kind,
 };
