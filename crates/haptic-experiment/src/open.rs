@@ -13,7 +13,6 @@
 //! Defaults are those of the commands. Whatever is wrong is refused in one line, `FILE:LINE: reason`;
 //! so are keys that are not known. Paths in a file start from the folder of the file.
 
-mod choices;
 mod document;
 pub mod parameters;
 #[cfg(test)]
@@ -32,7 +31,6 @@ use crate::{
     CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
     WallExperiment,
 };
-pub use choices::choices;
 use std::path::Path;
 use std::time::Duration;
 

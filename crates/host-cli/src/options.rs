@@ -9,10 +9,10 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::Failure;
-use haptic_experiment::choices;
 use haptic_experiment::document::Document;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
+use haptic_experiment::parameters::choices;
 use haptic_experiment::parameters::{
     DEVICE_MODEL, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS,
     Value as Kind, is_path, of_kind,

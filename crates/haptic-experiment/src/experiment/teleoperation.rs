@@ -26,7 +26,6 @@ mod preflight;
 pub(crate) mod reading;
 mod report;
 mod specification;
-mod spectrum;
 mod udp;
 
 pub use curves::{SideCurves, TeleoperationCurves};

@@ -3,18 +3,16 @@
 mod closed_form;
 mod history;
 mod operator;
-mod piece;
 
 use crate::document::failure::Failure;
 use fracdiff::num_complex::Complex;
 use fracdiff::{Order, Seconds};
-use haptic_loop::Tissue;
 use haptic_loop::units::Pascals;
+use haptic_loop::{Specimen, Tissue};
 use haptic_tissue::{Material, Model, SampledModel};
 pub(crate) use history::memory;
 pub(crate) use operator::loop_operator;
 pub use operator::operator;
-pub use piece::TissuePiece;
 use std::collections::BTreeMap;
 use std::ops::Deref;
 
@@ -197,6 +195,29 @@ impl Deref for ModelledTissue {
 
     fn deref(&self) -> &Material {
         &self.material
+    }
+}
+
+/// A piece of tissue that is touched.
+#[derive(Clone, Debug)]
+pub struct TissuePiece {
+    /// The tissue.
+    pub material: Box<ModelledTissue>,
+    /// The piece.
+    pub specimen: Specimen,
+}
+
+impl TissuePiece {
+    /// A/ℓ, m.
+    #[must_use]
+    pub(crate) fn shape_m(&self) -> f64 {
+        self.specimen.area().0 / self.specimen.thickness().0
+    }
+
+    /// K in N/m and B in N·s^μ/m.
+    #[must_use]
+    pub(crate) fn spring_and_damper(&self) -> (f64, f64) {
+        self.material.spring_and_damper(self.shape_m())
     }
 }
 

@@ -1,4 +1,4 @@
-//! All parameters, of all kinds, and the tables of each kind.
+//! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
 pub use crate::document::parameters::*;
 pub use crate::experiment::coupler::keys::*;
@@ -16,6 +16,11 @@ pub use crate::question::measurement::keys::*;
 pub use crate::question::zwidth::keys::*;
 pub use crate::question::{MEASUREMENT, QUESTIONS};
 
+use crate::experiment::teleoperation::{ArchitectureName, PlaceName};
+use crate::experiment::touch::{GripName, ShapeName};
+use crate::question::design::{RequireName, WishName};
+use crate::run::device::Loop;
+use crate::{Contact, GuardChoice, Named, Precision};
 use crate::{experiment, question};
 
 /// True of a kind whose simulated device is that of its device file.
@@ -28,6 +33,28 @@ pub(crate) fn takes_device(kind: &str) -> bool {
 #[must_use]
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     experiment::tables(kind).unwrap_or_else(|| question::tables(kind))
+}
+
+/// Names that the text of a key may be, each with a few words for people; none where any text will do.
+#[must_use]
+pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
+    fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
+        let choices = T::CHOICES.iter();
+        choices.map(|(_, name, help)| (*name, *help)).collect()
+    }
+    match key {
+        "architecture" => names::<ArchitectureName>(),
+        "contact" => names::<Contact>(),
+        "guard" => names::<GuardChoice>(),
+        "hand" => names::<GripName>(),
+        "loop" => names::<Loop>(),
+        "place" => names::<PlaceName>(),
+        "precision" => names::<Precision>(),
+        "require" => names::<RequireName>(),
+        "shape" => names::<ShapeName>(),
+        "wish" => names::<WishName>(),
+        _ => Vec::new(),
+    }
 }
 
 #[cfg(test)]
@@ -95,5 +122,24 @@ mod tests {
             numbers += 1;
         }
         assert!(numbers > 15, "{numbers}");
+    }
+
+    #[test]
+    fn a_default_is_one_of_the_choices() {
+        let mut found = 0;
+        for kind in KINDS.into_iter().chain(QUESTIONS) {
+            for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
+                let choices = choices(parameter.key);
+                if let (Value::Text(default), false) = (parameter.value, choices.is_empty()) {
+                    found += 1;
+                    assert!(
+                        choices.iter().any(|choice| choice.0 == default),
+                        "{}: {default}",
+                        parameter.key
+                    );
+                }
+            }
+        }
+        assert!(found > 5, "{found}");
     }
 }

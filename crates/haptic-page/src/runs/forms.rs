@@ -1,7 +1,7 @@
 //! Forms of the experiments, from the tables of their parameters.
 
-use haptic_experiment::choices;
 use haptic_experiment::parameters;
+use haptic_experiment::parameters::choices;
 use haptic_experiment::parameters::{
     COUPLER_REQUIRED, KINDS, Parameter, QUESTIONS, Value as Default, WALL_REQUIRED,
 };

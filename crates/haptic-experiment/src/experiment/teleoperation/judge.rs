@@ -3,7 +3,6 @@
 use super::pair::{Pair, PairTick};
 use super::report::{FeltAt, LineCounts, TeleoperationVerdict};
 use super::specification::TeleoperationExperiment;
-use super::spectrum::Spectrum;
 use crate::document::failure::Failure;
 use fracdiff::num_complex::Complex;
 use haptic_loop::Limiters;
@@ -170,4 +169,38 @@ pub(super) fn line_counts(pair: &Pair) -> [LineCounts; 2] {
             duplicate: u64::from(port.duplicate),
         }
     })
+}
+
+/// Sums of M signals over a window, at each frequency.
+///
+/// ```text
+/// X_i = Σ x[n]·e^(−jω_i t_n)        whole periods of each frequency, so that none leaks into another
+/// ```
+#[derive(Clone, Debug)]
+struct Spectrum<const M: usize> {
+    omegas: Vec<f64>,
+    sums: Vec<[Complex<f64>; M]>,
+}
+
+impl<const M: usize> Spectrum<M> {
+    /// Empty.
+    fn new(omegas: Vec<f64>) -> Self {
+        let sums = vec![[Complex::new(0.0, 0.0); M]; omegas.len()];
+        Self { omegas, sums }
+    }
+
+    /// Adds a sample.
+    fn add(&mut self, time_s: f64, values: [f64; M]) {
+        for (omega, sums) in self.omegas.iter().zip(&mut self.sums) {
+            let turned = Complex::from_polar(1.0, -omega * time_s);
+            for (sum, value) in sums.iter_mut().zip(values) {
+                *sum += turned * value;
+            }
+        }
+    }
+
+    /// Frequency, rad/s, and sums.
+    fn iter(&self) -> impl Iterator<Item = (f64, &[Complex<f64>; M])> {
+        self.omegas.iter().copied().zip(&self.sums)
+    }
 }

@@ -1,7 +1,7 @@
 //! The page of all keys of experiment, controller and plant files, made from the tables that read them.
 
 use fracdiff::parameter::Shown;
-use haptic_experiment::choices;
+use haptic_experiment::parameters::choices;
 use haptic_experiment::parameters::{
     self, CONTROLLER_LOOP, CONTROLLER_SOURCE, CRONE, DEVICE_PLANT, LEAD_LAG, MEASURED_PLANT, PID,
     PLANT_SOURCE, Parameter, Range, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
