@@ -6,15 +6,15 @@ mod steps;
 use super::plant::NamedPlant;
 use super::words::{digits, law};
 pub(super) use bode::{draw_loop, draw_plant};
+use fractional_control::ControllerSetup;
 use fractional_control::Response;
-use haptic_experiment::controller_file::ControllerFile;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 pub(super) use steps::{design_columns, draw_design};
 
 type Points = Vec<(f64, f64)>;
 
 /// Plant, controller and sample time in a line each.
-fn subtitle(plant: &NamedPlant, file: &ControllerFile) -> String {
+fn subtitle(plant: &NamedPlant, file: &ControllerSetup) -> String {
     format!(
         "plant {}\ncontroller {} · T = {} s · {}",
         plant.words,
@@ -76,7 +76,7 @@ pub(super) fn draw_run(
 }
 
 /// The lines of a run's picture.
-pub(super) fn run_subtitle(plant: &NamedPlant, file: Option<&ControllerFile>) -> String {
+pub(super) fn run_subtitle(plant: &NamedPlant, file: Option<&ControllerSetup>) -> String {
     match file {
         Some(file) => subtitle(plant, file),
         None => format!("plant {}", plant.words),

@@ -10,14 +10,13 @@ use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
 use crate::within::within;
 use clap::Args;
+use fractional_control::model_search::{Found, Guess, InputOutput, candidates, identify, shifted};
 use fractional_control::{ControlError, FractionalTransferFunction};
-use haptic_experiment::control::identification::{
-    Found, Guess, InputOutput, candidates, identify, shifted,
-};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::input::short;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
+use haptic_experiment::record_check::{check_signals, check_times};
 use haptic_quantity::Time;
 use haptic_tissue::open_file;
 use std::path::PathBuf;
@@ -194,7 +193,7 @@ impl Arguments {
             output: column(&self.output, "--output")?,
             late_s: 0.0,
         };
-        record.check_times().map_err(|error| {
+        check_times(&record).map_err(|error| {
             Failure::bad_input(format_args!(
                 "{name}: {error}; the time is column {}, that of --time",
                 short(&self.time)
@@ -203,13 +202,11 @@ impl Arguments {
         if self.subtract_start {
             record.subtract_start();
         }
-        record
-            .check_signals([&self.input, &self.output])
-            .map_err(|error| {
-                Failure::bad_input(format_args!(
-                    "{name}: {error}; the columns are those of --input and --output"
-                ))
-            })?;
+        check_signals(&record, [&self.input, &self.output]).map_err(|error| {
+            Failure::bad_input(format_args!(
+                "{name}: {error}; the columns are those of --input and --output"
+            ))
+        })?;
         Ok(record)
     }
 

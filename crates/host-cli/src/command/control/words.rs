@@ -2,9 +2,9 @@
 
 use crate::output::short;
 use core::f64::consts::PI;
+use fractional_control::ControllerSetup;
+use fractional_control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
 use fractional_control::{ControlError, Crossing, Margins};
-use haptic_experiment::control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
-use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
 use haptic_quantity::Key;
@@ -86,9 +86,9 @@ pub(super) fn digits(value: f64) -> String {
 }
 
 /// The controller in notation, its numbers in five digits.
-pub(super) fn law(file: &ControllerFile) -> String {
+pub(super) fn law(file: &ControllerSetup) -> String {
     let Some(mut pid) = file.pid() else {
-        return file.law_in_words();
+        return file.law.to_string();
     };
     let few = |value: &mut f64| *value = digits(*value).parse().unwrap_or(*value);
     for value in [

@@ -6,9 +6,7 @@ use super::super::draw::over_time;
 use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
 use super::super::words::{decibel, digits, in_degrees, percent};
 use fractional_control::PidParameters;
-use haptic_experiment::control::design::{
-    Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
-};
+use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::f64::consts::LN_10;
@@ -167,7 +165,7 @@ fn reached(candidate: &Candidate, name: WishName) -> Option<f64> {
 }
 
 impl Report {
-    pub(super) fn new(design: &ControlDesign, answer: &ControlAnswer) -> Self {
+    pub(super) fn new(plant_words: &str, design: &ControlDesign, answer: &ControlAnswer) -> Self {
         let (own, integer) = (&answer.fractional, answer.integer.as_ref());
         let t = design.sample_time.0;
         let wish = |wish: &Wish| {
@@ -198,7 +196,7 @@ impl Report {
             rows.collect()
         });
         Self {
-            plant: design.plant_words.clone(),
+            plant: plant_words.to_owned(),
             sample_time_s: t,
             scheme: design.scheme.to_string(),
             controller: pid_of(own).into(),

@@ -2,10 +2,8 @@
 
 use super::super::print::{table, written};
 use super::super::words::digits;
+use fractional_control::model_search::{Found, InputOutput, Unexplained, settles_as_well};
 use fractional_control::{FractionalTransferFunction, FreeNumber};
-use haptic_experiment::control::identification::{
-    Found, InputOutput, Unexplained, settles_as_well,
-};
 use serde::Serialize;
 
 /// The result.

@@ -2,7 +2,7 @@
 
 use super::super::super::words::{digits, percent};
 use super::{Report, TrialReport, three_digits};
-use haptic_experiment::control::design::ROBUST_GAINS;
+use fractional_control::design::ROBUST_GAINS;
 
 impl Report {
     /// The gains of the plant for which the loop is proved stable, if they do not reach from half to double.

@@ -5,8 +5,6 @@ mod powers;
 mod record;
 mod rest;
 mod start;
-#[cfg(test)]
-mod tests;
 
 pub use self::left::Unexplained;
 pub use self::record::{Guess, InputOutput, shifted};
@@ -14,11 +12,12 @@ pub use self::record::{Guess, InputOutput, shifted};
 use self::powers::powers;
 use self::record::{bic, resolved, rounding};
 use self::start::{Start, starts, whole_orders};
-use fractional_control::{
+use crate::{
     ControlError, FractionalTransferFunction, FreeNumber, Identified, WholeShape,
     identify_coefficients,
 };
 use std::collections::VecDeque;
+use std::vec::Vec;
 
 /// A function that was fitted.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,10 +40,7 @@ impl Found {
     }
 
     fn is_whole(&self) -> bool {
-        let function = &self.identified.function;
-        let (above, below) = (function.numerator().terms(), function.denominator().terms());
-        let mut terms = above.iter().chain(below);
-        terms.all(|term| (term.order - term.order.round()).abs() == 0.0)
+        self.identified.function.is_whole()
     }
 }
 
@@ -68,7 +64,7 @@ const SWING: WholeShape = WholeShape {
 };
 
 /// First guesses: of whole orders up to four poles, two of them integrators, those that leave least; of one and of two powers of s with free
-/// orders. `held` as in [`Record`](fractional_control::Record).
+/// orders. `held` as in [`Record`](crate::Record).
 #[must_use]
 pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
     let mut whole = whole_orders(record, held);
@@ -92,7 +88,7 @@ const DECISIVE: f64 = 10.0;
 /// A coefficient whose standard error is above this share of it is tried without.
 const LOOSE: f64 = 0.5;
 
-/// Fits each guess; the best first, of those that fit at all, six at most. `held` as in [`Record`](fractional_control::Record).
+/// Fits each guess; the best first, of those that fit at all, six at most. `held` as in [`Record`](crate::Record).
 ///
 /// # Errors
 /// That of the first guess, if none fits.
@@ -124,7 +120,7 @@ pub fn identify(
         if enough(&found).is_some_and(|most| start.numbers >= most) {
             continue;
         }
-        match fractional_control::identify(&start.function, &record.as_record(held)) {
+        match crate::identify(&start.function, &record.as_record(held)) {
             Ok(identified) => {
                 starts.extend(start.doubted(&identified, resolved(record)));
                 found.push(judged(identified, record));

@@ -1,7 +1,9 @@
 //! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
 
 use super::record::{Guess, InputOutput, bic, resolved, rounding};
-use fractional_control::{FractionalTransferFunction, Identified, WholeShape, whole_guess};
+use crate::{FractionalTransferFunction, Identified, WholeShape, whole_guess};
+use std::vec;
+use std::vec::Vec;
 
 /// Samples of the part at least; a record of less than twice as many is fitted at once.
 const PART: usize = 500;
@@ -82,9 +84,9 @@ pub(super) fn starts(
 
 /// What fits the part best; the guesses as they are, if nothing does.
 fn of_part(part: &InputOutput, group: &[Start], held: bool) -> Vec<Start> {
-    let fitted = group.iter().filter_map(|start| {
-        fractional_control::identify(&start.function, &part.as_record(held)).ok()
-    });
+    let fitted = group
+        .iter()
+        .filter_map(|start| crate::identify(&start.function, &part.as_record(held)).ok());
     let least = |a: &Identified, b: &Identified| a.rms_residual.total_cmp(&b.rms_residual);
     let Some(best) = fitted.min_by(least) else {
         return group.to_vec();

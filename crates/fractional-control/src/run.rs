@@ -1,13 +1,12 @@
 //! Responses of a loop, and of a plant alone, to a step or a record.
 
-use super::analysis::coarse;
-use super::{sampled, sampled_for};
-use crate::controller_file::ControllerFile;
-use fracdiff::Seconds;
-use fractional_control::tuning::{Sampling, Specification, tune_integer};
-use fractional_control::{
-    ControlError, ControllerParameters, Plant, Response, SetPoint, Shape, StabilityVerdict,
+use crate::analysis::coarse;
+use crate::tuning::{Sampling, Specification, tune_integer};
+use crate::{
+    ControlError, ControllerParameters, ControllerSetup, Plant, Response, SampledPlant, SetPoint,
+    Shape, StabilityVerdict,
 };
+use fracdiff::Seconds;
 
 /// Samples of a run at most: some seconds of work.
 pub const SAMPLES_MOST: f64 = 2e6;
@@ -26,7 +25,7 @@ pub struct LoopRun {
     pub shape: Option<Shape>,
     /// The certified verdict.
     pub verdict: StabilityVerdict,
-    /// As [`LoopAnalysis::coarse`](super::analysis::LoopAnalysis::coarse).
+    /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
     pub coarse: Option<f64>,
     /// Share of the samples with the command at a limit.
     pub limited_share: f64,
@@ -37,20 +36,20 @@ pub struct LoopRun {
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn run(
-    file: &ControllerFile,
+    setup: &ControllerSetup,
     plant: &Plant,
     reference: &[f64],
     step: Option<f64>,
 ) -> Result<LoopRun, ControlError> {
-    let plant = sampled_for(file, plant)?;
-    let response = file.simulate(&plant, reference)?;
+    let plant = setup.sampled(plant)?;
+    let response = setup.simulate(&plant, reference)?;
     let at = |limit: Option<f64>, u: f64| limit.is_some_and(|limit| (u - limit).abs() == 0.0);
     let limited = response
         .command
         .iter()
-        .filter(|u| at(file.output_low, **u) || at(file.output_high, **u))
+        .filter(|u| at(setup.output_low, **u) || at(setup.output_high, **u))
         .count();
-    let closed = file.closed_with(&plant)?;
+    let closed = setup.closed_with(&plant)?;
     Ok(LoopRun {
         shape: step.map(|height| response.shape_of_step(height)),
         verdict: closed.verdict(),
@@ -70,13 +69,13 @@ pub fn run_plant(
     input: &[f64],
 ) -> Result<Response, ControlError> {
     plant.stable_by_itself()?;
-    let plant = sampled(plant, sample_time)?;
+    let plant = SampledPlant::with_usual_memory(plant, sample_time)?;
     let mut state = plant.at_rest();
-    let mut response = Response::default();
-    response.measured = input.iter().map(|u| plant.step(&mut state, *u)).collect();
-    response.command = input.to_vec();
-    response.reference = input.to_vec();
-    Ok(response)
+    Ok(Response {
+        measured: input.iter().map(|u| plant.step(&mut state, *u)).collect(),
+        command: input.to_vec(),
+        reference: input.to_vec(),
+    })
 }
 
 /// Samples in which a loop with this crossover settles.
@@ -86,22 +85,22 @@ pub fn samples_for(crossover_rad_s: Option<f64>, sample_time_s: f64) -> f64 {
     libm::round(wanted).clamp(SAMPLES[0], SAMPLES[1])
 }
 
-/// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in the file: what a fractional controller
+/// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in the setup: what a fractional controller
 /// is compared with. `None` for a controller that is one.
 ///
 /// # Errors
 /// No such PID; a plant that does not run.
 pub fn integer_baseline(
-    file: &ControllerFile,
+    setup: &ControllerSetup,
     plant: &Plant,
-) -> Result<Option<ControllerFile>, ControlError> {
-    if let ControllerParameters::Pid(own) = file.law {
+) -> Result<Option<ControllerSetup>, ControlError> {
+    if let ControllerParameters::Pid(own) = setup.law {
         let whole = |gain: f64, order: f64| gain == 0.0 || (order - 1.0).abs() == 0.0;
         if whole(own.integral, own.integral_order) && whole(own.derivative, own.derivative_order) {
             return Ok(None);
         }
     }
-    let margins = file.closed_with(&sampled_for(file, plant)?)?.margins();
+    let margins = setup.closed_with(&setup.sampled(plant)?)?.margins();
     let none = ControlError::NotFound {
         what: "a crossover with a phase margin, to compare with a PID of order 1,",
         why: "the loop has none",
@@ -113,18 +112,18 @@ pub fn integer_baseline(
         ..Specification::new(phase.omega_rad_s, phase.value)
     };
     let sampling = Sampling {
-        sample_time: file.sample_time(),
-        rule: file.memory()?.rule(),
+        sample_time: setup.sample_time(),
+        rule: setup.memory()?.rule(),
     };
     let tuned = tune_integer(plant, Some(sampling), &wishes)?;
-    let is_pid = file.pid().is_some();
-    Ok(Some(ControllerFile {
+    let is_pid = setup.pid().is_some();
+    Ok(Some(ControllerSetup {
         law: tuned.parameters.into(),
         set_point: if is_pid {
-            file.set_point
+            setup.set_point
         } else {
             SetPoint::ERROR
         },
-        ..file.clone()
+        ..setup.clone()
     }))
 }

@@ -1,8 +1,10 @@
 //! Poles at rest: those that a zero cancels as far as the record goes, and those that it does not ask for.
 
 use super::record::InputOutput;
+use crate::{FractionalTransferFunction, Term};
 use fracdiff::roots;
-use fractional_control::{FractionalTransferFunction, Term};
+use std::vec;
+use std::vec::Vec;
 
 /// A pole or zero that moves by less than this over the whole record is at rest.
 const AT_REST: f64 = 0.3;

@@ -1,13 +1,12 @@
 //! The verdict on a loop, its margins, and the reason of the verdict.
 
-use super::{sampled, sampled_for};
-use crate::controller_file::ControllerFile;
-use core::f64::consts::PI;
-use fractional_control::{
-    ControlError, ControllerParameters, Crossing, FractionalTransferFunction, Margins, Plant,
-    SampledLoop, SampledPlant, StabilityVerdict,
+use crate::{
+    ControlError, ControllerParameters, ControllerSetup, Crossing, FractionalTransferFunction,
+    Margins, Plant, SampledLoop, SampledPlant, StabilityVerdict,
 };
+use core::f64::consts::PI;
 use num_complex::Complex;
+use std::vec::Vec;
 
 /// Frequencies of a curve.
 const POINTS: usize = 600;
@@ -30,7 +29,7 @@ pub struct LoopAnalysis {
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
-    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`](fractional_control::SampledPlant::is_exact)) and the
+    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the
     /// loop is too fast for that: how many times as often it would have to be sampled, at least. The verdict then is of the rule, not of the
     /// plant.
     pub coarse: Option<f64>,
@@ -111,25 +110,25 @@ impl LoopPoint {
 ///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
-pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
-    let sampled = sampled_for(file, plant)?;
-    let closed = file.closed_with(&sampled)?;
+pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
+    let sampled = setup.sampled(plant)?;
+    let closed = setup.closed_with(&sampled)?;
     let (mut verdict, margins) = (
         closed.verdict(),
-        margins(file, plant, &closed, closed.margins()),
+        margins(setup, plant, &closed, closed.margins()),
     );
-    let drifts = plant.order_at_rest() > 0.0 && adds_up(&file.law);
+    let drifts = plant.order_at_rest() > 0.0 && adds_up(&setup.law);
     if drifts && verdict.stable {
         // The product hides it: the command grows for ever, though no output does.
         (verdict.stable, verdict.unstable_poles, verdict.omega_rad_s) = (false, None, 0.0);
     }
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
-    let t = file.sample_time_s;
+    let t = setup.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
     let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
     let cause = match curve.len() {
         // Of what is no number nothing can be told.
-        POINTS => cause(file, plant, &closed, &verdict)?,
+        POINTS => cause(setup, plant, &closed, &verdict)?,
         _ => Cause::TooLarge,
     };
     Ok(LoopAnalysis {
@@ -143,24 +142,28 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
 
 /// Margins and peaks of the plant behind its hold, whether it is sampled exactly or a rule stands for it.
 /// `own` are those of the loop itself.
-pub(super) fn margins(
-    file: &ControllerFile,
+pub(crate) fn margins(
+    setup: &ControllerSetup,
     plant: &Plant,
     closed: &SampledLoop,
     own: Margins,
 ) -> Margins {
-    closed.margins_of_plant(own, |delay_s| later(file, plant, delay_s))
+    closed.margins_of_plant(own, |delay_s| later(setup, plant, delay_s))
 }
 
 /// The loop whose plant has so much more dead time.
-fn later(file: &ControllerFile, plant: &Plant, delay_s: f64) -> Result<SampledLoop, ControlError> {
+fn later(
+    setup: &ControllerSetup,
+    plant: &Plant,
+    delay_s: f64,
+) -> Result<SampledLoop, ControlError> {
     let plant = plant.clone().delayed(delay_s)?;
-    file.closed_with(&sampled_for(file, &plant)?)
+    setup.closed_with(&setup.sampled(&plant)?)
 }
 
 /// How many times as often, at least, this loop would have to be sampled for the rule of its plant to stand for the plant; `None` if it does, or
 /// the plant is sampled exactly.
-pub(super) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> {
+pub(crate) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> {
     if plant.is_exact() {
         return None;
     }
@@ -202,7 +205,7 @@ pub fn curve(
 }
 
 /// True if a controller has an integral.
-pub(super) fn adds_up(law: &ControllerParameters) -> bool {
+pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
     match law {
         ControllerParameters::Pid(own) => own.integral != 0.0,
         ControllerParameters::Tid(own) => own.integral != 0.0,
@@ -214,14 +217,14 @@ pub(super) fn adds_up(law: &ControllerParameters) -> bool {
 }
 
 /// An order next to a whole one, but not it, in plant or controller.
-fn near_whole(file: &ControllerFile, plant: &Plant) -> Option<f64> {
+fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
     let of = |function: &FractionalTransferFunction| -> Vec<f64> {
         let terms = function.numerator().terms().iter();
         let terms = terms.chain(function.denominator().terms());
         terms.map(|term| term.order).collect()
     };
     let mut orders = plant.function().map(of).unwrap_or_default();
-    match &file.law {
+    match &setup.law {
         ControllerParameters::Pid(own) => {
             orders.extend([own.integral_order, own.derivative_order]);
         }
@@ -307,7 +310,7 @@ fn on_the_circle(closed: &SampledLoop) -> Cause {
 }
 
 fn cause(
-    file: &ControllerFile,
+    setup: &ControllerSetup,
     plant: &Plant,
     closed: &SampledLoop,
     verdict: &StabilityVerdict,
@@ -316,7 +319,7 @@ fn cause(
         return Ok(Cause::Stable);
     }
     let Some(poles) = verdict.unstable_poles else {
-        return Ok(near_whole(file, plant).map_or_else(|| on_the_circle(closed), Cause::NearWhole));
+        return Ok(near_whole(setup, plant).map_or_else(|| on_the_circle(closed), Cause::NearWhole));
     };
     let gains = closed.gain_crossings();
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
@@ -333,7 +336,7 @@ fn cause(
     match next.map(|(_, cause)| cause) {
         // At rest it feeds errors back upon themselves.
         Some(Cause::GainTooHigh(OtherGain { edge, .. }))
-            if edge.omega_rad_s * file.sample_time_s < 2.0 * AT_REST
+            if edge.omega_rad_s * setup.sample_time_s < 2.0 * AT_REST
                 && closed.with_gain(-1.0).verdict().stable =>
         {
             return Ok(Cause::WrongSign(1.0));
@@ -344,9 +347,9 @@ fn cause(
     if plant.delay_s() > 0.0
         && let Some(prompt) = plant.without_dead_time()
     {
-        let closed = file.closed_with(&sampled(&prompt, file.sample_time())?)?;
+        let closed = setup.closed_with(&setup.sampled(&prompt)?)?;
         let first = closed.margins().delay_s;
-        let later = |delay_s| later(file, &prompt, delay_s);
+        let later = |delay_s| later(setup, &prompt, delay_s);
         if closed.verdict().stable
             && let Some(delay) = SampledLoop::delay_margin(first, later).unwrap_or(first)
         {

@@ -4,7 +4,7 @@
 //! `CAMPAIGN_CASES` sets how many; 25 unless it is given.
 
 use fractional_control::FractionalTransferFunction;
-use haptic_experiment::control::identification::{
+use fractional_control::model_search::{
     InputOutput, candidates, identify, settles_as_well, shifted,
 };
 use rayon::prelude::*;

@@ -1,19 +1,14 @@
 //! A record that a transfer function is to explain, and what a model of it is measured by.
 
+use crate::{ControlError, FractionalTransferFunction, Record};
 use fracdiff::Seconds;
-use fracdiff::parameter::{RangeError, Shown, not_negative};
-use fractional_control::{ControlError, FractionalTransferFunction, Record};
+use fracdiff::parameter::{RangeError, not_negative};
+use std::vec::Vec;
 
 /// A residual over the largest output below which a model is as good as exact.
 const EXACT: f64 = 1e-5;
 /// Roundings of a sample, with those of the record.
 const ROUNDINGS: f64 = 16.0;
-/// Largest value of a record, and 1 over the least: the sum of their squares is a number.
-const MOST: f64 = 1e100;
-/// Least and largest ratio of output to input: so far a function has coefficients.
-const RATIOS: [f64; 2] = [1e-50, 1e50];
-/// Steps of time may differ by this share.
-const EVEN: f64 = 1e-3;
 
 /// A record of input and output that begins at rest, in equal steps of time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,88 +40,6 @@ impl InputOutput {
         let ends = self.time_s.first().zip(self.time_s.last());
         let length = ends.map_or(0.0, |(first, last)| last - first);
         length / (self.time_s.len().max(2) - 1) as f64
-    }
-
-    /// Refuses times that do not run in equal steps.
-    ///
-    /// # Errors
-    /// With the line, the header being the first.
-    pub fn check_times(&self) -> Result<(), String> {
-        let mut steps: Vec<f64> = self
-            .time_s
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .collect();
-        steps.sort_by(f64::total_cmp);
-        // The step in the middle: one that is wrong does not move it.
-        let middle = steps.get(steps.len().max(1).div_ceil(2) - 1).copied();
-        let t = middle.unwrap_or(0.0);
-        if t <= 0.0 {
-            return Err("the time does not grow: give at least two rows in order".to_owned());
-        }
-        let uneven = |pair: &[f64]| ((pair[1] - pair[0]) / t - 1.0).abs() > EVEN;
-        match self.time_s.windows(2).position(uneven) {
-            None => Ok(()),
-            Some(row) => Err(format!(
-                "line {}: a step of {} s among steps of {} s: put the record on equal steps first",
-                row + 3,
-                Shown(self.time_s[row + 1] - self.time_s[row]),
-                Shown(t)
-            )),
-        }
-    }
-
-    /// Refuses an input or an output that says nothing of a plant, under the names of their columns.
-    ///
-    /// # Errors
-    /// With the column, the value and, where there is one, the line, the header being the first.
-    pub fn check_signals(&self, [input, output]: [&str; 2]) -> Result<(), String> {
-        for (name, signal) in [(input, &self.input), (output, &self.output)] {
-            if let Some(row) = signal.iter().position(|value| value.abs() > MOST) {
-                return Err(format!(
-                    "line {}: column `{name}` is {}, and more than {MOST:e} is not reckoned with: mend the row, or give the column in a larger unit",
-                    row + 2,
-                    Shown(signal[row])
-                ));
-            }
-            let largest = largest(signal);
-            if largest > 0.0 && largest < 1.0 / MOST {
-                return Err(format!(
-                    "column `{name}` is {} at most, and less than {:e} is not reckoned with: give the column in a smaller unit",
-                    Shown(largest),
-                    1.0 / MOST
-                ));
-            }
-        }
-        let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
-        let rests = |signal: &[f64]| {
-            signal
-                .iter()
-                .all(|value| (value - first(signal)).abs() == 0.0)
-        };
-        if largest(&self.input) == 0.0 {
-            return Err(format!(
-                "column `{input}` is 0 in every row: what nothing moves tells nothing; name the column of the input, or record while it changes"
-            ));
-        }
-        if rests(&self.output) {
-            return Err(format!(
-                "column `{output}` is {} in every row: the record shows no answer to the input; name the column of the output, or record for longer",
-                Shown(first(&self.output))
-            ));
-        }
-        self.check_ratio([input, output])
-    }
-
-    fn check_ratio(&self, [input, output]: [&str; 2]) -> Result<(), String> {
-        let ratio = largest(&self.output) / largest(&self.input);
-        let [least, most] = RATIOS;
-        if ratio > most || (ratio > 0.0 && ratio < least) {
-            return Err(format!(
-                "column `{output}` is {ratio:.1e} times column `{input}`, which is not from {least:e} to {most:e}: give one of both in another unit",
-            ));
-        }
-        Ok(())
     }
 
     pub(super) fn as_record(&self, held: bool) -> Record<'_> {

@@ -1,6 +1,6 @@
 //! Records that grow so far that what a function lacks is nothing beside their end.
 
-use super::{Found, InputOutput, candidates, identify};
+use fractional_control::model_search::{Found, Guess, InputOutput, candidates, identify};
 
 /// The step of 2/((s − r)(s + 1)) by its closed form, and noise of such a standard deviation.
 fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
@@ -75,7 +75,7 @@ fn a_function_that_lacks_a_pole_is_less_sure_and_says_where() {
     let record = grown(0.4, 600, 0.0);
     let guess: fractional_control::FractionalTransferFunction =
         "3.5/(2.5s-1)".parse().expect("a function");
-    let lacks = identify(&record, &[super::Guess::Coefficients(guess)], true).expect("fits");
+    let lacks = identify(&record, &[Guess::Coefficients(guess)], true).expect("fits");
     let lacks = &lacks[0];
     assert!((lacks.identified.rms_residual - 1.12).abs() < 0.02);
     let at = lacks.unexplained.expect("much is left");

@@ -1,7 +1,9 @@
 //! First guesses of one and of two powers of s, and of plants that do not come to rest, from the shape of a record.
 
 use super::record::InputOutput;
-use fractional_control::{FractionalTransferFunction, Term};
+use crate::{FractionalTransferFunction, Term};
+use std::vec;
+use std::vec::Vec;
 
 /// One and two powers of s, with the gain and the time constant of the record.
 pub(super) fn powers(record: &InputOutput) -> Vec<FractionalTransferFunction> {

@@ -1,6 +1,7 @@
 //! What a function leaves of a record: noise, or something that it lacks.
 
 use super::record::InputOutput;
+use std::vec::Vec;
 
 /// Blocks of a record, and their samples at least.
 const BLOCKS: usize = 50;

@@ -1,15 +1,15 @@
-//! From wishes to a controller file, with the best PID of order 1 beside it.
+//! From wishes to a controller, with the best PID of order 1 beside it.
 
-use super::analysis::{coarse, margins};
-use super::{run, sampled};
-use crate::controller_file::{ControllerFile, ControllerOrigin};
+use crate::analysis::{coarse, margins};
+use crate::run;
+use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
+use crate::{
+    ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SampledLoop, SetPoint,
+    Shape, StabilityVerdict,
+};
 use fracdiff::{Scheme, Seconds};
-use fractional_control::tuning::{
-    GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer,
-};
-use fractional_control::{
-    ControlError, Margins, Plant, Response, SampledLoop, SetPoint, Shape, StabilityVerdict,
-};
+use std::vec;
+use std::vec::Vec;
 
 /// The gains of the plant, over the nominal one, for which a design should hold.
 pub const ROBUST_GAINS: [f64; 2] = [0.5, 2.0];
@@ -21,12 +21,8 @@ const MET: f64 = 0.01;
 pub struct ControlDesign {
     /// The plant.
     pub plant: Plant,
-    /// Its name in the file.
-    pub plant_words: String,
     /// The wishes.
     pub wishes: Specification,
-    /// The wishes as the file says them.
-    pub wishes_words: String,
     /// T.
     pub sample_time: Seconds,
     /// Rule and tolerance of the powers.
@@ -56,7 +52,7 @@ pub struct ControlAnswer {
 #[non_exhaustive]
 pub struct Candidate {
     /// As it is run.
-    pub file: ControllerFile,
+    pub setup: ControllerSetup,
     /// As it was tuned.
     pub tuned: Tuned,
     /// What it does, of a plant that runs.
@@ -73,7 +69,7 @@ pub struct Trial {
     pub verdict: StabilityVerdict,
     /// Margins and peaks.
     pub margins: Margins,
-    /// As [`LoopAnalysis::coarse`](super::analysis::LoopAnalysis::coarse), up to double the gain: where it is, the
+    /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse), up to double the gain: where it is, the
     /// verdicts are of the rule that stands for the plant, not of the plant.
     pub coarse: Option<f64>,
     /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable. Where `coarse` is not
@@ -81,7 +77,7 @@ pub struct Trial {
     pub stable_gains: Option<[f64; 2]>,
     /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
     pub robustness: Vec<GainStep>,
-    /// The step with the limits of the file.
+    /// The step with the limits of the setup.
     pub step: Response,
     /// Its shape.
     pub shape: Shape,
@@ -195,50 +191,44 @@ impl ControlDesign {
         })
     }
 
-    /// The file without its controller. Everything acts on the error, as the wishes ask.
-    fn untuned(&self) -> ControllerFile {
-        let nothing = fractional_control::PidParameters::NONE;
-        ControllerFile {
+    /// The setup without its controller. Everything acts on the error, as the wishes ask.
+    fn untuned(&self) -> ControllerSetup {
+        ControllerSetup {
             set_point: SetPoint::ERROR,
             output_low: self.output_low,
             output_high: self.output_high,
             scheme: self.scheme,
-            origin: ControllerOrigin {
-                plant: self.plant_words.clone(),
-                wishes: self.wishes_words.clone(),
-                ..ControllerOrigin::default()
-            },
-            ..ControllerFile::new(nothing, self.sample_time)
+            ..ControllerSetup::new(PidParameters::NONE, self.sample_time)
         }
     }
 
     fn candidate(&self, tuned: Tuned) -> Result<Candidate, ControlError> {
-        let file = ControllerFile {
+        let setup = ControllerSetup {
             law: tuned.parameters.into(),
             ..self.untuned()
         };
         // A measured response can be tuned for, not run.
         let runs = self.plant.band().1 == f64::INFINITY;
         let trial = match runs {
-            true => Some(self.trial(&file, &tuned)?),
+            true => Some(self.trial(&setup, &tuned)?),
             false => None,
         };
         let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.margins));
         Ok(Candidate {
-            file,
+            setup,
             tuned,
             trial,
             wishes,
         })
     }
 
-    fn trial(&self, file: &ControllerFile, tuned: &Tuned) -> Result<Trial, ControlError> {
-        let plant = sampled(&self.plant, self.sample_time)?;
-        let closed: SampledLoop = file.closed_with(&plant)?;
+    fn trial(&self, setup: &ControllerSetup, tuned: &Tuned) -> Result<Trial, ControlError> {
+        let plant = setup.sampled(&self.plant)?;
+        let closed: SampledLoop = setup.closed_with(&plant)?;
         let runs = steps(
             &tuned.parameters,
             &self.plant,
-            file.memory()?,
+            setup.memory()?,
             self.sample_time,
             self.samples,
         )?;
@@ -252,7 +242,7 @@ impl ControlDesign {
                 stable: closed.with_gain(gain).verdict().stable,
             });
         let step = vec![self.step; self.samples];
-        let run = run::run(file, &self.plant, &step, Some(self.step))?;
+        let run = run::run(setup, &self.plant, &step, Some(self.step))?;
         let own = closed.margins();
         let by_rule = closed.gain_interval(&own);
         // The loop is fastest at the highest gain that is spoken of.
@@ -268,7 +258,7 @@ impl ControlDesign {
             verdict: run.verdict,
             coarse,
             stable_gains,
-            margins: margins(file, &self.plant, &closed, own),
+            margins: margins(setup, &self.plant, &closed, own),
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,
