@@ -38,6 +38,16 @@ const ARROWS: &[(&str, &[&str])] = &[
         "haptic-devices",
         &["haptic-loop", "haptic-link", "haptic-remote"],
     ),
+    (
+        "haptic-emulator",
+        &[
+            "fracdiff",
+            "haptic-devices",
+            "haptic-link",
+            "haptic-loop",
+            "haptic-remote",
+        ],
+    ),
     ("haptic-tissue", &["fracdiff", "haptic-quantity"]),
     ("haptic-analysis", &["certified-count", "fracdiff"]),
     ("haptic-log", &[]),

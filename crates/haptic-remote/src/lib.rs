@@ -7,11 +7,9 @@ extern crate std;
 
 mod connections;
 mod conversation;
-#[cfg(all(feature = "std", unix))]
-pub mod emulator;
 mod exchange;
 #[cfg(feature = "std")]
-mod faulty_line;
+mod fits_device;
 mod flight;
 mod hardware;
 #[cfg(feature = "std")]
@@ -37,7 +35,7 @@ mod workspace;
 pub use conversation::{Conversation, HostCounters, Incoming};
 pub use exchange::Exchange;
 #[cfg(feature = "std")]
-pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
+pub use fits_device::FitsDevice;
 pub use flight::FLIGHT_SAMPLES;
 pub use hardware::{Exclusive, Hardware};
 pub use impossible::Impossible;

@@ -114,7 +114,8 @@ impl Joint {
 }
 
 /// Whole counts of an angle in degrees, in the arithmetic of the board.
-pub(super) fn counts_at(degrees: f32, counts_per_turn: f32) -> f32 {
+#[must_use]
+pub fn counts_at(degrees: f32, counts_per_turn: f32) -> f32 {
     libm::truncf(degrees * counts_per_turn / 360.0)
 }
 

@@ -11,6 +11,8 @@ use crate::within::{number_within, within};
 use clap::Args;
 use haptic_devices::haply::HaplyName;
 use haptic_devices::moteus::MoteusName;
+use haptic_emulator::LineFaults;
+use haptic_emulator::board::{Body, Emulated, Emulation, EmulatorError, Socket, Terminal, emulate};
 use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
@@ -18,10 +20,6 @@ use haptic_experiment::plant_file::DeviceModel;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_quantity::Time;
-use haptic_remote::LineFaults;
-use haptic_remote::emulator::{
-    Body, Emulated, Emulation, EmulatorError, Socket, Terminal, emulate,
-};
 use haptic_remote::serial::Line;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

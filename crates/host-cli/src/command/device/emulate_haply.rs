@@ -3,11 +3,12 @@
 use crate::output::note;
 use crate::within::in_range;
 use clap::Args;
-use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
+use haptic_devices::haply::{Model, Version};
+use haptic_emulator::LineFaults;
+use haptic_emulator::haply::{Board, Body, Emulated, Hand, emulate};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Length;
-use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

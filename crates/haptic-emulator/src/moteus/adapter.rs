@@ -148,7 +148,7 @@ fn received(mut frame: CanFdFrame) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::moteus::emulated::Shaft;
+    use crate::moteus::Shaft;
 
     fn said(adapter: &mut EmulatedAdapter, line: &[u8]) -> String {
         let mut out = Vec::new();

@@ -1,8 +1,8 @@
 //! A device without hardware at the other end of a line, by the clock.
 
+use crate::{FaultyLine, LineDamage, LineFaults};
 use haptic_loop::ParameterError;
 use haptic_remote::serial::Line;
-use haptic_remote::{FaultyLine, LineDamage, LineFaults};
 use std::io::ErrorKind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// A read waits so long: the device moves on in steps of it at least.
 const PATIENCE: Duration = Duration::from_millis(1);
 /// Pause while nobody has the port open.
-const NOBODY: Duration = Duration::from_millis(5);
+pub(crate) const NOBODY: Duration = Duration::from_millis(5);
 
 /// A device without hardware that takes bytes and answers in bytes. Time is an argument, µs.
 pub trait AtLine {
@@ -38,8 +38,7 @@ pub(crate) fn run(
     duration: Option<Duration>,
     stop: &AtomicBool,
 ) -> Result<Damage, ParameterError> {
-    let mut to_device = FaultyLine::new(faults, seed)?;
-    let mut to_host = FaultyLine::new(faults, seed.wrapping_add(1))?;
+    let [mut to_device, mut to_host] = FaultyLine::both_ways(faults, seed)?;
     // As it was before, if the line has no patience.
     let _ = line.set_patience(PATIENCE);
     let began = Instant::now();

@@ -1,22 +1,12 @@
 //! An emulated board at a line, by the clock.
 
 use super::board::{Board, Counted};
-use crate::at_line::{AtLine, run};
+use crate::at_line::run;
+use crate::{LineDamage, LineFaults};
 use haptic_loop::ParameterError;
 use haptic_remote::serial::Line;
-use haptic_remote::{LineDamage, LineFaults};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-
-impl AtLine for Board {
-    fn advance(&mut self, now_us: u64) {
-        self.advance(now_us);
-    }
-
-    fn receive(&mut self, byte: u8, now_us: u64, out: &mut Vec<u8>) {
-        self.receive(byte, now_us, out);
-    }
-}
 
 /// What an emulated board and its line have done.
 #[derive(Clone, Copy, Debug, PartialEq)]

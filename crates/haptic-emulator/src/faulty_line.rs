@@ -6,7 +6,6 @@ use haptic_loop::ParameterError;
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
 use std::collections::VecDeque;
-use std::vec::Vec;
 
 /// Faults of a line. All chances are per frame, in [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -108,6 +107,17 @@ impl FaultyLine {
             last_arrival_us: 0,
             damage: LineDamage::default(),
         })
+    }
+
+    /// Quiet lines to a device and to its host, with the same faults at other times.
+    ///
+    /// # Errors
+    /// As [`LineFaults::check`].
+    pub(crate) fn both_ways(faults: LineFaults, seed: u64) -> Result<[Self; 2], ParameterError> {
+        Ok([
+            Self::new(faults, seed)?,
+            Self::new(faults, seed.wrapping_add(1))?,
+        ])
     }
 
     /// Sets the faults of the line from now on. Frames on the way are not touched.

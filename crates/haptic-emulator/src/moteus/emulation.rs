@@ -3,9 +3,9 @@
 use super::adapter::{EmulatedAdapter, Served};
 use super::servo::EmulatedServo;
 use crate::at_line::run;
+use crate::{LineDamage, LineFaults};
 use haptic_loop::ParameterError;
 use haptic_remote::serial::Line;
-use haptic_remote::{LineDamage, LineFaults};
 use moteus_protocol::Mode;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! The shaft of the emulated servo: inertia and damping, or a hand that turns it.
 
-use crate::moteus::settings::all_within;
 use core::f64::consts::TAU;
+use fracdiff::parameter::range;
 use haptic_loop::ParameterError;
 use haptic_loop::plant::RampHold;
 use haptic_loop::units::{Metres, Seconds};
@@ -66,22 +66,22 @@ impl Turning {
     /// Inertia, damping or the motion of the hand outside its range.
     pub(super) fn new(shaft: Shaft) -> Result<Self, ParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
-        all_within([
-            (
-                "inertia of the shaft",
-                inertia,
-                1e-9..=1e3,
-                "in [1e-9, 1e3]",
-                "kg·m²",
-            ),
-            (
-                "damping of the shaft",
-                damping,
-                0.0..=1e3,
-                "in [0, 1e3]",
-                "N·m·s/rad",
-            ),
-        ])?;
+        let fits = (1e-9..=1e3).contains(&inertia);
+        range(
+            "inertia of the shaft",
+            inertia,
+            fits,
+            "in [1e-9, 1e3]",
+            "kg·m²",
+        )?;
+        let fits = (0.0..=1e3).contains(&damping);
+        range(
+            "damping of the shaft",
+            damping,
+            fits,
+            "in [0, 1e3]",
+            "N·m·s/rad",
+        )?;
         let profile = match shaft.hand {
             Some(hand) => {
                 let (turn, ramp) = (Metres(hand.turn_rev), Seconds(hand.ramp_time_s));

@@ -5,8 +5,8 @@
 //! [`TORQUE_MAX_NM`] is cut, and nothing lets go when the host falls silent. Whoever has it configured holds the handle at its home.
 
 use super::body::Body;
-use super::model::{Direction, Model, counts_at};
-use super::protocol::TORQUE_MAX_NM;
+use crate::AtLine;
+use haptic_devices::haply::{Direction, Model, TORQUE_MAX_NM, counts_at};
 use nalgebra::Vector2;
 
 /// Ports for motors and encoders.
@@ -101,36 +101,6 @@ impl Board {
     #[must_use]
     pub const fn counted(&self) -> Counted {
         self.counted
-    }
-
-    /// Moves on to a time since it was switched on, µs.
-    pub fn advance(&mut self, now_us: u64) {
-        self.body.advance(now_us as f64 * 1e-6);
-        if !self.frame.is_empty() && now_us.saturating_sub(self.began_us) > PATIENCE_US {
-            self.frame.clear();
-        }
-    }
-
-    /// Takes a byte at this time, and appends what it answers.
-    pub fn receive(&mut self, byte: u8, now_us: u64, answer: &mut Vec<u8>) {
-        self.advance(now_us);
-        if self.frame.is_empty() {
-            self.began_us = now_us;
-        }
-        self.frame.push(byte);
-        if self.missing() > 0 {
-            return;
-        }
-        let frame = core::mem::take(&mut self.frame);
-        match frame[0] {
-            0 => self.reset(),
-            1 => self.configure(&frame),
-            2 => {
-                self.turn(&frame);
-                self.answer(frame[1], answer);
-            }
-            _ => self.counted.skipped += 1,
-        }
     }
 
     /// Bytes that the frame still misses at least.
@@ -246,6 +216,36 @@ impl Board {
             let counts = encoder.home + turned.round();
             let degrees = 360.0 * counts as f32 / encoder.counts_per_turn;
             answer.extend(degrees.to_le_bytes());
+        }
+    }
+}
+
+impl AtLine for Board {
+    fn advance(&mut self, now_us: u64) {
+        self.body.advance(now_us as f64 * 1e-6);
+        if !self.frame.is_empty() && now_us.saturating_sub(self.began_us) > PATIENCE_US {
+            self.frame.clear();
+        }
+    }
+
+    fn receive(&mut self, byte: u8, now_us: u64, answer: &mut Vec<u8>) {
+        self.advance(now_us);
+        if self.frame.is_empty() {
+            self.began_us = now_us;
+        }
+        self.frame.push(byte);
+        if self.missing() > 0 {
+            return;
+        }
+        let frame = core::mem::take(&mut self.frame);
+        match frame[0] {
+            0 => self.reset(),
+            1 => self.configure(&frame),
+            2 => {
+                self.turn(&frame);
+                self.answer(frame[1], answer);
+            }
+            _ => self.counted.skipped += 1,
         }
     }
 }

@@ -18,21 +18,15 @@ pub use error::EmulatorError;
 pub use socket::Socket;
 pub use terminal::Terminal;
 
-use crate::held_clock::HeldClock;
-use crate::serial::Line;
-use crate::{
-    DeviceSession, FaultyLine, Hardware, LineDamage, LineFaults, SimulatedAxes, SimulatedPlant,
-    TickSide,
-};
-use body::{Embodied, Fits};
+use crate::{FaultyLine, LineDamage, LineFaults};
+use body::Embodied;
 use haptic_link::FRAME_MAX;
-use std::boxed::Box;
+use haptic_remote::serial::{HeldClock, Line};
+use haptic_remote::{DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide};
 use std::cell::RefCell;
-use std::string::ToString as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
-use std::vec::Vec;
 
 /// Pieces of bytes that wait between the threads at most.
 const WAITING_MOST: usize = 4096;
@@ -40,8 +34,8 @@ const WAITING_MOST: usize = 4096;
 /// Settings of an emulated device.
 ///
 /// ```no_run
-/// use haptic_remote::LineFaults;
-/// use haptic_remote::emulator::{Emulation, Terminal, emulate};
+/// use haptic_emulator::LineFaults;
+/// use haptic_emulator::board::{Emulation, Terminal, emulate};
 /// use std::sync::atomic::AtomicBool;
 ///
 /// let terminal = Terminal::open(None)?;
@@ -58,7 +52,7 @@ const WAITING_MOST: usize = 4096;
 /// let stop = AtomicBool::new(false);
 /// let done = emulate(terminal.line()?, &emulation, &stop)?;
 /// println!("{} ticks", done.ticks);
-/// # Ok::<(), haptic_remote::emulator::EmulatorError>(())
+/// # Ok::<(), haptic_emulator::board::EmulatorError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emulation {
@@ -117,7 +111,7 @@ pub fn emulate(
     }
 }
 
-fn emulate_board<H: Hardware<D, Setup: Fits>, const D: usize>(
+fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
     line: Box<dyn Line>,
     emulation: &Emulation,
     board: H,
@@ -183,13 +177,14 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         arriving: Receiver<Vec<u8>>,
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
-        let line = |seed| FaultyLine::new(emulation.faults, seed).map_err(EmulatorError::Faults);
+        let lines = FaultyLine::both_ways(emulation.faults, emulation.seed);
+        let [from_host, to_host] = lines.map_err(EmulatorError::Faults)?;
         let device = TickSide::new(board).map_err(EmulatorError::Device)?;
         Ok(Self {
             device: RefCell::new(device),
-            session: crate::session::within_this_process(),
-            from_host: line(emulation.seed)?,
-            to_host: line(emulation.seed.wrapping_add(1))?,
+            session: DeviceSession::within_this_process(),
+            from_host,
+            to_host,
             arriving,
             leave,
             clock: HeldClock::new(emulation.speed),

@@ -1,14 +1,10 @@
 //! The pseudo-terminal that stands for the port of a device.
 
 use super::error::EmulatorError;
-use crate::serial::Line;
+use haptic_remote::serial::Line;
 use serialport::{SerialPort, TTYPort};
-use std::borrow::ToOwned as _;
-use std::boxed::Box;
 use std::fmt;
-use std::format;
 use std::path::{Path, PathBuf};
-use std::string::ToString as _;
 use std::time::Duration;
 
 /// A pseudo-terminal that a host can open.

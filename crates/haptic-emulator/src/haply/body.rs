@@ -1,7 +1,6 @@
 //! The body of an emulated 2DIY: a mass at the handle, moved by both motors and by a hand.
 
-use super::kinematics::{Pantograph, Posture};
-use super::model::Model;
+use haptic_devices::haply::{Model, Pantograph, Posture};
 use nalgebra::Vector2;
 
 /// Mass of handle and arms, felt at the handle, kg.

@@ -2,8 +2,8 @@
 
 use super::registers::{Quantity, Registers, answer, parsable};
 use super::shaft::{Shaft, Turning};
-use crate::moteus::MoteusSettings;
 use core::f64::consts::TAU;
+use haptic_devices::moteus::MoteusSettings;
 use haptic_loop::{ParameterError, RangeError};
 use moteus_protocol::{
     CanFdFrame, Mode, Register, Subframe, SubframeType, calculate_arbitration_id,
@@ -246,7 +246,7 @@ impl EmulatedServo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::moteus::frames::Frames;
+    use haptic_devices::moteus::Frames;
 
     fn servo() -> EmulatedServo {
         EmulatedServo::new(1, Shaft::LEVER).expect("a good servo")

@@ -1,19 +1,15 @@
 //! The Unix socket that stands for the port of a device.
 
 use super::error::EmulatorError;
-use crate::serial::{Line, set_patience, timed_out};
-use std::borrow::ToOwned as _;
-use std::boxed::Box;
+use crate::at_line::NOBODY;
+use haptic_remote::serial::{Line, set_patience, timed_out};
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::FileTypeExt as _;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::string::ToString as _;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Pause while nobody has it open.
-const NOBODY: Duration = Duration::from_millis(5);
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
 
@@ -77,7 +73,7 @@ fn is_abandoned(path: &Path) -> bool {
 /// A socket that gets its name when somebody listens at it, unless something else has the name.
 fn listening(path: &Path) -> io::Result<UnixListener> {
     let mut unnamed = path.as_os_str().to_owned();
-    unnamed.push(std::format!(".{}", std::process::id()));
+    unnamed.push(format!(".{}", std::process::id()));
     let listener = UnixListener::bind(&unnamed)?;
     let named = std::fs::hard_link(&unnamed, path);
     std::fs::remove_file(&unnamed)?;
@@ -177,11 +173,10 @@ impl Line for Listening {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::vec::Vec;
 
     #[test]
     fn hosts_come_and_go_and_only_an_abandoned_socket_gives_way() {
-        let folder = std::env::temp_dir().join(std::format!("sockets-{}", std::process::id()));
+        let folder = std::env::temp_dir().join(format!("sockets-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let path = folder.join("device");
         // One at which nobody listens any more.
@@ -193,7 +188,7 @@ mod tests {
         assert!(device.write(b"to nobody").is_err());
         for word in [b"first", b"other"] {
             let name = path.to_string_lossy();
-            let mut host = crate::serial::open(&name, 460_800).expect("opens");
+            let mut host = haptic_remote::serial::open(&name, 460_800).expect("opens");
             assert!(
                 host.read(&mut bytes)
                     .is_err_and(|error| error.kind() == ErrorKind::TimedOut)

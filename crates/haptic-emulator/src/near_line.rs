@@ -13,8 +13,8 @@ use std::time::Duration;
 /// busy machine makes of it is slow, and the same.
 ///
 /// ```
-/// use haptic_devices::NearLine;
-/// use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
+/// use haptic_emulator::NearLine;
+/// use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 /// use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 /// use haptic_remote::serial::{DeviceTime, SerialLink, Served};
 /// use std::sync::{Arc, Mutex};

@@ -4,7 +4,6 @@ use haptic_loop::ParameterError;
 use std::fmt;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::string::String;
 
 /// A device that could not be emulated.
 #[derive(Debug)]

@@ -1,12 +1,10 @@
 //! The two threads at our end of the line.
 
-use crate::serial::Line;
-use std::boxed::Box;
+use crate::at_line::NOBODY;
+use haptic_remote::serial::Line;
 use std::io::ErrorKind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
-use std::time::Duration;
-use std::vec::Vec;
 
 /// Reads until over.
 pub(super) fn read(mut port: Box<dyn Line>, arrived: &SyncSender<Vec<u8>>, over: &AtomicBool) {
@@ -20,7 +18,7 @@ pub(super) fn read(mut port: Box<dyn Line>, arrived: &SyncSender<Vec<u8>>, over:
             }
             Err(error) if error.kind() == ErrorKind::TimedOut => {}
             // Nobody has it open.
-            Err(_) => std::thread::sleep(Duration::from_millis(5)),
+            Err(_) => std::thread::sleep(NOBODY),
         }
     }
 }
