@@ -24,8 +24,9 @@ mod rendered;
 #[cfg(feature = "std")]
 pub mod serial;
 mod session;
+#[cfg(feature = "plants")]
 mod simulated;
-#[cfg(feature = "several-axes")]
+#[cfg(all(feature = "plants", feature = "several-axes"))]
 mod simulated_axes;
 mod tick;
 mod tick_side;
@@ -49,8 +50,9 @@ pub use prepared::{
 };
 pub use records::Records;
 pub use session::DeviceSession;
+#[cfg(feature = "plants")]
 pub use simulated::SimulatedPlant;
-#[cfg(feature = "several-axes")]
+#[cfg(all(feature = "plants", feature = "several-axes"))]
 pub use simulated_axes::SimulatedAxes;
 pub use tick::Tick;
 pub use tick_side::TickSide;
