@@ -106,7 +106,7 @@ impl ControllerSetup {
 
     /// True if the command has a limit.
     #[must_use]
-    pub const fn is_limited(&self) -> bool {
+    pub(crate) const fn is_limited(&self) -> bool {
         self.output_low.is_some() || self.output_high.is_some()
     }
 

@@ -22,6 +22,6 @@ pub use planar::{LATE_MOST, Planar};
 pub use plane::{Plane, Unreachable};
 pub use plausible::{SPEED_MOST_M_PER_S, Trouble};
 pub use protocol::{
-    ANSWER_BYTES, CONFIGURATION_BYTES, DEVICE_ID, TORQUE_MAX_NM, TORQUES_BYTES, angles_of, answer,
-    configuration, reset, resynchronise, torques,
+    ANSWER_BYTES, CONFIGURATION_BYTES, TORQUE_MAX_NM, TORQUES_BYTES, angles_of, answer,
+    configuration, reset, torques,
 };
