@@ -180,7 +180,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// Makes a configuration take effect with the coefficients that were prepared. A latched fault stays.
     ///
     /// # Errors
-    /// As [`may_install`](Self::may_install).
+    /// While armed, running or stopping, and in a fault before the force is zero.
     pub fn install(
         &mut self,
         prepared: Prepared<H::Setup>,
