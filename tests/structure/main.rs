@@ -19,8 +19,9 @@ const COMMAND: &str = "host-cli";
 
 /// Crate, and the crates of this workspace that it may use.
 const ARROWS: &[(&str, &[&str])] = &[
+    ("certified-count", &[]),
     ("fracdiff", &[]),
-    ("fractional-control", &["fracdiff"]),
+    ("fractional-control", &["certified-count", "fracdiff"]),
     ("fracdiff-c", &["fracdiff"]),
     ("haptic-link", &[]),
     ("haptic-loop", &["fracdiff"]),
@@ -37,8 +38,18 @@ const ARROWS: &[(&str, &[&str])] = &[
         "haptic-devices",
         &["haptic-loop", "haptic-link", "haptic-remote"],
     ),
+    (
+        "haptic-emulator",
+        &[
+            "fracdiff",
+            "haptic-devices",
+            "haptic-link",
+            "haptic-loop",
+            "haptic-remote",
+        ],
+    ),
     ("haptic-tissue", &["fracdiff", "haptic-quantity"]),
-    ("haptic-analysis", &["fracdiff"]),
+    ("haptic-analysis", &["certified-count", "fracdiff"]),
     ("haptic-log", &[]),
     ("haptic-figure", &[]),
     ("haptic-quantity", &[]),

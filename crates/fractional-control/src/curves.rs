@@ -7,6 +7,7 @@ use crate::records::MODES;
 use crate::sampled::entries;
 use crate::{ControlError, FractionalTransferFunction, Memory, SetPoint};
 use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
+use core::fmt;
 use fracdiff::full_memory::Design;
 use fracdiff::{Order, Seconds};
 use num_complex::Complex;
@@ -57,6 +58,31 @@ from_parameters!(
     LeadLag(LeadLagParameters),
     Function(FractionalTransferFunction)
 );
+
+/// C(s) in the usual notation, with brackets where that has none.
+impl fmt::Display for ControllerParameters {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pid(own) => own.fmt(f),
+            Self::Tid(own) => write!(
+                f,
+                "{}/s^(1/{})+{}/s+{}s",
+                own.tilt, own.tilt_divisor, own.integral, own.derivative
+            ),
+            Self::Crone(own) => write!(
+                f,
+                "{}((1+s/{})/(1+s/{}))^{}",
+                own.gain, own.low_rad_s, own.high_rad_s, own.order
+            ),
+            Self::LeadLag(own) => write!(
+                f,
+                "{}((s+1/{})/(s+1/({}·{})))^{}",
+                own.gain, own.lambda_s, own.x, own.lambda_s, own.order
+            ),
+            Self::Function(own) => own.fmt(f),
+        }
+    }
+}
 
 impl ControllerParameters {
     /// C(jω), ω in rad/s.

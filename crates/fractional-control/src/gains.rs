@@ -1,7 +1,7 @@
 //! Stability for every gain of an interval, as a proof.
 
-use crate::enclosure::is_clear;
 use crate::{Margins, SampledLoop};
+use certified_count::is_clear;
 
 /// Gains looked at, over the nominal one.
 const RANGE: [f64; 2] = [0.01, 100.0];

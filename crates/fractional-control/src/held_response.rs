@@ -1,10 +1,11 @@
 //! The response of a plant behind a hold at the samples, without a rule.
 
-use crate::enclosure::{Arc, Enclosed, Factor};
+use crate::enclosure::Factor;
 use crate::far_aliases;
 use crate::plant::Model;
 use crate::poles::OnAxis;
 use crate::{FractionalPolynomial, FractionalTransferFunction, Plant, Term};
+use certified_count::{Arc, Enclosed};
 use core::f64::consts::PI;
 use num_complex::Complex;
 

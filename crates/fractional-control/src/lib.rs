@@ -5,10 +5,14 @@
 #[cfg(feature = "std")]
 extern crate std;
 
+#[cfg(feature = "std")]
+pub mod analysis;
 mod chain;
 mod controller;
 #[cfg(feature = "std")]
 mod curves;
+#[cfg(feature = "std")]
+pub mod design;
 #[cfg(feature = "std")]
 mod enclosure;
 mod error;
@@ -31,6 +35,8 @@ mod loaded;
 #[cfg(feature = "std")]
 mod margins;
 mod memory;
+#[cfg(feature = "std")]
+pub mod model_search;
 mod notation;
 mod parallel;
 #[cfg(feature = "std")]
@@ -51,9 +57,13 @@ mod ratio;
 mod records;
 #[cfg(feature = "std")]
 mod rule_error;
+#[cfg(feature = "std")]
+pub mod run;
 mod sampled;
 #[cfg(feature = "std")]
 mod sampled_plant;
+#[cfg(feature = "std")]
+mod setup;
 mod shaped;
 #[cfg(feature = "std")]
 mod simulate;
@@ -99,6 +109,8 @@ pub use rule_error::RuleError;
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
 #[cfg(feature = "std")]
 pub use sampled_plant::{PlantState, SampledPlant};
+#[cfg(feature = "std")]
+pub use setup::{ControllerSetup, UseController, rule_of_scheme};
 pub use shaped::{Crone, CroneParameters, LeadLag, LeadLagParameters, ShapedHistory};
 #[cfg(feature = "std")]
 pub use simulate::{Response, Shape, simulate};

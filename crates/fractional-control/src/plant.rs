@@ -118,7 +118,7 @@ impl Plant {
 
     /// The same without its dead time; `None` of a measured response, whose own it has.
     #[must_use]
-    pub fn without_dead_time(&self) -> Option<Self> {
+    pub(crate) fn without_dead_time(&self) -> Option<Self> {
         match &self.model {
             Model::Measured(_) => None,
             _ => Some(Self {
@@ -270,7 +270,7 @@ impl Plant {
 
     /// The order of the factor s^a that it has at rest, below 0 where it adds up; 0 of a plant that is no transfer function.
     #[must_use]
-    pub fn order_at_rest(&self) -> f64 {
+    pub(crate) fn order_at_rest(&self) -> f64 {
         self.function().map_or(0.0, |function| {
             function.numerator().lowest() - function.denominator().lowest()
         })

@@ -7,8 +7,8 @@
 //! On each arc both sides are bounded, so nothing between two angles is missed, however narrow a resonance is.
 
 use crate::SampledLoop;
-use crate::enclosure::{Arc, Enclosed};
 use crate::held_response::HeldResponse;
+use certified_count::{Arc, Enclosed};
 use core::cell::Cell;
 use core::f64::consts::PI;
 use std::vec::Vec;

@@ -8,7 +8,7 @@ use crate::peaks::Peaks;
 use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::{SampledStates, StatesInV};
-use crate::{ControlError, Memory, Plant, SampledHistory, SampledTransferFunction};
+use crate::{ControlError, Memory, Plant, Rule, SampledHistory, SampledTransferFunction};
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
@@ -19,6 +19,10 @@ use std::vec;
 const PLANT: &str = "gain of the plant over a sample";
 /// Longest delay, samples.
 pub(crate) const DELAY_MAX: f64 = 10_000.0;
+
+/// Tolerance of the usual memory, and the samples for which it holds.
+const USUAL_TOLERANCE: f64 = 1e-9;
+const USUAL_SAMPLES: f64 = 1e6;
 
 /// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
 ///
@@ -79,6 +83,15 @@ enum KindState {
 }
 
 impl SampledPlant {
+    /// Remembers a million samples within 1e-9, by the rule of second order, whatever the rule of the controller is.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_usual_memory(plant: &Plant, sample_time: Seconds) -> Result<Self, ControlError> {
+        let memory = Memory::new(Rule::Bdf2, USUAL_TOLERANCE, USUAL_SAMPLES * sample_time.0)?;
+        Self::new(plant, memory, sample_time)
+    }
+
     /// The plant at this sample time.
     ///
     /// # Errors

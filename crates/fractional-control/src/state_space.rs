@@ -67,9 +67,7 @@ impl StateSpace {
     pub(crate) fn of_function(function: &FractionalTransferFunction) -> Option<(Self, f64)> {
         let (above, below) = (function.numerator(), function.denominator());
         let degree = below.degree();
-        let terms = || above.terms().iter().chain(below.terms());
-        let whole = terms().all(|term| (term.order - libm::round(term.order)).abs() <= 0.0);
-        if !whole || above.degree() > degree || degree > STATES_MAX {
+        if !function.is_whole() || above.degree() > degree || degree > STATES_MAX {
             return None;
         }
         let n = degree as usize;

@@ -81,6 +81,14 @@ impl FractionalTransferFunction {
         &self.denominator
     }
 
+    /// True if all orders are whole.
+    #[cfg(feature = "std")]
+    pub(crate) fn is_whole(&self) -> bool {
+        let (above, below) = (self.numerator.terms(), self.denominator.terms());
+        let mut terms = above.iter().chain(below);
+        terms.all(|term| (term.order - libm::round(term.order)).abs() <= 0.0)
+    }
+
     /// G(s), on the principal branch.
     #[must_use]
     pub fn at(&self, s: Complex<f64>) -> Complex<f64> {

@@ -1,9 +1,10 @@
 //! The verdict on a sampled loop, stable or not, as a proof.
 
-use crate::enclosure::{Arc, Count, Enclosed, Fraction, count};
+use crate::enclosure::Fraction;
 use crate::held_response::HeldResponse;
 use crate::peaks::Peaks;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
+use certified_count::{Arc, Count, Enclosed, count};
 use fracdiff::Seconds;
 use num_complex::Complex;
 

@@ -10,9 +10,10 @@
 //! ```
 
 use crate::behind::Behind;
-use crate::curve::{Bounds, Jet, Place, bounds_in_v, jet_in_v, powers_in_v, product, size_in_v};
+use crate::curve::{Bounds, Jet, bounds_in_v, jet_in_v, powers_in_v, product, size_in_v, w_to};
 use crate::operator::OperatorNode;
 use crate::{LoopOperator, SampledPlant};
+use certified_count::Place;
 use core::f64::consts::PI;
 use num_complex::Complex;
 
@@ -54,7 +55,7 @@ impl<'a> Characteristic<'a> {
         let own = self.plant.denominator_in_v();
         let plant = jet_in_v(own, &place);
         let first = self.plant.path().whole_samples() + 1;
-        let delays = place.w_to(first);
+        let delays = w_to(&place, first);
         let (shape, slope) = powers_in_v(self.plant.numerator_in_v(), place.v);
         let value = delays * shape;
         let gain = Jet {

@@ -3,29 +3,15 @@
 //! ```text
 //! zeros in |w| < 1 = −(1/π)·Δarg F·D over 0 ≤ θ ≤ π
 //! ```
-//! *Certificate*: between two samples a and b the curve stays within the ellipse with foci G(a) and
-//! G(b) whose long axis is the length L of the path. If |G(a)| + |G(b)| > L the ellipse does not hold
-//! 0, so the argument changes by exactly that of G(b)/G(a). L is bounded by the travel of every
-//! factor, or by |G′| at the ends and a bound of |G″|, whichever is less. Where neither suffices the
-//! interval is halved; so no loop of the curve is too narrow to be seen.
+//! Each way between two samples is proved by a bound of the length of F's path, from the travel of every factor or from |F′| at the ends and a bound
+//! of |F″|, whichever is less, as [`Curve`] says.
 //!
 //! *A loop that drifts* has zeros at w = 1 itself, F ~ c·v^p with c > 0, v = 1 − w. They are left outside by an arc round them, on which F turns
 //! by p·π/2 from v = ε to v = jε: F is judged beside them, as it is.
 
 use crate::characteristic::{Characteristic, Node, Span};
+use certified_count::{Count, Curve, Sample};
 use core::f64::consts::PI;
-use num_complex::Complex;
-
-/// The result of the count.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Count {
-    /// Zeros in |w| < 1; `None` if F vanishes on the circle itself, within the tolerance.
-    pub(crate) zeros: Option<usize>,
-    /// The least |F|/(n₁ + n₀) met; of a loop that drifts over v^p too, |v| ≤ 1.
-    pub(crate) closest: f64,
-    /// The angle at which that was, rad/sample.
-    pub(crate) theta: f64,
-}
 
 /// Samples of the circle that all counts for one plant, operator and delay share.
 #[derive(Clone, Debug)]
@@ -68,66 +54,46 @@ impl Circle<'_> {
         tolerance: f64,
         beside_rest: bool,
     ) -> Count {
-        let mut count = Counter {
+        let mut curve = Weighed {
             circle: self,
             alpha,
             beta,
-            limit: tolerance * self.characteristic.plant.numerator_sum(),
             fall: 0.0,
-            turned: 0.0,
-            touched: false,
-            closest: f64::INFINITY,
-            theta: 0.0,
         };
         let arc = beside_rest.then(|| {
-            let end = count.round_rest();
-            (end, self.characteristic.span(&end, &self.nodes[1]))
+            let (end, turned) = curve.round_rest();
+            (end, curve.span(&end, &self.nodes[1]), turned)
         });
-        let whole = (&self.nodes[0], &self.spans[0]);
-        let (begin, span) = arc.as_ref().map_or(whole, |(end, span)| (end, span));
-        let mut last = (begin, count.sample(begin));
+        let whole = (&self.nodes[0], &self.spans[0], 0.0);
+        let (begin, span, turned) = arc
+            .as_ref()
+            .map_or(whole, |(end, span, turned)| (end, span, *turned));
         let spans = core::iter::once(span).chain(&self.spans[1..]);
-        for (node, span) in self.nodes[1..].iter().zip(spans) {
-            let next = (node, count.sample(node));
-            count.advance(last, next, span, 0);
-            last = next;
-            if count.touched {
-                break;
-            }
-        }
-        let zeros = -count.turned / PI;
-        // A whole number, unless some rounding error was larger than it should be.
-        let whole = zeros.round();
-        let zeros = (!count.touched && whole >= 0.0 && (zeros - whole).abs() < 0.1)
-            .then_some(whole as usize);
+        let scale = self.characteristic.plant.numerator_sum();
+        let count = curve.count(
+            (begin, turned),
+            spans.zip(&self.nodes[1..]),
+            tolerance * scale,
+        );
         Count {
-            zeros,
-            closest: count.closest / self.characteristic.plant.numerator_sum(),
-            theta: count.theta,
+            closest: count.closest / scale,
+            ..count
         }
     }
 }
 
-/// One walk round the half circle.
-struct Counter<'a, 'b> {
+/// F of one pair of gains.
+struct Weighed<'a, 'b> {
     circle: &'a Circle<'b>,
     alpha: f64,
     beta: f64,
-    limit: f64,
     /// p.
     fall: f64,
-    turned: f64,
-    touched: bool,
-    closest: f64,
-    theta: f64,
 }
 
-/// Halvings of a first interval, π/64, after which it is 1e-20 rad wide.
-const DEPTH: u32 = 60;
-
-impl Counter<'_, '_> {
-    /// The end of the arc round w = 1, with p and the turn up to there.
-    fn round_rest(&mut self) -> Node {
+impl Weighed<'_, '_> {
+    /// The end of the arc round w = 1 and the turn up to there; keeps p.
+    fn round_rest(&mut self) -> (Node, f64) {
         let characteristic = self.circle.characteristic;
         let value = |node: &Node| node.value(self.alpha, self.beta);
         let mut arcs = ARCS.iter().map(|radius| characteristic.node(*radius));
@@ -137,55 +103,38 @@ impl Counter<'_, '_> {
         self.fall = libm::log2(far.norm() / near.norm()).max(0.0);
         // Of the turns that end at this angle that of v^p.
         let whole = libm::round((0.25 * self.fall) - near.arg() / (2.0 * PI));
-        self.turned = near.arg() + 2.0 * PI * whole;
-        end
+        (end, near.arg() + 2.0 * PI * whole)
+    }
+}
+
+impl Curve for Weighed<'_, '_> {
+    type Node = Node;
+    type Span = Span;
+
+    fn node(&self, theta: f64) -> Node {
+        self.circle.characteristic.node(theta)
     }
 
-    fn sample(&mut self, node: &Node) -> Complex<f64> {
+    fn span(&self, a: &Node, b: &Node) -> Span {
+        self.circle.characteristic.span(a, b)
+    }
+
+    /// The size is |F|, that of a loop that drifts over |v|^p too.
+    fn sample(&self, node: &Node) -> Sample {
         let value = node.value(self.alpha, self.beta);
         let fallen = match self.fall {
             0.0 => 1.0,
             fall => libm::pow(node.place.size_v.min(1.0), fall),
         };
-        let size = value.norm() / (node.operator.denominator.value.norm() * fallen);
-        if size < self.closest {
-            self.closest = size;
-            self.theta = node.theta();
+        Sample {
+            theta: node.theta(),
+            value,
+            size: value.norm() / (node.operator.denominator.value.norm() * fallen),
+            noise: node.noise(self.alpha, self.beta),
         }
-        let noise = node.noise(self.alpha, self.beta);
-        // A NaN touches too.
-        self.touched |= !(size > self.limit && value.norm() > noise);
-        value
     }
 
-    fn advance(
-        &mut self,
-        a: (&Node, Complex<f64>),
-        b: (&Node, Complex<f64>),
-        span: &Span,
-        depth: u32,
-    ) {
-        if self.touched {
-            return;
-        }
-        let noise = a.0.noise(self.alpha, self.beta) + b.0.noise(self.alpha, self.beta);
-        let path = span.path(a.0, b.0, self.alpha, self.beta);
-        if a.1.norm() + b.1.norm() > path + noise {
-            self.turned += (b.1 * a.1.conj()).arg();
-            return;
-        }
-        if depth == DEPTH {
-            self.touched = true;
-            return;
-        }
-        let characteristic = self.circle.characteristic;
-        let middle = characteristic.node(0.5 * (a.0.theta() + b.0.theta()));
-        let value = self.sample(&middle);
-        let (low, high) = (
-            characteristic.span(a.0, &middle),
-            characteristic.span(&middle, b.0),
-        );
-        self.advance(a, (&middle, value), &low, depth + 1);
-        self.advance((&middle, value), b, &high, depth + 1);
+    fn path(&self, (a, b): (&Node, &Node), span: &Span) -> f64 {
+        span.path(a, b, self.alpha, self.beta)
     }
 }

@@ -1,42 +1,16 @@
 //! Functions on the unit circle with their derivatives, and bounds of both over an interval: what
 //! makes it possible to prove that a curve stays away from zero between two samples.
 
+use certified_count::Place;
 use num_complex::Complex;
 
-/// A place on the circle: w = e^(−jθ) and v = 1 − w, both accurate near θ = 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
-    pub(crate) theta: f64,
-    pub(crate) w: Complex<f64>,
-    pub(crate) v: Complex<f64>,
-    /// |v| = 2 sin(θ/2).
-    pub(crate) size_v: f64,
-    /// 2 cos(θ/2) = |1 + w|.
-    pub(crate) size_u: f64,
-}
-
-impl Place {
-    /// 0 ≤ θ ≤ π.
-    pub(crate) fn new(theta: f64) -> Self {
-        let (s, c) = libm::sincos(0.5 * theta);
-        // w = (c − js)², v = 2s(s + jc)
-        Self {
-            theta,
-            w: Complex::new((c - s) * (c + s), -2.0 * s * c),
-            v: Complex::new(2.0 * s * s, 2.0 * s * c),
-            size_v: 2.0 * s,
-            size_u: 2.0 * c,
-        }
+/// w^k: by squaring while that is exact to a few rounding errors, by the angle beyond.
+pub(crate) fn w_to(place: &Place, k: usize) -> Complex<f64> {
+    if k <= 16 {
+        return (0..k).fold(Complex::new(1.0, 0.0), |power, _| power * place.w);
     }
-
-    /// w^k: by squaring while that is exact to a few rounding errors, by the angle beyond.
-    pub(crate) fn w_to(&self, k: usize) -> Complex<f64> {
-        if k <= 16 {
-            return (0..k).fold(Complex::new(1.0, 0.0), |power, _| power * self.w);
-        }
-        let (sin, cos) = libm::sincos(k as f64 * self.theta);
-        Complex::new(cos, -sin)
-    }
+    let (sin, cos) = libm::sincos(k as f64 * place.theta);
+    Complex::new(cos, -sin)
 }
 
 /// A function of θ and its derivative by θ.

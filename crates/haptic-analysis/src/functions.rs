@@ -1,6 +1,7 @@
 //! The functions that operators are made of: powers, polynomials, decaying modes, cascades.
 
-use crate::curve::{Bounds, Jet, Place, product};
+use crate::curve::{Bounds, Jet, product};
+use certified_count::Place;
 use num_complex::Complex;
 
 /// One of the functions an operator is made of.

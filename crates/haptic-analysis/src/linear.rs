@@ -226,7 +226,7 @@ impl Sampled {
         let mut most: f64 = 0.0;
         for k in 0..8 {
             let theta = 3.0 * libm::pow(0.5, f64::from(k));
-            let place = crate::curve::Place::new(theta);
+            let place = certified_count::Place::new(theta);
             // 1 − wΦ = v − wE
             let system = DMatrix::from_fn(a.nrows(), a.nrows(), |i, j| {
                 let identity = if i == j { place.v } else { complex(0.0) };

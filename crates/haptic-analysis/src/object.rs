@@ -2,10 +2,10 @@
 
 use crate::behind::Behind;
 use crate::characteristic::Characteristic;
-use crate::circle::Count;
 use crate::jury::poles;
 use crate::operator::multiply;
 use crate::{AnalysisError, AtAngle, Coupler, Dynamics, Jury, LoopOperator, SampledLoop, jury};
+use certified_count::Place;
 use fracdiff::FrequencyResponse;
 use fracdiff::parameter::{not_negative, positive, range};
 use num_complex::Complex;
@@ -37,8 +37,7 @@ pub struct CouplerOperator<'a>(pub &'a LoopOperator);
 
 impl FrequencyResponse for CouplerOperator<'_> {
     fn response(&self, theta: f64) -> Complex<f64> {
-        let (sin, cos) = libm::sincos(0.5 * theta);
-        Complex::new(2.0 * sin * sin, 2.0 * sin * cos) / self.0.response(theta)
+        Place::new(theta).v / self.0.response(theta)
     }
 }
 
@@ -162,8 +161,7 @@ impl<'a> CoupledLoop<'a> {
     pub fn unstable_poles(&self) -> Option<usize> {
         let circle = self.inner.characteristic.circle();
         let gains = (self.inner.alpha, self.inner.beta);
-        let Count { zeros, .. } = circle.count(gains, 0.0, self.inner.beside_rest);
-        zeros
+        circle.count(gains, 0.0, self.inner.beside_rest).zeros
     }
 
     /// The least factor above 1 on `k_c` and `b_c` together that takes a stable loop to the edge; `None` if none does.

@@ -1,7 +1,8 @@
 //! The operator P(w) as the analysis sees it.
 
-use crate::curve::{Bounds, Jet, Place};
+use crate::curve::{Bounds, Jet};
 use crate::functions::{Curve, Polynomial, Power};
+use certified_count::Place;
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 

@@ -1,6 +1,7 @@
 //! From a command to the force on the device: delay and current lag.
 
 use crate::AnalysisError;
+use certified_count::Place;
 use fracdiff::parameter::range;
 use num_complex::Complex;
 
@@ -167,8 +168,7 @@ impl ForcePath {
     /// For slow lags the variance is that of D·y − 1, all of size a, so that nothing cancels.
     pub(crate) fn profile(&self, theta: f64) -> Profile {
         let h = self.fraction;
-        let (s, c) = libm::sincos(0.5 * theta);
-        let v = Complex::new(2.0 * s * s, 2.0 * s * c);
+        let Place { v, .. } = Place::new(theta);
         let (sin, cos) = libm::sincos(self.whole as f64 * theta);
         let delayed = Complex::new(cos, -sin);
         if self.lag == 0.0 {

@@ -1,10 +1,10 @@
 //! Stability of the sampled loop: three ways that must agree.
 
 use crate::characteristic::Characteristic;
-use crate::circle::Count;
 use crate::jury::{Jury, jury, poles};
 use crate::operator::multiply;
 use crate::{AnalysisError, ForcePath, LoopOperator, Nondimensional, SampledPlant};
+use certified_count::Count;
 use fracdiff::parameter::range;
 use num_complex::Complex;
 

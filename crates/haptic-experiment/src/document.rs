@@ -8,6 +8,7 @@ pub(crate) mod input;
 pub(crate) mod named;
 pub(crate) mod parameters;
 pub(crate) mod reader;
+pub mod record_check;
 
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};

@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
-pub mod control;
 pub mod document;
 pub mod experiment;
 pub mod judge;

@@ -13,6 +13,7 @@ mod engaged;
 mod environment;
 mod error;
 mod guard;
+#[cfg(feature = "plants")]
 pub mod plant;
 #[cfg(feature = "std")]
 pub mod realtime;

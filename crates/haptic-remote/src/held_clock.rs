@@ -6,18 +6,19 @@ use std::time::{Duration, Instant};
 const BEHIND_MOST: Duration = Duration::from_millis(5);
 
 /// The device's clock: real time, scaled, and held back when the machine is busy.
-pub(crate) struct HeldClock {
+#[derive(Clone, Copy, Debug)]
+pub struct HeldClock {
     began: Instant,
     speed: f64,
     /// Device time that was held back, µs.
     held_us: u64,
     /// Device time of the last tick, µs.
-    pub(crate) ticked_us: u64,
+    pub ticked_us: u64,
 }
 
 impl HeldClock {
     /// Starts at device time 0.
-    pub(crate) fn new(speed: f64) -> Self {
+    pub fn new(speed: f64) -> Self {
         Self {
             began: Instant::now(),
             speed,
@@ -27,24 +28,24 @@ impl HeldClock {
     }
 
     /// For how long it has gone, real time.
-    pub(crate) fn elapsed(&self) -> Duration {
+    pub fn elapsed(&self) -> Duration {
         self.began.elapsed()
     }
 
     /// Device time, µs.
-    pub(crate) fn now_us(&self) -> u64 {
+    pub fn now_us(&self) -> u64 {
         let scaled = self.began.elapsed().as_secs_f64() * 1e6 * self.speed;
         (scaled as u64).saturating_sub(self.held_us)
     }
 
     /// Real time until a device time.
-    pub(crate) fn until(&self, device_us: u64) -> Duration {
+    pub fn until(&self, device_us: u64) -> Duration {
         let ahead = device_us.saturating_sub(self.now_us());
         Duration::from_secs_f64(ahead as f64 * 1e-6 / self.speed)
     }
 
     /// Waits for a device that is too far behind.
-    pub(crate) fn catch_up(&mut self, now_us: u64) {
+    pub fn catch_up(&mut self, now_us: u64) {
         let most = (BEHIND_MOST.as_micros() as f64 * self.speed) as u64;
         let behind = now_us.saturating_sub(self.ticked_us);
         self.held_us += behind.saturating_sub(most);

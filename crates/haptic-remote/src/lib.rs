@@ -7,11 +7,9 @@ extern crate std;
 
 mod connections;
 mod conversation;
-#[cfg(all(feature = "std", unix))]
-pub mod emulator;
 mod exchange;
 #[cfg(feature = "std")]
-mod faulty_line;
+mod fits_device;
 mod flight;
 mod hardware;
 #[cfg(feature = "std")]
@@ -26,8 +24,9 @@ mod rendered;
 #[cfg(feature = "std")]
 pub mod serial;
 mod session;
+#[cfg(feature = "plants")]
 mod simulated;
-#[cfg(feature = "several-axes")]
+#[cfg(all(feature = "plants", feature = "several-axes"))]
 mod simulated_axes;
 mod tick;
 mod tick_side;
@@ -37,7 +36,7 @@ mod workspace;
 pub use conversation::{Conversation, HostCounters, Incoming};
 pub use exchange::Exchange;
 #[cfg(feature = "std")]
-pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
+pub use fits_device::FitsDevice;
 pub use flight::FLIGHT_SAMPLES;
 pub use hardware::{Exclusive, Hardware};
 pub use impossible::Impossible;
@@ -51,8 +50,9 @@ pub use prepared::{
 };
 pub use records::Records;
 pub use session::DeviceSession;
+#[cfg(feature = "plants")]
 pub use simulated::SimulatedPlant;
-#[cfg(feature = "several-axes")]
+#[cfg(all(feature = "plants", feature = "several-axes"))]
 pub use simulated_axes::SimulatedAxes;
 pub use tick::Tick;
 pub use tick_side::TickSide;

@@ -6,7 +6,7 @@ mod whole;
 
 use self::fit::{Fit, settled};
 use self::record::{Free, free_numbers};
-use crate::{ControlError, FractionalTransferFunction, Memory, Rule, Term};
+use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 pub use record::{FreeNumber, Record};
@@ -101,9 +101,7 @@ fn searched(
 ) -> Result<Identified, ControlError> {
     check(record, free_numbers(guess, freedom).len())?;
     let once = searched_by(guess, record, freedom, 1);
-    let (above, below) = (guess.numerator().terms(), guess.denominator().terms());
-    let is_whole = |term: &Term| (libm::round(term.order) - term.order).abs() < f64::EPSILON;
-    let runs_exactly = freedom == Free::Coefficients && above.iter().chain(below).all(is_whole);
+    let runs_exactly = freedom == Free::Coefficients && guess.is_whole();
     let steps = (ALL_STEPS / record.input.len()).min(STEPS);
     if runs_exactly || steps < 2 {
         return once;

@@ -19,6 +19,6 @@ mod search;
 mod specification;
 
 pub use open_loop::Measures;
-pub use robustness::{GAINS, Robustness, robustness, steps};
+pub use robustness::{GAINS, steps};
 pub use search::{Tuned, Unmet, tune, tune_integer};
 pub use specification::{Bound, Sampling, Specification};

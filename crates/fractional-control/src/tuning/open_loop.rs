@@ -60,7 +60,7 @@ pub struct Measures {
     /// Largest |S| up to the frequency of the disturbance, if one was given.
     pub disturbance: Option<f64>,
     /// Largest less least overshoot of the step response while the gain goes from half to double, by the inverse transform of
-    /// T on the grid, to some 1e-3; [`robustness`](super::robustness) simulates it. Infinite where the loop is not stable.
+    /// T on the grid, to some 1e-3; [`steps`](super::steps) simulates it. Infinite where the loop is not stable.
     pub overshoot_spread: f64,
     /// Largest change of the phase margin while the gain goes from half to double, rad.
     pub margin_spread_rad: f64,

@@ -2,8 +2,8 @@
 
 use crate::records::MODES;
 use crate::{
-    Actuator, ControlError, FractionalPid, Memory, PidParameters, Plant, Response, SampledLoop,
-    SampledPlant, SetPoint, Shape, StabilityVerdict, simulate,
+    Actuator, ControlError, FractionalPid, Memory, PidParameters, Plant, Response, SampledPlant,
+    SetPoint, simulate,
 };
 use fracdiff::Seconds;
 use std::vec::Vec;
@@ -17,59 +17,24 @@ pub const GAINS: [f64; 5] = [
     1.995_262_314_968_879_5,
 ];
 
-/// Step and certified verdict at one gain of the plant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Robustness {
-    /// Gain over the nominal one.
-    pub gain: f64,
-    /// Shape of the step.
-    pub shape: Shape,
-    /// The certified verdict.
-    pub verdict: StabilityVerdict,
-}
-
-/// Steps of the sampled loop, unlimited, all on the error, for each of [`GAINS`]: `samples` samples each.
+/// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples` samples each. The command is that for the
+/// nominal plant times the gain.
 ///
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::tuning::robustness;
+/// use fractional_control::tuning::steps;
 /// use fractional_control::{Memory, PidParameters, Plant, Rule};
 ///
 /// let plant: Plant = "1/(s^1.3+0.1)".parse()?;
 /// let gains = PidParameters { proportional: 1.0, ..PidParameters::NONE };
 /// let memory = Memory::new(Rule::Bdf2, 1e-5, 100.0)?;
-/// let table = robustness(&gains, &plant, memory, Seconds(0.02), 2000)?;
+/// let steps = steps(&gains, &plant, memory, Seconds(0.02), 2000)?;
 /// // A loop of about 1/s^1.3 overshoots alike at any gain.
-/// assert!(table.iter().all(|row| row.verdict.stable && row.shape.overshoot < 0.1));
+/// assert!(steps.iter().all(|step| step.shape().overshoot < 0.1));
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
 /// # Errors
 /// A plant that does not run, parameters outside their range.
-pub fn robustness(
-    parameters: &PidParameters,
-    plant: &Plant,
-    memory: Memory,
-    sample_time: Seconds,
-    samples: usize,
-) -> Result<Vec<Robustness>, ControlError> {
-    let runs = steps(parameters, plant, memory, sample_time, samples)?;
-    let plant = SampledPlant::new(plant, memory, sample_time)?;
-    let closed = SampledLoop::new((*parameters).into(), memory, &plant)?;
-    let rows = GAINS.into_iter().zip(runs);
-    Ok(rows
-        .map(|(gain, run)| Robustness {
-            gain,
-            shape: run.shape(),
-            verdict: closed.with_gain(gain).verdict(),
-        })
-        .collect())
-}
-
-/// The steps themselves, one for each of [`GAINS`]; the command is that for the nominal plant times the gain.
-///
-/// # Errors
-/// As [`robustness`].
 pub fn steps(
     parameters: &PidParameters,
     plant: &Plant,

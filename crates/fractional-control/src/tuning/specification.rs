@@ -69,7 +69,7 @@ impl Specification {
 
     /// |S| and |T| at the crossover: `1/(2 sin(φ_m/2))`.
     #[must_use]
-    pub fn peak_at_crossover(&self) -> f64 {
+    pub(crate) fn peak_at_crossover(&self) -> f64 {
         0.5 / libm::sin(0.5 * self.phase_margin_rad)
     }
 

@@ -2,8 +2,10 @@
 
 use super::tuning::{bound, plants};
 use fracdiff::Seconds;
-use fractional_control::tuning::{Sampling, Specification, Tuned, robustness, tune, tune_integer};
-use fractional_control::{Memory, Plant, Rule};
+use fractional_control::tuning::{
+    GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer,
+};
+use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
 
 #[test]
 fn a_mass_is_held_by_a_power_alone_and_its_overshoot_stays() {
@@ -39,10 +41,13 @@ const FLAT: f64 = 0.35;
 /// Simulated spread of the overshoot over ± 6 dB of gain, and true if all five loops are certified stable.
 fn spread(tuned: &Tuned, plant: &Plant, t: Seconds) -> (f64, bool) {
     let memory = Memory::new(Rule::Bdf2, 1e-6, 2e4 * t.0).expect("valid");
-    let table = robustness(&tuned.parameters, plant, memory, t, 4000).expect("runs");
-    let all = table.iter().map(|row| row.shape.overshoot);
+    let steps = steps(&tuned.parameters, plant, memory, t, 4000).expect("runs");
+    let all = steps.iter().map(|step| step.shape().overshoot);
     let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), o| (l.min(o), h.max(o)));
-    (high - low, table.iter().all(|row| row.verdict.stable))
+    let sampled = SampledPlant::new(plant, memory, t).expect("runs");
+    let closed = SampledLoop::new(tuned.parameters.into(), memory, &sampled).expect("a loop");
+    let stable = |gain: &f64| closed.with_gain(*gain).verdict().stable;
+    (high - low, GAINS.iter().all(stable))
 }
 
 /// At twice the gain the dead time has taken the phase: no PI^λD^μ is three times better there than the best PID, not even one whose phase need

@@ -2,6 +2,7 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod analysis;
 mod any_pole;
 mod boundary;
 mod controllers;
@@ -11,11 +12,13 @@ mod draw;
 mod fast_poles;
 mod flat;
 mod golden;
+mod growing_records;
 mod held_loops;
 mod identification;
 mod margins;
 mod notation;
 mod plants;
+mod record_campaign;
 mod rules;
 mod shape;
 mod spectrum;

@@ -82,7 +82,7 @@ impl HaplyName {
     ///
     /// # Errors
     /// As [`open`](Self::open); a name that chooses a line.
-    pub fn open_both(&self) -> Result<Haply2Diy<Box<dyn Line>, 2>, HaplyOpenError> {
+    pub(crate) fn open_both(&self) -> Result<Haply2Diy<Box<dyn Line>, 2>, HaplyOpenError> {
         if self.chooses_line() {
             return Err(HaplyOpenError::Line);
         }

@@ -108,13 +108,14 @@ const fn joint(port: u8, direction: Direction, home_deg: f32, counts_per_turn: f
 impl Joint {
     /// Counts of the encoder when the handle is at home: whole, cut off as the board does.
     #[must_use]
-    pub fn home_counts(&self) -> f32 {
+    pub(crate) fn home_counts(&self) -> f32 {
         counts_at(self.home_deg, self.counts_per_turn)
     }
 }
 
 /// Whole counts of an angle in degrees, in the arithmetic of the board.
-pub(super) fn counts_at(degrees: f32, counts_per_turn: f32) -> f32 {
+#[must_use]
+pub fn counts_at(degrees: f32, counts_per_turn: f32) -> f32 {
     libm::truncf(degrees * counts_per_turn / 360.0)
 }
 
@@ -137,7 +138,7 @@ impl Model {
 
     /// Indices of the joints in the order of their ports, which is that of every list on the wire.
     #[must_use]
-    pub const fn by_port(&self) -> [usize; 2] {
+    pub(crate) const fn by_port(&self) -> [usize; 2] {
         if self.joints[0].port < self.joints[1].port {
             [0, 1]
         } else {

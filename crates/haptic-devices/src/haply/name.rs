@@ -126,7 +126,7 @@ impl HaplyName {
 impl HaplyName {
     /// True if it chooses a line of the plane, which an experiment with both axes has no use for.
     #[must_use]
-    pub fn chooses_line(&self) -> bool {
+    pub(crate) fn chooses_line(&self) -> bool {
         let default = Axis::default();
         self.axis != default || (self.zero_m - default.zero_m()).abs() > 0.0
     }

@@ -86,7 +86,7 @@ impl<L: Line> Planar<L> {
 
     /// True if a board in trouble was told to let go: the line took every byte of that. A port that is gone takes none.
     #[must_use]
-    pub const fn was_told(&self) -> bool {
+    pub(crate) const fn was_told(&self) -> bool {
         self.told && !matches!(self.trouble, Some(Trouble::Gone))
     }
 

@@ -14,7 +14,7 @@
 use super::model::Model;
 
 /// Number of the device on its board, that of the maker's examples.
-pub const DEVICE_ID: u8 = 5;
+pub(crate) const DEVICE_ID: u8 = 5;
 /// Largest torque that the board lets a motor make, N·m.
 pub const TORQUE_MAX_NM: f64 = 0.123;
 /// Bytes of a frame of torques.
@@ -38,7 +38,7 @@ pub const fn reset() -> [u8; 2] {
 /// Bytes after which the board begins a new frame for certain, whatever it had of the last: zeros that fill up a frame, as torques
 /// and numbers of nothing, and reset the board; then a type that it skips, or takes for the number of the last reset.
 #[must_use]
-pub const fn resynchronise() -> [u8; ZEROS + 1] {
+pub(crate) const fn resynchronise() -> [u8; ZEROS + 1] {
     let mut bytes = [0; ZEROS + 1];
     bytes[ZEROS] = SKIPPED;
     bytes

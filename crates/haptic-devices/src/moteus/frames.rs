@@ -81,7 +81,7 @@ impl Route {
 
 /// What is said to one servo, and how its answers look.
 #[derive(Debug)]
-pub(super) struct Frames {
+pub struct Frames {
     address: u32,
     watchdog_s: f32,
     query: QueryFormat,
@@ -89,7 +89,9 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    pub(super) fn new(id: u8, watchdog_s: f64) -> Self {
+    /// For the servo of this number, which lets go after so long a silence, s.
+    #[must_use]
+    pub fn new(id: u8, watchdog_s: f64) -> Self {
         let mut query = QueryFormat::default();
         (query.voltage, query.temperature) = (Resolution::Ignore, Resolution::Ignore);
         Self {
@@ -101,7 +103,8 @@ impl Frames {
     }
 
     /// No torque, and a query.
-    pub(super) fn stop(&self) -> CanFdFrame {
+    #[must_use]
+    pub fn stop(&self) -> CanFdFrame {
         let mut frame = self.addressed();
         StopCommand::serialize(&mut frame);
         self.query.serialize(&mut frame);
@@ -109,7 +112,8 @@ impl Frames {
     }
 
     /// This torque, N·m, and a query.
-    pub(super) fn drive(&self, torque_nm: f32) -> CanFdFrame {
+    #[must_use]
+    pub fn drive(&self, torque_nm: f32) -> CanFdFrame {
         let mut frame = self.addressed();
         let mut writer = WriteCanData::new(&mut frame);
         write(

@@ -5,7 +5,6 @@
 
 mod adapter;
 mod axis;
-pub mod emulated;
 mod frames;
 mod name;
 mod open_error;
@@ -13,6 +12,7 @@ mod settings;
 mod trouble;
 
 pub use axis::MoteusAxis;
+pub use frames::Frames;
 pub use name::MoteusName;
 pub use open_error::MoteusOpenError;
 pub use settings::MoteusSettings;

@@ -21,11 +21,9 @@ mod content;
 mod read;
 mod write;
 
-pub(crate) use content::Use;
 pub use content::{ControllerFile, ControllerOrigin};
 
-use crate::document::error::FileError;
-use crate::document::error::text_of;
+use crate::document::error::{FileError, text_of};
 use std::path::Path;
 
 impl ControllerFile {
@@ -49,12 +47,6 @@ impl ControllerFile {
     #[must_use]
     pub fn to_toml(&self) -> String {
         write::toml(self)
-    }
-
-    /// The controller in notation, or in words.
-    #[must_use]
-    pub fn law_in_words(&self) -> String {
-        write::law_in_words(&self.law)
     }
 }
 

@@ -19,7 +19,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
 use crate::experiment::drive::keys::DRIVE_FORCE_LIMIT;
 use fracdiff::parameter::Shown;
-use fractional_control::ControlError;
+use fractional_control::{ControlError, ControllerSetup};
 use haptic_loop::plant::RigDrive;
 pub(crate) use holder::ControllerHolder;
 pub use judge::{DriveCurves, DriveReport};
@@ -94,7 +94,7 @@ impl Drive {
     }
 
     /// The controller within the limits of its motor, if it is made for this sample time.
-    fn limited(&self, sample_time_s: f64) -> Result<ControllerFile, Failure> {
+    fn limited(&self, sample_time_s: f64) -> Result<ControllerSetup, Failure> {
         let limit = self.force_limit_n;
         if !DRIVE_FORCE_LIMIT.range().contains(limit) {
             return Err(Failure::bad_input(format_args!(
@@ -103,7 +103,7 @@ impl Drive {
                 DRIVE_FORCE_LIMIT.range()
             )));
         }
-        let own = self.controller.sample_time_s;
+        let own = self.controller.setup.sample_time_s;
         if (own / sample_time_s - 1.0).abs() > 1e-9 {
             return Err(Failure::bad_input(format_args!(
                 "drive {}: the controller is made for a sample time of {own} s, the experiment has {sample_time_s} s: \
@@ -112,10 +112,10 @@ impl Drive {
             )));
         }
         let within = |own: Option<f64>, end: f64| own.map_or(end, |own| own.clamp(-limit, limit));
-        let limited = ControllerFile {
-            output_low: Some(within(self.controller.output_low, -limit)),
-            output_high: Some(within(self.controller.output_high, limit)),
-            ..self.controller.clone()
+        let limited = ControllerSetup {
+            output_low: Some(within(self.controller.setup.output_low, -limit)),
+            output_high: Some(within(self.controller.setup.output_high, limit)),
+            ..self.controller.setup.clone()
         };
         Ok(limited)
     }
@@ -137,7 +137,7 @@ impl Drive {
     pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
         for (key, value) in [
             ("controller", self.name.clone()),
-            ("law", self.controller.law_in_words()),
+            ("law", self.controller.setup.law.to_string()),
             ("file", self.controller.to_toml()),
             ("force_limit_n", self.force_limit_n.to_string()),
         ] {

@@ -1,8 +1,7 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
 use fracdiff::Seconds;
-use fractional_control::PidParameters;
-use haptic_experiment::document::ControllerFile;
+use fractional_control::{ControllerSetup, PidParameters};
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{
     Contact, Creep, Drive, Failure, ModelledTissue, Relaxation, Rendering, Report, Supervisor,
@@ -34,10 +33,11 @@ const SOFT: PidParameters = PidParameters {
 fn drive(gains: PidParameters) -> Drive {
     Drive {
         name: "test.toml".to_owned(),
-        controller: ControllerFile {
+        controller: ControllerSetup {
             scheme: "full".parse().expect("a scheme"),
-            ..ControllerFile::new(gains, Seconds(1e-3))
-        },
+            ..ControllerSetup::new(gains, Seconds(1e-3))
+        }
+        .into(),
         force_limit_n: 10.0,
     }
 }
@@ -262,7 +262,7 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     assert!(weak.contains("`drive_force_limit_n`"), "{weak}");
     let mad = refused(&|rendering| {
         if let Some(drive) = &mut rendering.drive {
-            drive.controller.law = PidParameters {
+            drive.controller.setup.law = PidParameters {
                 integral_order: 3.0,
                 integral: 1.0,
                 ..PidParameters::NONE

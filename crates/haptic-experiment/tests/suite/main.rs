@@ -2,7 +2,6 @@
 
 mod design;
 mod drive;
-mod identification;
 mod measured_device;
 mod models;
 mod teleoperation;

@@ -27,6 +27,7 @@ mod socket;
 mod threads;
 mod trouble;
 
+pub use crate::held_clock::HeldClock;
 pub use connect::ConnectOptions;
 pub use device_time::DeviceTime;
 pub use error::SerialError;
@@ -38,5 +39,5 @@ pub use port::{PortInfo, open, ports};
 pub use served::{ServeError, Served, ServedHardware};
 pub use shared::Heard;
 #[cfg(unix)]
-pub(crate) use socket::{set_patience, timed_out};
+pub use socket::{set_patience, timed_out};
 pub use trouble::{BoardTrouble, TroubleCause};

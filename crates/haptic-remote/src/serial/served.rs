@@ -15,7 +15,6 @@ use super::punctual::Punctual;
 use super::shared::lock;
 use super::trouble::BoardTrouble;
 use crate::held_clock::HeldClock;
-use crate::session::within_this_process;
 use crate::{DeviceSession, Hardware, TickSide};
 use core::cell::RefCell;
 use core::hint::spin_loop;
@@ -84,7 +83,7 @@ impl Served {
         let trouble = Arc::new(Mutex::new(None));
         let mut serving = Serving {
             device: RefCell::new(device),
-            session: within_this_process(),
+            session: DeviceSession::within_this_process(),
             line: there,
             frame: [0; FRAME_MAX],
             clock: HeldClock::new(1.0),

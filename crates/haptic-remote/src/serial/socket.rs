@@ -56,7 +56,8 @@ pub(super) fn is_socket(path: &str) -> bool {
 }
 
 /// A time that has passed is the same on every line.
-pub(crate) fn timed_out(error: io::Error) -> io::Error {
+#[must_use]
+pub fn timed_out(error: io::Error) -> io::Error {
     match error.kind() {
         ErrorKind::WouldBlock => ErrorKind::TimedOut.into(),
         _ => error,
@@ -64,7 +65,10 @@ pub(crate) fn timed_out(error: io::Error) -> io::Error {
 }
 
 /// Sets the time that reads of a socket wait.
-pub(crate) fn set_patience(stream: &UnixStream, patience: Duration) -> io::Result<()> {
+///
+/// # Errors
+/// In the words of the system.
+pub fn set_patience(stream: &UnixStream, patience: Duration) -> io::Result<()> {
     stream.set_nonblocking(patience.is_zero())?;
     if patience.is_zero() {
         return Ok(());

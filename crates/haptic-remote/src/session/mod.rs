@@ -70,6 +70,22 @@ const _: () = assert!(
 );
 
 impl DeviceSession {
+    /// The half of a device that this process is itself: its version stands for that of a firmware, and each has another
+    /// number, even of one process.
+    #[cfg(feature = "std")]
+    #[must_use]
+    pub fn within_this_process() -> Self {
+        use std::hash::{BuildHasher as _, Hasher as _};
+        let part = |text: &str| text.parse().unwrap_or(0);
+        let version = [
+            part(env!("CARGO_PKG_VERSION_MAJOR")),
+            part(env!("CARGO_PKG_VERSION_MINOR")),
+            part(env!("CARGO_PKG_VERSION_PATCH")),
+        ];
+        let random = std::collections::hash_map::RandomState::new();
+        Self::new(version, random.build_hasher().finish() as u32)
+    }
+
     /// At power-up. `boot` is another number after each power-up or reset, as far as the board can tell.
     #[must_use]
     pub const fn new(firmware: [u8; 3], boot: u32) -> Self {
@@ -282,21 +298,6 @@ impl DeviceSession {
         self.connections.own();
         Ok(())
     }
-}
-
-/// The half of a device that this process is itself: its version stands for that of a firmware, and each has another
-/// number, even of one process.
-#[cfg(feature = "std")]
-pub(crate) fn within_this_process() -> DeviceSession {
-    use std::hash::{BuildHasher as _, Hasher as _};
-    let part = |text: &str| text.parse().unwrap_or(0);
-    let version = [
-        part(env!("CARGO_PKG_VERSION_MAJOR")),
-        part(env!("CARGO_PKG_VERSION_MINOR")),
-        part(env!("CARGO_PKG_VERSION_PATCH")),
-    ];
-    let random = std::collections::hash_map::RandomState::new();
-    DeviceSession::new(version, random.build_hasher().finish() as u32)
 }
 
 /// For a developer with a probe.

@@ -156,7 +156,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     ///
     /// # Errors
     /// A batch that is none.
-    pub fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
+    pub(crate) fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
         self.idle_stream = Stream::new(every, batch)?;
         if every == 0 && matches!(self.state, State::Idle | State::Armed | State::Fault) {
             self.records.borrow_mut().outbox.forget_samples();
@@ -168,7 +168,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     ///
     /// # Errors
     /// While armed, running or stopping, and in a fault before the force is zero.
-    pub fn may_install(&self) -> Result<(), Refusal> {
+    pub(crate) fn may_install(&self) -> Result<(), Refusal> {
         match self.state {
             State::Idle => Ok(()),
             State::Fault if self.safety().is_at_rest() => Ok(()),
@@ -180,7 +180,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// Makes a configuration take effect with the coefficients that were prepared. A latched fault stays.
     ///
     /// # Errors
-    /// As [`may_install`](Self::may_install).
+    /// While armed, running or stopping, and in a fault before the force is zero.
     pub fn install(
         &mut self,
         prepared: Prepared<H::Setup>,

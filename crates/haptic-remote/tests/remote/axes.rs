@@ -1,12 +1,12 @@
 //! A device of two axes: vectors, limits of the norm, a box, enemies.
 
 use crate::plane::{FORCE_N, Plane, configuration};
+use haptic_emulator::LineFaults;
 use haptic_link::{
     AxisWorkspace, Batch, Configuration, DigestBuilder, Field, Outcome, Refusal, Report, Request,
     Sample, Scope, State, WorkspaceBox,
 };
 use haptic_loop::Fault;
-use haptic_remote::LineFaults;
 
 fn forces(tick: u32, force_n: &[f32]) -> Request {
     Request::Force {

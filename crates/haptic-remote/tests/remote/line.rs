@@ -2,14 +2,13 @@
 
 use crate::mirror::Mirror;
 use crate::witness::Witness;
+use haptic_emulator::{FaultyLine, LineFaults};
 use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, LoopMode, OperatorForm,
     OperatorShape, Refusal, Report, Request, Sample, Scope, Start, State,
 };
 use haptic_loop::Fault;
-use haptic_remote::{
-    Conversation, DeviceSession, FaultyLine, Hardware, Incoming, LineFaults, LinkError, TickSide,
-};
+use haptic_remote::{Conversation, DeviceSession, Hardware, Incoming, LinkError, TickSide};
 use std::cell::RefCell;
 
 /// Steps of the clock, µs: ten a tick of 1 kHz.

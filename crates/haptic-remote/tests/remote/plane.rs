@@ -1,11 +1,12 @@
 //! A device of two axes on the bench.
 
 use crate::line::{Bench, START, VectorLaw};
+use haptic_emulator::LineFaults;
 use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, Limits, LoopMode, Refusal, Report, Request,
     Scope, Simulation, WorkspaceBox,
 };
-use haptic_remote::{LineFaults, SimulatedAxes, TickSide};
+use haptic_remote::{SimulatedAxes, TickSide};
 
 /// Largest norm of the force, N.
 pub(crate) const FORCE_N: f32 = 2.0;

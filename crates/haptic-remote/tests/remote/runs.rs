@@ -1,11 +1,11 @@
 //! What a run may change: limits only to tighter ones, and nothing that stays; forces only while they are fresh.
 
 use crate::line::{Bench, START, spring};
+use haptic_emulator::LineFaults;
 use haptic_link::{
     Configuration, EventKind, Field, Limits, LoopMode, Refusal, Report, Request, Scope, State,
 };
 use haptic_loop::Fault;
-use haptic_remote::LineFaults;
 
 fn configure(
     bench: &mut Bench,

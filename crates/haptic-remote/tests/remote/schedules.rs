@@ -12,9 +12,10 @@ mod watched;
 use self::random::Random;
 use self::watched::Watched;
 use crate::line::{START, STEP_US, spring};
+use haptic_emulator::LineFaults;
 use haptic_link::{Field, Refusal, Report, Request, Scope, Start, State};
 use haptic_loop::Fault;
-use haptic_remote::{LineFaults, LinkError};
+use haptic_remote::LinkError;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// From position, m, to force, N.

@@ -246,8 +246,8 @@ fn a_device_that_reboots_is_noticed() {
 #[test]
 fn a_device_that_is_not_there_is_reported() {
     let mut bench = Bench::ideal();
-    bench.to_device = haptic_remote::FaultyLine::new(
-        haptic_remote::LineFaults {
+    bench.to_device = haptic_emulator::FaultyLine::new(
+        haptic_emulator::LineFaults {
             drop: 1.0,
             ..Default::default()
         },
@@ -273,12 +273,12 @@ fn a_device_that_falls_silent_is_not_said_to_have_sent_other_frames() {
     bench.hello();
     let answer = bench.ask(Request::GetCapabilities).expect("answers");
     assert!(answer.is_ok(), "{answer:?}");
-    let all = haptic_remote::LineFaults {
+    let all = haptic_emulator::LineFaults {
         drop: 1.0,
         ..Default::default()
     };
     for line in [&mut bench.to_device, &mut bench.to_host] {
-        *line = haptic_remote::FaultyLine::new(all, 1).expect("valid");
+        *line = haptic_emulator::FaultyLine::new(all, 1).expect("valid");
     }
     let error = bench
         .ask(Request::GetCapabilities)

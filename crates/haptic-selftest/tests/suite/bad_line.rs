@@ -3,9 +3,9 @@
 use crate::at_once::at_once;
 use crate::board::{Board, Flaw};
 use crate::tested;
+use haptic_emulator::{FaultyLine, LineDamage, LineFaults};
 use haptic_experiment::Failure;
 use haptic_remote::serial::{Line, Pipe, SerialLink};
-use haptic_remote::{FaultyLine, LineDamage, LineFaults};
 use haptic_selftest::SelfTest;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};

@@ -3,10 +3,11 @@
 
 use crate::at_once::at_once;
 use crate::tested;
-use haptic_devices::haply::{Board, Body, Hand, Haply2Diy, HaplyName, Version};
-use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
+use haptic_devices::haply::{Haply2Diy, HaplyName, Version};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
-use haptic_devices::{AtLine, NearLine};
+use haptic_emulator::haply::{Board, Body, Hand};
+use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
+use haptic_emulator::{AtLine, NearLine};
 use haptic_experiment::Failure;
 use haptic_remote::serial::{DeviceTime, SerialLink, Served, ServedHardware};
 use haptic_selftest::{EmergencyStop, Promise, SelfTest, SelfTestReport};

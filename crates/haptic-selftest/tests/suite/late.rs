@@ -2,9 +2,9 @@
 //! stands still here is the device's time, not this machine's.
 
 use crate::tested;
-use haptic_devices::NearLine;
-use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
+use haptic_emulator::NearLine;
+use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_experiment::Failure;
 use haptic_remote::serial::{DeviceTime, Line, SerialLink, Served};
 use haptic_selftest::{EmergencyStop, Promise, SelfTest, SelfTestReport};

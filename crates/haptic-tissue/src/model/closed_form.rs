@@ -131,7 +131,7 @@ impl Model {
 
     /// J(0), 1/Pa.
     #[must_use]
-    pub fn instantaneous_compliance(&self) -> f64 {
+    pub(crate) fn instantaneous_compliance(&self) -> f64 {
         1.0 / self.instantaneous_modulus()
     }
 

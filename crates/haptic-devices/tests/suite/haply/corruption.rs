@@ -1,7 +1,9 @@
 //! One byte lost, added or changed, anywhere: a fault within 5 ticks or no harm, and never more force than allowed.
 
 use super::wire::{Damage, FORCE_N, Running, TICK_US, Way, stroking};
-use haptic_devices::haply::{Board, TORQUE_MAX_NM, Version, configuration};
+use haptic_devices::haply::{TORQUE_MAX_NM, Version, configuration};
+use haptic_emulator::AtLine as _;
+use haptic_emulator::haply::Board;
 use haptic_link::State;
 use haptic_loop::Fault;
 use haptic_remote::Tick;

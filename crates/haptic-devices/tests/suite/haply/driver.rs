@@ -2,9 +2,10 @@
 
 use super::wire::{FORCE_N, Running, Wire, World, name, stroking};
 use haptic_devices::haply::{
-    Board, Body, Hand, Haply2Diy, HaplyOpenError, Home, LATE_MOST, Trouble, Version, configuration,
-    torques,
+    Haply2Diy, HaplyOpenError, Home, LATE_MOST, Trouble, Version, configuration, torques,
 };
+use haptic_emulator::AtLine as _;
+use haptic_emulator::haply::{Board, Body, Hand};
 use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::ServedHardware as _;

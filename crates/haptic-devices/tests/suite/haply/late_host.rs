@@ -2,6 +2,7 @@
 
 use super::wire::{FORCE_N, Law, Running, TICK_US, stroking};
 use haptic_devices::haply::{Version, configuration};
+use haptic_emulator::AtLine as _;
 use haptic_link::{Limits, State};
 use haptic_loop::{Device as _, Fault};
 

@@ -4,6 +4,7 @@ use super::wire::{Running, TICK_US, stroking};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Order, Scheme, Seconds, batch};
 use haptic_devices::haply::{Plane, Unreachable, Version, configuration};
+use haptic_emulator::AtLine as _;
 use haptic_link::State;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{

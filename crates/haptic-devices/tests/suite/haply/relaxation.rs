@@ -4,6 +4,7 @@ use super::wire::{Law, Running, stroking};
 use crate::exact::off_from_the_sum;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_devices::haply::{Version, configuration};
+use haptic_emulator::AtLine as _;
 use haptic_link::State;
 
 /// α of cancerous prostate, and a dissipation that these motors can bear, N·s^α/m.

@@ -1,8 +1,8 @@
 //! An emulated board at the other end of a line in virtual time, and a device that is armed and runs on it.
 
-use haptic_devices::haply::{
-    Axis, Board, Body, Hand, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of,
-};
+use haptic_devices::haply::{Axis, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of};
+use haptic_emulator::AtLine as _;
+use haptic_emulator::haply::{Board, Body, Hand};
 use haptic_link::{Configuration, Limits, LoopMode, OperatorShape, Start};
 use haptic_remote::serial::Line;
 use haptic_remote::{Tick, TickSide, prepare};

@@ -3,7 +3,7 @@
 
 use super::world::{FORCE_LIMIT_N, Rig, Wire};
 use haptic_devices::moteus::MoteusSettings;
-use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
+use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_link::State;
 use std::sync::{Arc, Mutex};
 use testkit::Random;

@@ -4,7 +4,7 @@ use super::world::{Rig, Wire};
 use crate::exact::off_from_the_sum;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_devices::moteus::MoteusSettings;
-use haptic_devices::moteus::emulated::Shaft;
+use haptic_emulator::moteus::Shaft;
 use haptic_link::{Configuration, State};
 
 /// α of cancerous prostate, and a dissipation, N·s^α/m.

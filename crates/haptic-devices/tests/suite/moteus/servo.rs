@@ -1,8 +1,8 @@
 //! Forces that arrive, and each fault that a servo can have.
 
 use super::world::{Rig, Wire};
-use haptic_devices::moteus::emulated::Shaft;
 use haptic_devices::moteus::{Instead, MoteusOpenError, MoteusSettings, Trouble};
+use haptic_emulator::moteus::Shaft;
 use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::Fault;
 use moteus_protocol::Mode;

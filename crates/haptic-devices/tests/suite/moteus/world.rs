@@ -1,7 +1,7 @@
 //! An emulated servo at the end of a line of virtual time, which can be harmed.
 
-use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_devices::moteus::{MoteusAxis, MoteusOpenError, MoteusSettings};
+use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_link::{Configuration, Limits, OperatorShape, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::serial::ServedHardware as _;

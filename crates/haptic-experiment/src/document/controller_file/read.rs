@@ -1,6 +1,6 @@
 //! From TOML to a controller.
 
-use super::content::{ControllerFile, ControllerOrigin, rule};
+use super::content::{ControllerFile, ControllerOrigin};
 use crate::document::Parsed;
 use crate::document::error::FileError;
 use crate::document::parameters as p;
@@ -8,8 +8,8 @@ use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{
-    ControllerParameters, CroneParameters, FractionalTransferFunction, LeadLagParameters,
-    PidParameters, SetPoint, TidParameters,
+    ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,
+    LeadLagParameters, PidParameters, SetPoint, TidParameters, rule_of_scheme,
 };
 use std::path::Path;
 
@@ -46,24 +46,25 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<ControllerFile, FileError
         let key = p::CONTROLLER_SAMPLE_TIME.key;
         document.fail(format!("missing table [loop]: give it with `{key}`"))
     })?;
-    let mut file = in_loop(self::law(name, &law)?, &running)?;
+    let mut setup = in_loop(self::law(name, &law)?, &running)?;
     if matches!(name, "pid" | "tid") {
-        file.set_point.derivative = law.number(&p::DERIVATIVE_SET_POINT_WEIGHT)?;
+        setup.set_point.derivative = law.number(&p::DERIVATIVE_SET_POINT_WEIGHT)?;
     }
     if name == "pid" {
-        file.set_point.proportional = law.number(&p::SET_POINT_WEIGHT)?;
+        setup.set_point.proportional = law.number(&p::SET_POINT_WEIGHT)?;
     }
+    let mut origin = ControllerOrigin::default();
     if let Some(table) = source {
         let text = |parameter| table.text(parameter).map(str::to_owned);
-        file.origin = ControllerOrigin {
+        origin = ControllerOrigin {
             plant: text(&p::SOURCE_PLANT)?,
             wishes: text(&p::SOURCE_WISHES)?,
             program: text(&p::SOURCE_PROGRAM)?,
             note: text(&p::SOURCE_NOTE)?,
         };
     }
-    file.check().map_err(|error| law.fail(error.to_string()))?;
-    Ok(file)
+    setup.check().map_err(|error| law.fail(error.to_string()))?;
+    Ok(ControllerFile { setup, origin })
 }
 
 fn law(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileError> {
@@ -108,31 +109,31 @@ fn law(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileError>
 }
 
 /// The controller with what `[loop]` says.
-fn in_loop(law: ControllerParameters, table: &Table<'_>) -> Result<ControllerFile, FileError> {
+fn in_loop(law: ControllerParameters, table: &Table<'_>) -> Result<ControllerSetup, FileError> {
     let sample_time = Seconds(table.required(&p::CONTROLLER_SAMPLE_TIME)?);
     let refused = |reason: String| table.fail_at(p::CONTROLLER_SCHEME.key, reason);
     let scheme: Scheme = table
         .text(&p::CONTROLLER_SCHEME)?
         .parse()
         .map_err(|error: fracdiff::SchemeError| refused(error.to_string()))?;
-    if rule(scheme).is_none() {
+    if rule_of_scheme(scheme).is_none() {
         let reason = format!("scheme \"{scheme}\" is none of a controller: give full or full-bdf2");
         return Err(refused(reason));
     }
-    let file = ControllerFile {
+    let setup = ControllerSetup {
         set_point: SetPoint::DEFAULT,
         output_low: table.number_if(&p::OUTPUT_LOW)?,
         output_high: table.number_if(&p::OUTPUT_HIGH)?,
         fade_time_s: table.number(&p::FADE_TIME)?,
         scheme,
         memory_s: table.number_if(&p::MEMORY)?,
-        ..ControllerFile::new(law, sample_time)
+        ..ControllerSetup::new(law, sample_time)
     };
-    file.actuator().map_err(|error| {
+    setup.actuator().map_err(|error| {
         table.fail_at(
             p::OUTPUT_LOW.key,
             format!("{error}: change `output_low` or `output_high`"),
         )
     })?;
-    Ok(file)
+    Ok(setup)
 }

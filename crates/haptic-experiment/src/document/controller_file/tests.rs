@@ -3,8 +3,8 @@
 use super::ControllerFile;
 use fracdiff::Seconds;
 use fractional_control::{
-    CroneParameters, FractionalTransferFunction, LeadLagParameters, Memory, PidParameters, Plant,
-    Rule, SampledPlant, TidParameters,
+    ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,
+    LeadLagParameters, Memory, PidParameters, Plant, Rule, SampledPlant, TidParameters,
 };
 use std::path::Path;
 
@@ -15,10 +15,14 @@ fn read(text: &str) -> Result<ControllerFile, String> {
     ControllerFile::parse(Path::new("lab/c.toml"), text).map_err(|error| error.to_string())
 }
 
+fn setup(law: impl Into<ControllerParameters>, sample_time: Seconds) -> ControllerFile {
+    ControllerSetup::new(law, sample_time).into()
+}
+
 fn one_of_each() -> Vec<ControllerFile> {
     let t = Seconds(0.01);
     let function: FractionalTransferFunction = "3(s^0.5+1)/(0.01s+1)".parse().expect("valid");
-    let mut pid = ControllerFile::new(
+    let mut pid = setup(
         PidParameters {
             proportional: 2.0,
             derivative: 0.1,
@@ -27,13 +31,13 @@ fn one_of_each() -> Vec<ControllerFile> {
         },
         t,
     );
-    pid.set_point.proportional = 0.7;
-    pid.output_low = Some(-1.0 / 3.0);
-    pid.memory_s = Some(50.0);
+    pid.setup.set_point.proportional = 0.7;
+    pid.setup.output_low = Some(-1.0 / 3.0);
+    pid.setup.memory_s = Some(50.0);
     pid.origin.plant = "a \"plant\"\nof two lines".to_owned();
     vec![
         pid,
-        ControllerFile::new(
+        setup(
             TidParameters {
                 tilt: 2.0,
                 tilt_divisor: 3.0,
@@ -42,7 +46,7 @@ fn one_of_each() -> Vec<ControllerFile> {
             },
             t,
         ),
-        ControllerFile::new(
+        setup(
             CroneParameters {
                 gain: 2.0,
                 order: 0.6,
@@ -51,7 +55,7 @@ fn one_of_each() -> Vec<ControllerFile> {
             },
             t,
         ),
-        ControllerFile::new(
+        setup(
             LeadLagParameters {
                 gain: 5.0,
                 lambda_s: 0.5,
@@ -60,7 +64,7 @@ fn one_of_each() -> Vec<ControllerFile> {
             },
             t,
         ),
-        ControllerFile::new(function, t),
+        setup(function, t),
     ]
 }
 
@@ -72,9 +76,9 @@ fn every_controller_reads_back_to_the_same_and_runs() {
     for file in one_of_each() {
         let text = file.to_toml();
         assert_eq!(read(&text).as_ref(), Ok(&file), "{text}");
-        let run = file.simulate(&plant, &[1.0; 400]).expect("runs");
+        let run = file.setup.simulate(&plant, &[1.0; 400]).expect("runs");
         assert!(run.measured[399] > 0.2 && run.measured[399] < 1.5, "{text}");
-        let verdict = file.closed_with(&plant).expect("a loop").verdict();
+        let verdict = file.setup.closed_with(&plant).expect("a loop").verdict();
         assert!(verdict.stable, "{text}");
     }
 }
@@ -89,7 +93,10 @@ fn a_function_as_a_controller_is_the_pid_it_is_equal_to() {
             "{file}\n[loop]\nsample_time_s = 0.01\noutput_high = 1.2\noutput_low = -1.2\nscheme = \"full-bdf2:1e-9\""
         );
         let file = read(&text).expect("valid");
-        file.simulate(&plant, &[1.0; 600]).expect("runs").measured
+        file.setup
+            .simulate(&plant, &[1.0; 600])
+            .expect("runs")
+            .measured
     };
     let pid = of(
         "[pid]\nproportional_gain = 3\nintegral_gain_per_s_lambda = 2\nintegral_order = 0.7\nset_point_weight = 1",

@@ -3,26 +3,27 @@
 use super::content::{ControllerFile, ControllerOrigin};
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
-use fractional_control::ControllerParameters;
+use fractional_control::{ControllerParameters, ControllerSetup};
 
 /// `{:?}` of a number is the shortest text that reads back to the same bits.
 pub(super) fn toml(file: &ControllerFile) -> String {
     let line = |parameter: &Parameter, value: f64| format!("{} = {value:?}\n", parameter.key);
-    let mut text = law(file);
+    let setup = &file.setup;
+    let mut text = law(setup);
     text += &format!(
         "\n[loop]\n{}{} = \"{}\"\n",
-        line(&p::CONTROLLER_SAMPLE_TIME, file.sample_time_s),
+        line(&p::CONTROLLER_SAMPLE_TIME, setup.sample_time_s),
         p::CONTROLLER_SCHEME.key,
-        file.scheme
+        setup.scheme
     );
     for (parameter, value) in [
-        (&p::MEMORY, file.memory_s),
-        (&p::OUTPUT_LOW, file.output_low),
-        (&p::OUTPUT_HIGH, file.output_high),
+        (&p::MEMORY, setup.memory_s),
+        (&p::OUTPUT_LOW, setup.output_low),
+        (&p::OUTPUT_HIGH, setup.output_high),
     ] {
         text += &value.map_or_else(String::new, |value| line(parameter, value));
     }
-    text += &line(&p::FADE_TIME, file.fade_time_s);
+    text += &line(&p::FADE_TIME, setup.fade_time_s);
     if file.origin != ControllerOrigin::default() {
         text += "\n[source]\n";
         for (parameter, words) in [
@@ -41,9 +42,9 @@ pub(super) fn toml(file: &ControllerFile) -> String {
 }
 
 /// The table of the controller, its name first.
-fn law(file: &ControllerFile) -> String {
-    let weights = file.set_point;
-    let (name, numbers): (&str, Vec<(&Parameter, f64)>) = match &file.law {
+fn law(setup: &ControllerSetup) -> String {
+    let weights = setup.set_point;
+    let (name, numbers): (&str, Vec<(&Parameter, f64)>) = match &setup.law {
         ControllerParameters::Pid(own) => (
             "pid",
             vec![
@@ -85,33 +86,11 @@ fn law(file: &ControllerFile) -> String {
             ],
         ),
         other => {
-            let words = law_in_words(other);
-            return format!("[transfer_function]\n{} = \"{words}\"\n", p::FUNCTION.key);
+            return format!("[transfer_function]\n{} = \"{other}\"\n", p::FUNCTION.key);
         }
     };
     let lines = numbers
         .into_iter()
         .map(|(parameter, value)| format!("{} = {value:?}\n", parameter.key));
     format!("[{name}]\n{}", lines.collect::<String>())
-}
-
-/// C(s) in the usual notation, with brackets where that has none.
-pub(super) fn law_in_words(law: &ControllerParameters) -> String {
-    match law {
-        ControllerParameters::Pid(own) => own.to_string(),
-        ControllerParameters::Tid(own) => format!(
-            "{}/s^(1/{})+{}/s+{}s",
-            own.tilt, own.tilt_divisor, own.integral, own.derivative
-        ),
-        ControllerParameters::Crone(own) => format!(
-            "{}((1+s/{})/(1+s/{}))^{}",
-            own.gain, own.low_rad_s, own.high_rad_s, own.order
-        ),
-        ControllerParameters::LeadLag(own) => format!(
-            "{}((s+1/{})/(s+1/({}·{})))^{}",
-            own.gain, own.lambda_s, own.x, own.lambda_s, own.order
-        ),
-        ControllerParameters::Function(own) => own.to_string(),
-        _ => "a controller".to_owned(),
-    }
 }

@@ -1,7 +1,6 @@
 //! Any controller of a file as the holder of the indenter.
 
-use crate::document::controller_file::{ControllerFile, Use};
-use fractional_control::{ControlError, Controller};
+use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_loop::plant::Holder;
 use std::fmt::Debug;
 
@@ -40,11 +39,11 @@ impl<C: Controller<f64> + Debug> Running for Own<C> {
     }
 }
 
-/// Keeps the controller that a file makes.
+/// Keeps the controller that a setup makes.
 #[derive(Default)]
 struct Maker(Option<Box<dyn Running>>);
 
-impl Use for Maker {
+impl UseController for Maker {
     fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C) {
         self.0 = Some(Box::new(Own {
             controller: controller.clone(),
@@ -54,10 +53,10 @@ impl Use for Maker {
 }
 
 impl ControllerHolder {
-    /// The controller of a file, at rest.
-    pub(super) fn new(file: &ControllerFile) -> Result<Self, ControlError> {
+    /// The controller at rest.
+    pub(super) fn new(setup: &ControllerSetup) -> Result<Self, ControlError> {
         let mut maker = Maker::default();
-        file.with_controller(&mut maker)?;
+        setup.with_controller(&mut maker)?;
         let running = maker.0.ok_or(ControlError::Empty { what: "controller" })?;
         Ok(Self {
             running,

@@ -166,10 +166,9 @@ impl DriveJudge {
 mod tests {
     use super::super::preflight::LoopVerdict;
     use super::*;
-    use crate::document::controller_file::ControllerFile;
     use crate::run::simulate::Instrumented;
     use fracdiff::Seconds;
-    use fractional_control::PidParameters;
+    use fractional_control::{ControllerSetup, PidParameters};
     use haptic_loop::Device;
     use haptic_loop::plant::{HeldRig, RampHold, RigConfig, RigContact};
     use haptic_loop::units::{Metres, Newtons};
@@ -181,7 +180,7 @@ mod tests {
         let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
         let own = Drive {
             name: "own".to_owned(),
-            controller: ControllerFile::new(gains, Seconds(t)),
+            controller: ControllerSetup::new(gains, Seconds(t)).into(),
             force_limit_n: 0.2,
         };
         let stable = LoopVerdict {

@@ -266,7 +266,11 @@ impl Drive {
         plant
             .and_then(|plant| {
                 let plant = plant.later(late.samples)?;
-                SampledLoop::loaded(self.controller.law, self.controller.memory()?, &plant)
+                SampledLoop::loaded(
+                    self.controller.setup.law,
+                    self.controller.setup.memory()?,
+                    &plant,
+                )
             })
             .map_err(|error| self.refused(&error))
     }
@@ -280,8 +284,9 @@ impl Drive {
             RowDVector::from_row_slice(&[1.0, 0.0]),
         )?;
         let plant = Plant::state_space(indenter, delay_s)?;
-        let memory = self.controller.memory()?;
+        let memory = self.controller.setup.memory()?;
         self.controller
+            .setup
             .closed_with(&SampledPlant::new(&plant, memory, rig.sample_time)?)
     }
 }
@@ -289,8 +294,8 @@ impl Drive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::controller_file::ControllerFile;
     use fracdiff::{Order, Scheme, Seconds};
+    use fractional_control::ControllerSetup;
     use haptic_loop::plant::{RampHold, RigContact};
     use haptic_loop::units::{Metres, Newtons};
 
@@ -299,12 +304,13 @@ mod tests {
         let t = Seconds(1e-3);
         let drive = Drive {
             name: "own".to_owned(),
-            controller: ControllerFile::new(
+            controller: ControllerSetup::new(
                 gains
                     .parse::<fractional_control::PidParameters>()
                     .expect("gains"),
                 t,
-            ),
+            )
+            .into(),
             force_limit_n: 10.0,
         };
         let set_point = if of_force {

@@ -2,8 +2,8 @@
 
 use super::Told;
 use crate::line::{Bench, START, spring};
+use haptic_emulator::LineFaults;
 use haptic_link::{Report, Request, Sample, Statistics};
-use haptic_remote::LineFaults;
 
 /// A session whose line has had these faults for a while.
 fn damaged(seed: u64, faults: LineFaults) -> Bench {

@@ -1,8 +1,8 @@
 //! What is drawn: faults of a line, configurations, requests.
 
 use crate::line::spring;
+use haptic_emulator::LineFaults;
 use haptic_link::{Configuration, LoopMode, Request, Scope, Start};
-use haptic_remote::LineFaults;
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
 

@@ -1,8 +1,9 @@
 //! A bench whose force is checked after every step of the clock.
 
 use crate::line::{Bench, STEP_US};
+use haptic_emulator::LineFaults;
 use haptic_link::{Limits, Refusal, Report, State};
-use haptic_remote::{LineFaults, LinkError};
+use haptic_remote::LinkError;
 
 /// What a device does at the moment.
 struct Now {

@@ -2,10 +2,11 @@
 
 use super::{armed, armed_host_loop, events, fault, started};
 use crate::line::{Bench, START};
+use haptic_emulator::LineFaults;
 use haptic_link::{
     Event, EventKind, FRAME_MAX, Header, Refusal, Report, Request, Start, State, encode,
 };
-use haptic_remote::{Incoming, LineFaults};
+use haptic_remote::Incoming;
 
 #[test]
 fn a_start_that_is_sent_again_does_not_begin_anew() {

@@ -8,10 +8,10 @@ use super::words::{decibel, refused, verdict};
 use crate::command::analyze::Files;
 use crate::output::Output;
 use clap::Args;
+use fractional_control::ControllerSetup;
+use fractional_control::analysis::{LoopAnalysis, LoopPoint, analyse, curve, poles};
 use fractional_control::num_complex::Complex;
 use haptic_experiment::Failure;
-use haptic_experiment::control::analysis::{LoopAnalysis, LoopPoint, analyse, curve, poles};
-use haptic_experiment::document::ControllerFile;
 use serde::Serialize;
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -134,13 +134,13 @@ impl Arguments {
     fn judge(
         &self,
         plant: &NamedPlant,
-        file: &ControllerFile,
+        file: &ControllerSetup,
         output: Output,
     ) -> Result<(), Failure> {
         let mut place = self.files.look("loop")?;
         let analysis: LoopAnalysis = analyse(file, &plant.plant).map_err(refused)?;
         let rows = analysis.curve.iter().map(LoopRow::from);
-        let words = file.law_in_words();
+        let words = file.law.to_string();
         let files = place.table_and_picture(rows, || draw_loop(&analysis, plant, file));
         let report = LoopReport {
             plant: plant.words.clone(),

@@ -6,7 +6,9 @@ use crate::within::in_range;
 use crate::within::within;
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
-use fractional_control::{ControllerParameters, FractionalTransferFunction, PidParameters};
+use fractional_control::{
+    ControllerParameters, ControllerSetup, FractionalTransferFunction, PidParameters,
+};
 use haptic_experiment::Failure;
 use haptic_experiment::document::ControllerFile;
 use haptic_experiment::document::short;
@@ -49,7 +51,7 @@ impl ControllerArguments {
     ///
     /// # Errors
     /// A file that cannot be read, one that is wrong, a controller in notation without a sample time.
-    pub(super) fn resolve(&self) -> Result<Option<ControllerFile>, Failure> {
+    pub(super) fn resolve(&self) -> Result<Option<ControllerSetup>, Failure> {
         let sample_time_s = self.sample_time_s();
         let Some(text) = &self.controller else {
             let option = match (self.output_limits, self.scheme) {
@@ -65,7 +67,7 @@ impl ControllerArguments {
         let path = Path::new(text);
         let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();
         let mut file = if is_file {
-            ControllerFile::read(path).map_err(Failure::input)?
+            ControllerFile::read(path).map_err(Failure::input)?.setup
         } else {
             let law = law(text)?;
             let sample_time_s = sample_time_s.ok_or_else(|| {
@@ -73,7 +75,7 @@ impl ControllerArguments {
                     "a controller in notation has no sample time: give --sample-time, as in 1ms",
                 )
             })?;
-            let mut file = ControllerFile::new(law, Seconds(sample_time_s));
+            let mut file = ControllerSetup::new(law, Seconds(sample_time_s));
             // On the error, as it is written.
             file.set_point = fractional_control::SetPoint::ERROR;
             file

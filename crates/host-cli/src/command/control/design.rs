@@ -16,10 +16,11 @@ use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::ControlError;
+use fractional_control::design::{ControlAnswer, ControlDesign};
+use fractional_control::run::{SAMPLES_MOST, samples_for};
 use fractional_control::tuning::{Bound, Specification};
 use haptic_experiment::Failure;
-use haptic_experiment::control::design::{ControlAnswer, ControlDesign};
-use haptic_experiment::control::run::{SAMPLES_MOST, samples_for};
+use haptic_experiment::document::{ControllerFile, ControllerOrigin};
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::run::write_text;
@@ -208,7 +209,7 @@ impl Arguments {
             }
             error => refused(error),
         })?;
-        let mut report = Report::new(&design, &answer);
+        let mut report = Report::new(&plant.words, &design, &answer);
         self.write(&plant, &answer, &mut report, &mut place);
         output.summary(&report)?;
         place.close(report.judge())
@@ -239,9 +240,7 @@ impl Arguments {
         }
         Ok(ControlDesign {
             plant: plant.plant.clone(),
-            plant_words: plant.words.clone(),
             wishes: self.wishes.specification(),
-            wishes_words: self.wishes.words(),
             sample_time: Seconds(sample_time_s),
             scheme: self.scheme,
             output_low: self.output_limits.map(|limits| limits.low),
@@ -259,9 +258,15 @@ impl Arguments {
         report: &mut Report,
         place: &mut Place,
     ) {
-        let mut file = answer.fractional.file.clone();
-        file.origin.program = concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned();
-        file.origin.note = report.note();
+        let file = ControllerFile {
+            setup: answer.fractional.setup.clone(),
+            origin: ControllerOrigin {
+                plant: plant.words.clone(),
+                wishes: self.wishes.words(),
+                program: concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned(),
+                note: report.note(),
+            },
+        };
         report.controller_file = place.write(|folder| {
             let path = folder.file("toml");
             write_text(&path, &file.to_toml(), self.overwrite)?;
@@ -272,7 +277,7 @@ impl Arguments {
             columns.extend(design_columns(integer, "integer_"));
         }
         if let Some((_, first)) = columns.first() {
-            let t = answer.fractional.file.sample_time_s;
+            let t = answer.fractional.setup.sample_time_s;
             let names = columns.iter().map(|(name, _)| name.as_str());
             let names: Vec<&str> = std::iter::once("time_s").chain(names).collect();
             let rows = (0..first.len()).map(|n| {

@@ -6,8 +6,8 @@ mod steps;
 use super::plant::NamedPlant;
 use super::words::law;
 pub(super) use bode::{draw_loop, draw_plant};
+use fractional_control::ControllerSetup;
 use fractional_control::Response;
-use haptic_experiment::document::ControllerFile;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use haptic_quantity::written;
 pub(super) use steps::{design_columns, draw_design};
@@ -15,7 +15,7 @@ pub(super) use steps::{design_columns, draw_design};
 type Points = Vec<(f64, f64)>;
 
 /// Plant, controller and sample time in a line each.
-fn subtitle(plant: &NamedPlant, file: &ControllerFile) -> String {
+fn subtitle(plant: &NamedPlant, file: &ControllerSetup) -> String {
     format!(
         "plant {}\ncontroller {} · T = {} · {}",
         plant.words,
@@ -77,7 +77,7 @@ pub(super) fn draw_run(
 }
 
 /// The lines of a run's picture.
-pub(super) fn run_subtitle(plant: &NamedPlant, file: Option<&ControllerFile>) -> String {
+pub(super) fn run_subtitle(plant: &NamedPlant, file: Option<&ControllerSetup>) -> String {
     match file {
         Some(file) => subtitle(plant, file),
         None => format!("plant {}", plant.words),

@@ -10,11 +10,10 @@ use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
 use crate::within::within;
 use clap::Args;
+use fractional_control::model_search::{Found, Guess, InputOutput, candidates, identify, shifted};
 use fractional_control::{ControlError, FractionalTransferFunction};
 use haptic_experiment::Failure;
-use haptic_experiment::control::identification::{
-    Found, Guess, InputOutput, candidates, identify, shifted,
-};
+use haptic_experiment::document::record_check::{check_signals, check_times};
 use haptic_experiment::document::short;
 use haptic_experiment::parameters;
 use haptic_experiment::run::{PlantFile, PlantModel};
@@ -186,7 +185,7 @@ impl Arguments {
             output: column(output, "output")?,
             late_s: 0.0,
         };
-        record.check_times().map_err(|error| {
+        check_times(&record).map_err(|error| {
             Failure::bad_input(format_args!(
                 "{name}: {error}; the time is column {}, see --columns",
                 short(time)
@@ -195,8 +194,7 @@ impl Arguments {
         if self.subtract_start {
             record.subtract_start();
         }
-        record
-            .check_signals([input, output])
+        check_signals(&record, [input, output])
             .map_err(|error| Failure::bad_input(format_args!("{name}: {error}; see --columns")))?;
         Ok(record)
     }

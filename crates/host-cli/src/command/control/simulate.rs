@@ -13,12 +13,12 @@ use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
-use fractional_control::{ControlError, Response};
-use haptic_experiment::Failure;
-use haptic_experiment::control::run::{
+use fractional_control::ControllerSetup;
+use fractional_control::run::{
     LoopRun, SAMPLES_MOST, integer_baseline, run, run_plant, samples_for,
 };
-use haptic_experiment::document::ControllerFile;
+use fractional_control::{ControlError, Response};
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::{Time, digits};
 use haptic_tissue::open_file;
@@ -32,11 +32,11 @@ plant alone.";
 
 /// The PID of order 1 with the same crossover and phase margin, and its run; said if there is none.
 fn baseline(
-    file: &ControllerFile,
+    file: &ControllerSetup,
     plant: &NamedPlant,
     reference: &[f64],
     step: Option<f64>,
-) -> Result<Option<(ControllerFile, LoopRun)>, Failure> {
+) -> Result<Option<(ControllerSetup, LoopRun)>, Failure> {
     let error = match integer_baseline(file, &plant.plant) {
         Ok(None) => return Ok(None),
         Ok(Some(baseline)) => {
@@ -179,12 +179,11 @@ impl Arguments {
     fn closed(
         &self,
         plant: &NamedPlant,
-        file: &ControllerFile,
+        file: &ControllerSetup,
         place: &mut Place,
     ) -> Result<Report, Failure> {
         let crossover = || {
-            let sampled =
-                haptic_experiment::control::sampled(&plant.plant, file.sample_time()).ok()?;
+            let sampled = file.sampled(&plant.plant).ok()?;
             let margins = file.closed_with(&sampled).ok()?.margins();
             margins.phase.map(|phase| phase.omega_rad_s)
         };
@@ -202,14 +201,14 @@ impl Arguments {
         let shape = |run: &LoopRun| run.shape.as_ref().map(|shape| ShapeReport::new(shape, t));
         Ok(Report {
             plant: plant.words.clone(),
-            controller: Some(file.law_in_words()),
+            controller: Some(file.law.to_string()),
             sample_time_s: t,
             scheme: Some(file.scheme.to_string()),
             stable: own.coarse.is_none().then_some(own.verdict.stable),
             shape: shape(&own),
             limited_share: own.limited_share,
             integer: integer.as_ref().map(|(file, run)| IntegerReport {
-                controller: file.law_in_words(),
+                controller: file.law.to_string(),
                 shape: shape(run),
                 limited_share: run.limited_share,
             }),

@@ -1,10 +1,10 @@
 //! Errors and verdicts as sentences, angles in degrees.
 
 use core::f64::consts::PI;
+use fractional_control::ControllerSetup;
+use fractional_control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
 use fractional_control::{ControlError, Crossing, Margins};
 use haptic_experiment::Failure;
-use haptic_experiment::control::analysis::{AT_REST, Cause, LoopAnalysis, OtherGain};
-use haptic_experiment::document::ControllerFile;
 use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
 use haptic_quantity::{Key, digits, written};
 
@@ -79,9 +79,9 @@ fn with_unit(name: &str, value: f64) -> String {
 }
 
 /// The controller in notation, its numbers in five digits.
-pub(super) fn law(file: &ControllerFile) -> String {
+pub(super) fn law(file: &ControllerSetup) -> String {
     let Some(mut pid) = file.pid() else {
-        return file.law_in_words();
+        return file.law.to_string();
     };
     let few = |value: &mut f64| *value = digits(*value, 5).parse().unwrap_or(*value);
     for value in [

@@ -1,6 +1,7 @@
 //! The answer as a picture.
 
-use haptic_experiment::question::design::{Candidate, Design, DesignReport, Wish};
+use haptic_experiment::question::design::Candidate;
+use haptic_experiment::question::design::{Design, DesignReport, Wish};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
 /// Draws the wished quantity over the order, and the dissipation that allows it.

@@ -11,7 +11,9 @@ use crate::within::{number_within, within};
 use clap::Args;
 use haptic_devices::haply::HaplyName;
 use haptic_devices::moteus::MoteusName;
-use haptic_devices::moteus::emulated::Hand;
+use haptic_emulator::LineFaults;
+use haptic_emulator::board::{Body, Emulated, Emulation, EmulatorError, Socket, Terminal, emulate};
+use haptic_emulator::moteus::Hand;
 use haptic_experiment::Failure;
 use haptic_experiment::Named;
 use haptic_experiment::parameters::range;
@@ -19,10 +21,6 @@ use haptic_experiment::run::DeviceModel;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_quantity::Time;
-use haptic_remote::LineFaults;
-use haptic_remote::emulator::{
-    Body, Emulated, Emulation, EmulatorError, Socket, Terminal, emulate,
-};
 use haptic_remote::serial::Line;
 use serde::Serialize;
 use std::collections::BTreeSet;

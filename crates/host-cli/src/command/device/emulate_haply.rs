@@ -2,10 +2,11 @@
 
 use super::key_value::in_range;
 use crate::output::note;
-use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
+use haptic_devices::haply::{Model, Version};
+use haptic_emulator::LineFaults;
+use haptic_emulator::haply::{Board, Body, Emulated, Hand, emulate};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
-use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

@@ -3,10 +3,10 @@
 use super::key_value::in_range;
 use crate::output::note;
 use haptic_devices::moteus::MoteusSettings;
-use haptic_devices::moteus::emulated::{Emulated, EmulatedServo, Hand, Shaft, emulate};
+use haptic_emulator::LineFaults;
+use haptic_emulator::moteus::{Emulated, EmulatedServo, Hand, Shaft, emulate};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
-use haptic_remote::LineFaults;
 use haptic_remote::serial::Line;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

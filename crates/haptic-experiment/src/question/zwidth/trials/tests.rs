@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::run::ending::reported;
-use haptic_devices::NearLine;
-use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
+use haptic_emulator::NearLine;
+use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_remote::serial::{DeviceTime, Served};
 use std::sync::Arc;
 

@@ -6,10 +6,8 @@ use super::super::draw::over_time;
 use super::super::reports::{MarginReport, PidReport, ShapeReport};
 use super::super::words::{decibel, in_degrees};
 use fractional_control::PidParameters;
+use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName};
 use haptic_experiment::Failure;
-use haptic_experiment::control::design::{
-    Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
-};
 use haptic_quantity::digits;
 use serde::Serialize;
 use std::f64::consts::LN_10;
@@ -169,7 +167,7 @@ fn reached(candidate: &Candidate, name: WishName) -> Option<f64> {
 }
 
 impl Report {
-    pub(super) fn new(design: &ControlDesign, answer: &ControlAnswer) -> Self {
+    pub(super) fn new(plant_words: &str, design: &ControlDesign, answer: &ControlAnswer) -> Self {
         let (own, integer) = (&answer.fractional, answer.integer.as_ref());
         let t = design.sample_time.0;
         let wish = |wish: &Wish| {
@@ -200,7 +198,7 @@ impl Report {
             rows.collect()
         });
         let mut report = Self {
-            plant: design.plant_words.clone(),
+            plant: plant_words.to_owned(),
             sample_time_s: t,
             scheme: design.scheme.to_string(),
             controller: pid_of(own).into(),

@@ -3,9 +3,9 @@
 use super::{Points, subtitle};
 use crate::command::control::plant::NamedPlant;
 use crate::command::control::words::decibel;
+use fractional_control::ControllerSetup;
 use fractional_control::Crossing;
-use haptic_experiment::control::analysis::{Cause, LoopAnalysis, LoopPoint};
-use haptic_experiment::document::ControllerFile;
+use fractional_control::analysis::{Cause, LoopAnalysis, LoopPoint};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
 const OMEGA: &str = "ω / rad·s⁻¹";
@@ -174,7 +174,7 @@ impl LoopCurves {
 pub(in crate::command::control) fn draw_loop(
     analysis: &LoopAnalysis,
     plant: &NamedPlant,
-    file: &ControllerFile,
+    file: &ControllerSetup,
 ) -> Result<Picture, FigureError> {
     let verdict = match (analysis.verdict.stable, analysis.cause, analysis.coarse) {
         (true, _, None) => "stable, proved",

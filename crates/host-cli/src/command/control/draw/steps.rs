@@ -3,7 +3,7 @@
 use super::{Points, command_axis, over_time, subtitle};
 use crate::command::control::plant::NamedPlant;
 use crate::command::control::words::decibel;
-use haptic_experiment::control::design::{Candidate, ControlAnswer, Trial};
+use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
 /// No panel is higher than this. A step of a loop that is not stable is drawn until it is.
@@ -142,7 +142,7 @@ pub(in crate::command::control) fn draw_design(
     answer: &ControlAnswer,
     plant: &NamedPlant,
 ) -> Result<Option<Picture>, FigureError> {
-    let file = &answer.fractional.file;
+    let file = &answer.fractional.setup;
     let t = file.sample_time_s;
     let integer = answer.integer.as_ref().ok();
     let candidates = [Some(&answer.fractional), integer];

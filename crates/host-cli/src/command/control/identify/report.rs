@@ -1,9 +1,7 @@
 //! The function that was found.
 
+use fractional_control::model_search::{Found, InputOutput, Unexplained, settles_as_well};
 use fractional_control::{FractionalTransferFunction, FreeNumber};
-use haptic_experiment::control::identification::{
-    Found, InputOutput, Unexplained, settles_as_well,
-};
 use haptic_quantity::{digits, written};
 use serde::Serialize;
 

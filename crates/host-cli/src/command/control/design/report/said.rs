@@ -1,7 +1,7 @@
 //! What a design means, in sentences.
 
 use super::{Report, TrialReport};
-use haptic_experiment::control::design::ROBUST_GAINS;
+use fractional_control::design::ROBUST_GAINS;
 use haptic_quantity::digits;
 
 impl Report {

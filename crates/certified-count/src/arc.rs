@@ -1,0 +1,208 @@
+//! Functions with bounds over an arc, and counts in arcs.
+//!
+//! ```text
+//! |f(θ) − f(m)| ≤ (h/2)·sup|f′|   on an arc of width h about m:   the image of the arc lies in a disc
+//! ```
+
+use crate::Place;
+use crate::winding::{Count, Winding};
+use core::f64::consts::PI;
+use num_complex::Complex;
+
+/// An arc θ ∈ \[low, high\] of w = e^(−jθ), 0 ≤ low ≤ high ≤ π, with what is known at its middle.
+#[derive(Clone, Copy, Debug)]
+pub struct Arc {
+    /// Its least angle.
+    pub low: f64,
+    /// Its largest angle.
+    pub high: f64,
+    /// w at the middle.
+    pub w: Complex<f64>,
+    /// v = 1 − w at the middle.
+    pub v: Complex<f64>,
+    /// |v|² at the low end, the least: |v| grows with θ.
+    pub least_square: f64,
+    /// |v| at the high end, the largest.
+    pub most: f64,
+}
+
+impl Arc {
+    /// The arc between two angles.
+    #[must_use]
+    pub fn new(low: f64, high: f64) -> Self {
+        let Place { w, v, .. } = Place::new(0.5 * (low + high));
+        let size = |theta: f64| 2.0 * libm::sin(0.5 * theta);
+        Self {
+            low,
+            high,
+            w,
+            v,
+            least_square: size(low) * size(low),
+            most: size(high),
+        }
+    }
+
+    /// The angle in the middle.
+    #[must_use]
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// From the middle to an end.
+    #[must_use]
+    pub fn half_width(&self) -> f64 {
+        0.5 * (self.high - self.low)
+    }
+}
+
+/// A value at the middle of an arc, and bounds of the size and of the derivative on all of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Enclosed {
+    /// At the middle.
+    pub value: Complex<f64>,
+    /// Bound of |f|, or of the sum of the sizes of its terms.
+    pub size: f64,
+    /// Bound of |f′|.
+    pub rate: f64,
+}
+
+impl Enclosed {
+    /// With the size that value and rate allow.
+    #[must_use]
+    pub fn new(value: Complex<f64>, rate: f64, arc: &Arc) -> Self {
+        let size = value.norm() + rate * arc.half_width();
+        Self { value, size, rate }
+    }
+
+    /// The sum.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            size: self.size + other.size,
+            rate: self.rate + other.rate,
+        }
+    }
+
+    /// The product.
+    #[must_use]
+    pub fn times(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            size: self.size * other.size,
+            rate: self.rate * other.size + self.size * other.rate,
+        }
+    }
+
+    /// Times a number.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self {
+            value: self.value * factor,
+            size: self.size * factor.abs(),
+            rate: self.rate * factor.abs(),
+        }
+    }
+}
+
+/// |F| over the sizes of its terms below which it counts as 0.
+const ZERO: f64 = 1e-11;
+/// The first arc, and the least that is looked at.
+const FIRST: f64 = 1e-9;
+const NARROWEST: f64 = 1e-13;
+/// Arcs at most: some ten times what any loop of the tests takes.
+const ARCS_MAX: usize = 200_000;
+/// A bound has to be passed by this factor: its rounding errors are less.
+const BEYOND: f64 = 1.01;
+/// A turn is this near to a whole number of half turns.
+const WHOLE: f64 = 1e-3;
+
+/// What is known of an arc.
+enum Known {
+    /// Proved.
+    Clear,
+    /// Not proved: half of it may be.
+    Unclear,
+    /// 0, to what rounding errors let know.
+    Zero,
+}
+
+/// Goes from 0 to π in arcs; true if each was proved.
+fn walk(mut judge: impl FnMut(&Arc) -> Known) -> bool {
+    let (mut theta, mut width) = (0.0, FIRST);
+    for _ in 0..ARCS_MAX {
+        let next = if theta + width > PI {
+            PI
+        } else {
+            theta + width
+        };
+        match judge(&Arc::new(theta, next)) {
+            Known::Zero => return false,
+            _ if width < NARROWEST => return false,
+            Known::Unclear => width *= 0.5,
+            Known::Clear if next >= PI => return true,
+            Known::Clear => {
+                theta = next;
+                width *= 2.0;
+            }
+        }
+    }
+    false
+}
+
+/// Counts the zeros of F in |w| ≤ 1 by the turn of its image of the upper half circle. F is real on the real axis.
+///
+/// ```text
+/// zeros = −(1/π)·Σ arg(F(θ_{i+1})/F(θ_i)),   each arc with |F(m)| > (h/2)·sup|F′|, so that each turn is below π
+/// ```
+pub fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
+    let at = |theta: f64| f(&Arc::new(theta, theta)).value;
+    let mut winding = Winding::new(0.0);
+    let mut here = at(0.0);
+    let is_proved = walk(|arc| {
+        let enclosed = f(arc);
+        let relative = enclosed.value.norm() / enclosed.size;
+        winding.meets(relative, arc.middle());
+        if relative.is_nan() || relative <= ZERO {
+            return Known::Zero;
+        }
+        if enclosed.value.norm() <= BEYOND * arc.half_width() * enclosed.rate {
+            return Known::Unclear;
+        }
+        let there = at(arc.high);
+        winding.turned += (there / here).arg();
+        here = there;
+        Known::Clear
+    });
+    winding.counted(is_proved, WHOLE)
+}
+
+/// True if below + k·above is proved to be 0 nowhere on the circle, whatever k is from `low` to `high`, both above 0.
+///
+/// ```text
+/// min over k of |d + kn| > (h/2)·(sup|d′| + high·sup|n′|)   on each arc,   the least at k = −Re(d·n̄)/|n|², or at an end
+/// ```
+pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2]) -> bool {
+    walk(|arc| {
+        let (below, above) = f(arc);
+        let (d, n) = (below.value, above.value);
+        let nearest = -(d * n.conj()).re / n.norm_sqr();
+        // Where n is 0 any k will do.
+        let k = if nearest > low {
+            nearest.min(high)
+        } else {
+            low
+        };
+        let distance = (d + n * k).norm();
+        let size = below.size + high * above.size;
+        let rate = below.rate + high * above.rate;
+        if distance <= ZERO * size || distance.is_nan() {
+            return Known::Zero;
+        }
+        if distance <= BEYOND * arc.half_width() * rate {
+            Known::Unclear
+        } else {
+            Known::Clear
+        }
+    })
+}

@@ -1,0 +1,93 @@
+//! Both walks against products of factors whose zeros are known.
+
+use certified_count::num_complex::Complex;
+use certified_count::{Curve, Enclosed, Place, Sample, count, is_clear};
+
+/// `Π(1 − c_k w)` with its zeros at `1/c_k`.
+struct Factors(Vec<f64>);
+
+impl Factors {
+    fn value(&self, w: Complex<f64>) -> Complex<f64> {
+        let one = Complex::new(1.0, 0.0);
+        self.0.iter().fold(one, |value, c| value * (1.0 - w * c))
+    }
+
+    fn in_arcs(&self) -> Option<usize> {
+        let found = count(|arc| {
+            let one = Enclosed::new(Complex::new(1.0, 0.0), 0.0, arc);
+            let factors = self.0.iter();
+            factors.fold(one, |value, c| {
+                value.times(Enclosed::new(1.0 - arc.w * c, c.abs(), arc))
+            })
+        });
+        found.zeros
+    }
+
+    fn between_samples(&self) -> Option<usize> {
+        let (begin, end) = (Place::new(0.0), Place::new(core::f64::consts::PI));
+        let whole = self.span(&begin, &end);
+        Curve::count(self, (&begin, 0.0), [(&whole, &end)], 1e-9).zeros
+    }
+}
+
+impl Curve for Factors {
+    type Node = Place;
+    type Span = f64;
+
+    fn node(&self, theta: f64) -> Place {
+        Place::new(theta)
+    }
+
+    fn span(&self, a: &Place, b: &Place) -> f64 {
+        let most: f64 = self.0.iter().map(|c| 1.0 + c.abs()).product();
+        let rate: f64 = self.0.iter().map(|c| c.abs() / (1.0 + c.abs())).sum();
+        most * rate * (b.theta - a.theta)
+    }
+
+    fn sample(&self, node: &Place) -> Sample {
+        let value = self.value(node.w);
+        Sample {
+            theta: node.theta,
+            value,
+            size: value.norm(),
+            noise: 1e-13,
+        }
+    }
+
+    fn path(&self, _: (&Place, &Place), length: &f64) -> f64 {
+        *length
+    }
+}
+
+#[test]
+fn both_walks_find_the_zeros_that_are_there() {
+    for (factors, zeros) in [
+        (vec![], Some(0)),
+        (vec![0.99], Some(0)),
+        (vec![1.01], Some(1)),
+        (vec![-3.0, 2.0, 0.5, -0.2], Some(2)),
+        (vec![1.5, 1.5, -1.5, -1.5, 0.9], Some(4)),
+        // On the circle.
+        (vec![0.5, -1.0], None),
+    ] {
+        let own = Factors(factors);
+        assert_eq!(own.in_arcs(), zeros, "{:?}", own.0);
+        assert_eq!(own.between_samples(), zeros, "{:?}", own.0);
+    }
+}
+
+/// 1 − kw has its zero inside from k = 1 on.
+#[test]
+fn an_interval_is_clear_unless_a_zero_meets_the_circle() {
+    let clear = |gains| {
+        is_clear(
+            |arc| {
+                let one = Enclosed::new(Complex::new(1.0, 0.0), 0.0, arc);
+                (one, Enclosed::new(-arc.w, 1.0, arc))
+            },
+            gains,
+        )
+    };
+    assert!(clear([0.1, 0.9]) && clear([1.1, 5.0]));
+    assert!(!clear([0.5, 1.5]) && !clear([1.0, 2.0]));
+}

@@ -1,0 +1,396 @@
+//! The verdict on a loop, its margins, and the reason of the verdict.
+
+use crate::{
+    ControlError, ControllerParameters, ControllerSetup, Crossing, FractionalTransferFunction,
+    Margins, Plant, SampledLoop, SampledPlant, StabilityVerdict,
+};
+use core::f64::consts::PI;
+use num_complex::Complex;
+use std::vec::Vec;
+
+/// Frequencies of a curve.
+const POINTS: usize = 600;
+/// The curve begins so far below the place of interest.
+const BELOW: f64 = 300.0;
+/// A gain further from the present one is no cause.
+const WITHIN: f64 = 100.0;
+/// Slower than this, rad a sample, nothing moves.
+pub const AT_REST: f64 = 1e-8;
+/// A gain is tried this much beside the one at which the loop meets −1.
+const BESIDE: f64 = 0.01;
+
+/// A loop that was judged.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct LoopAnalysis {
+    /// The certified verdict.
+    pub verdict: StabilityVerdict,
+    /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
+    pub margins: Margins,
+    /// The reason of the verdict.
+    pub cause: Cause,
+    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the
+    /// loop is too fast for that: how many times as often it would have to be sampled, at least. The verdict then is of the rule, not of the
+    /// plant.
+    pub coarse: Option<f64>,
+    /// The open loop L and S = 1/(1 + L) over frequency.
+    pub curve: Vec<LoopPoint>,
+}
+
+/// Orders nearer than this to a whole number, and not it, are told from it by no memory.
+const NEAR_WHOLE: f64 = 1e-4;
+/// Largest crossover times sample time to which the rule of a fractional plant is trusted.
+const RULE_HOLDS_TO: f64 = 0.3;
+/// Times as often as a loop is sampled at least whose rule does not stand for its plant.
+const TWICE: f64 = 2.0;
+
+/// The reason of a verdict.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Cause {
+    /// Stable: no pole outside the unit circle.
+    Stable,
+    /// A pole on the unit circle, as far as can be told.
+    Boundary,
+    /// The same, and at other gains too: a zero cancels the pole.
+    Cancelled,
+    /// Not decided: a number of the loop is larger than numbers are.
+    TooLarge,
+    /// Not decided: this order is next to a whole one, and no memory can tell the two apart.
+    NearWhole(f64),
+    /// Stable at gains that are lower.
+    GainTooHigh(OtherGain),
+    /// Stable at gains that are higher.
+    GainTooLow(OtherGain),
+    /// Stable without the dead time; with it, L meets −1 from this one on, s.
+    DeadTime(Crossing),
+    /// Stable with the opposite sign of the gain, and so many times as large.
+    WrongSign(f64),
+    /// Neither another gain, within a hundred times, nor less dead time makes it stable.
+    Shape,
+}
+
+/// Gains over the present one at which the loop would be stable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct OtherGain {
+    /// The nearest, at which L meets −1.
+    pub edge: Crossing,
+    /// The gain beyond at which L meets −1 again, and the loop is lost once more; `None` where there is none.
+    pub end: Option<f64>,
+}
+
+/// L, S and T at a frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LoopPoint {
+    /// ω, rad/s.
+    pub omega_rad_s: f64,
+    /// L.
+    pub open: Complex<f64>,
+    /// Phase of L without jumps, rad.
+    pub phase_rad: f64,
+}
+
+impl LoopPoint {
+    /// |S| = |1/(1 + L)|.
+    #[must_use]
+    pub fn sensitivity(&self) -> f64 {
+        (self.open + 1.0).inv().norm()
+    }
+
+    /// |T| = |L/(1 + L)|.
+    #[must_use]
+    pub fn complementary(&self) -> f64 {
+        (self.open / (self.open + 1.0)).norm()
+    }
+}
+
+/// Judges the loop that is really run.
+///
+/// # Errors
+/// A plant that does not run, parameters outside their range.
+pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
+    let sampled = setup.sampled(plant)?;
+    let closed = setup.closed_with(&sampled)?;
+    let (mut verdict, margins) = (
+        closed.verdict(),
+        margins(setup, plant, &closed, closed.margins()),
+    );
+    let drifts = plant.order_at_rest() > 0.0 && adds_up(&setup.law);
+    if drifts && verdict.stable {
+        // The product hides it: the command grows for ever, though no output does.
+        (verdict.stable, verdict.unstable_poles, verdict.omega_rad_s) = (false, None, 0.0);
+    }
+    let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
+    let t = setup.sample_time_s;
+    let low = (place / BELOW).min(0.01 * PI / t);
+    let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
+    let cause = match curve.len() {
+        // Of what is no number nothing can be told.
+        POINTS => cause(setup, plant, &closed, &verdict)?,
+        _ => Cause::TooLarge,
+    };
+    Ok(LoopAnalysis {
+        verdict,
+        margins,
+        cause,
+        coarse: coarse(&sampled, &closed),
+        curve,
+    })
+}
+
+/// Margins and peaks of the plant behind its hold, whether it is sampled exactly or a rule stands for it.
+/// `own` are those of the loop itself.
+pub(crate) fn margins(
+    setup: &ControllerSetup,
+    plant: &Plant,
+    closed: &SampledLoop,
+    own: Margins,
+) -> Margins {
+    closed.margins_of_plant(own, |delay_s| later(setup, plant, delay_s))
+}
+
+/// The loop whose plant has so much more dead time.
+fn later(
+    setup: &ControllerSetup,
+    plant: &Plant,
+    delay_s: f64,
+) -> Result<SampledLoop, ControlError> {
+    let plant = plant.clone().delayed(delay_s)?;
+    setup.closed_with(&setup.sampled(&plant)?)
+}
+
+/// How many times as often, at least, this loop would have to be sampled for the rule of its plant to stand for the plant; `None` if it does, or
+/// the plant is sampled exactly.
+pub(crate) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> {
+    if plant.is_exact() {
+        return None;
+    }
+    let slow = |theta: &f64| closed.open(*theta).norm() >= 1.0;
+    let step = (PI / RULE_HOLDS_TO).ln() / POINTS as f64;
+    let angles = (0..=POINTS).map(|k| (PI * (-step * k as f64).exp()).max(RULE_HOLDS_TO));
+    let fastest = angles.into_iter().find(slow).unwrap_or(0.0);
+    let times = fastest / RULE_HOLDS_TO;
+    let holds = closed.rule_error().is_none_or(|rule| rule.holds());
+    (times > 1.0 || !holds).then_some(if holds { times } else { times.max(TWICE) })
+}
+
+/// Responses from a frequency to another, equal steps of the logarithm; what is not known is left out.
+pub fn curve(
+    low: f64,
+    high: f64,
+    response: impl Fn(f64) -> Option<Complex<f64>>,
+) -> Vec<LoopPoint> {
+    let ratio = libm::log(high / low) / (POINTS - 1) as f64;
+    let omegas = (0..POINTS).map(|k| (low * libm::exp(ratio * k as f64)).min(high));
+    let mut points: Vec<LoopPoint> = Vec::new();
+    for omega_rad_s in omegas {
+        let Some(open) = response(omega_rad_s).filter(|open| open.is_finite()) else {
+            continue;
+        };
+        let phase_rad = match points.last() {
+            Some(last) => last.phase_rad + (open / last.open).arg(),
+            // A loop lags more often than it leads.
+            None if open.arg() > 0.5 * PI + 1e-3 => open.arg() - 2.0 * PI,
+            None => open.arg(),
+        };
+        points.push(LoopPoint {
+            omega_rad_s,
+            open,
+            phase_rad,
+        });
+    }
+    points
+}
+
+/// True if a controller has an integral.
+pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
+    match law {
+        ControllerParameters::Pid(own) => own.integral != 0.0,
+        ControllerParameters::Tid(own) => own.integral != 0.0,
+        ControllerParameters::Function(own) => {
+            own.denominator().lowest() > own.numerator().lowest()
+        }
+        _ => false,
+    }
+}
+
+/// An order next to a whole one, but not it, in plant or controller.
+fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
+    let of = |function: &FractionalTransferFunction| -> Vec<f64> {
+        let terms = function.numerator().terms().iter();
+        let terms = terms.chain(function.denominator().terms());
+        terms.map(|term| term.order).collect()
+    };
+    let mut orders = plant.function().map(of).unwrap_or_default();
+    match &setup.law {
+        ControllerParameters::Pid(own) => {
+            orders.extend([own.integral_order, own.derivative_order]);
+        }
+        ControllerParameters::Function(function) => orders.extend(of(function)),
+        _ => {}
+    }
+    orders.into_iter().find(|order| {
+        let off = (order - order.round()).abs();
+        off > 0.0 && off < NEAR_WHOLE
+    })
+}
+
+/// The first of these gains, at which L meets −1, beyond which the loop is stable, and how many lie before it; they go away from 1.
+///
+/// Of the loop as it is, or with the other `sign` of its gain, `poles` grow. At each gain no more than two come inside, so of n that grow
+/// the loop is not stable before n/2 gains are passed. No verdict is asked for in the first half of these, as a long dead time has
+/// thousands of them (half: two near each other may be told as one).
+fn other_gain<'a>(
+    (closed, sign): (&SampledLoop, f64),
+    poles: usize,
+    gains: impl Iterator<Item = &'a Crossing>,
+) -> Option<(usize, OtherGain)> {
+    let within = |gain: &&Crossing| gain.value > 1.0 / WITHIN && gain.value < WITHIN;
+    let mut gains = gains.peekable();
+    let mut passed = 0;
+    let mut sooner = poles.div_ceil(4);
+    while let Some(edge) = gains.next_if(within) {
+        passed += 1;
+        sooner = sooner.saturating_sub(1);
+        if sooner > 0 {
+            continue;
+        }
+        let end = gains.peek().map(|next| next.value);
+        let beside = if edge.value < 1.0 {
+            edge.value * (1.0 - BESIDE)
+        } else {
+            edge.value * (1.0 + BESIDE)
+        };
+        // Not beyond the middle between the two, in case they are near each other.
+        let middle = end.map_or(beside, |end| (edge.value * end).sqrt());
+        let tried = if edge.value < 1.0 {
+            beside.max(middle)
+        } else {
+            beside.min(middle)
+        };
+        let verdict = closed.with_gain(sign * tried).verdict();
+        if verdict.stable {
+            return Some((passed - 1, OtherGain { edge: *edge, end }));
+        }
+        sooner = verdict.unstable_poles.unwrap_or(1).div_ceil(4);
+    }
+    None
+}
+
+/// How many times as large the gain is with which the loop is stable, its sign turned round; the nearest to 1 of those found.
+fn with_the_other_sign(closed: &SampledLoop) -> Option<f64> {
+    let turned = closed.with_gain(-1.0);
+    let verdict = turned.verdict();
+    if verdict.stable {
+        return Some(1.0);
+    }
+    let (poles, gains) = (verdict.unstable_poles?, turned.gain_crossings());
+    let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
+    let above = gains.iter().filter(|gain| gain.value > 1.0);
+    let turned = (closed, -1.0);
+    let found = other_gain(turned, poles, below).or_else(|| other_gain(turned, poles, above));
+    let (_, OtherGain { edge, end }) = found?;
+    // Between both ends, or twice as far.
+    Some(match end {
+        Some(end) => (edge.value * end).sqrt(),
+        None if edge.value < 1.0 => 0.5 * edge.value,
+        None => 2.0 * edge.value,
+    })
+}
+
+/// The reason of a pole on the unit circle.
+fn on_the_circle(closed: &SampledLoop) -> Cause {
+    let stays = |gain: f64| closed.with_gain(gain).verdict().unstable_poles.is_none();
+    match [0.9, 1.1].into_iter().all(stays) {
+        true => Cause::Cancelled,
+        false => Cause::Boundary,
+    }
+}
+
+fn cause(
+    setup: &ControllerSetup,
+    plant: &Plant,
+    closed: &SampledLoop,
+    verdict: &StabilityVerdict,
+) -> Result<Cause, ControlError> {
+    if verdict.stable {
+        return Ok(Cause::Stable);
+    }
+    let Some(poles) = verdict.unstable_poles else {
+        return Ok(near_whole(setup, plant).map_or_else(|| on_the_circle(closed), Cause::NearWhole));
+    };
+    let gains = closed.gain_crossings();
+    let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
+    let lower = other_gain((closed, 1.0), poles, below);
+    let above = gains.iter().filter(|gain| gain.value > 1.0);
+    let higher = other_gain((closed, 1.0), poles, above);
+    let ways = [
+        lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
+        higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),
+    ];
+    // What the next gain cures comes before the dead time, what one further away does after it.
+    let mut ways = ways.into_iter().flatten();
+    let next = ways.clone().find(|(passed, _)| *passed == 0);
+    match next.map(|(_, cause)| cause) {
+        // At rest it feeds errors back upon themselves.
+        Some(Cause::GainTooHigh(OtherGain { edge, .. }))
+            if edge.omega_rad_s * setup.sample_time_s < 2.0 * AT_REST
+                && closed.with_gain(-1.0).verdict().stable =>
+        {
+            return Ok(Cause::WrongSign(1.0));
+        }
+        Some(next) => return Ok(next),
+        None => {}
+    }
+    if plant.delay_s() > 0.0
+        && let Some(prompt) = plant.without_dead_time()
+    {
+        let closed = setup.closed_with(&setup.sampled(&prompt)?)?;
+        let first = closed.margins().delay_s;
+        let later = |delay_s| later(setup, &prompt, delay_s);
+        if closed.verdict().stable
+            && let Some(delay) = SampledLoop::delay_margin(first, later).unwrap_or(first)
+        {
+            return Ok(Cause::DeadTime(delay));
+        }
+    }
+    Ok(match ways.next() {
+        Some((_, further)) => further,
+        None => with_the_other_sign(closed).map_or(Cause::Shape, Cause::WrongSign),
+    })
+}
+
+/// Poles of a transfer function alone.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PoleAnalysis {
+    /// q, of which all orders are multiples; `None` if there is none that is large enough.
+    pub commensurate_order: Option<f64>,
+    /// Poles s on the principal branch; empty without q.
+    pub poles: Vec<Complex<f64>>,
+    /// Poles with Re s > 0; `None` with one on the axis.
+    pub unstable_poles: Option<usize>,
+}
+
+/// Poles of a function or of matrices, and how many of them do not decay; `None` of a measured response.
+#[must_use]
+pub fn poles(plant: &Plant) -> Option<PoleAnalysis> {
+    if let Some(function) = plant.function() {
+        let commensurate = function.commensurate().ok();
+        return Some(PoleAnalysis {
+            commensurate_order: commensurate.as_ref().map(|own| own.order()),
+            poles: commensurate.map(|own| own.poles()).unwrap_or_default(),
+            unstable_poles: function.unstable_poles(),
+        });
+    }
+    let poles = plant.poles()?;
+    let growing = plant.unstable_poles();
+    let decays = plant.stable_by_itself().is_ok();
+    Some(PoleAnalysis {
+        commensurate_order: Some(1.0),
+        poles,
+        unstable_poles: (growing > 0 || decays).then_some(growing),
+    })
+}

@@ -1,0 +1,306 @@
+//! From wishes to a controller, with the best PID of order 1 beside it.
+
+use crate::analysis::{coarse, margins};
+use crate::run;
+use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
+use crate::{
+    ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SampledLoop, SetPoint,
+    Shape, StabilityVerdict,
+};
+use fracdiff::{Scheme, Seconds};
+use std::vec;
+use std::vec::Vec;
+
+/// The gains of the plant, over the nominal one, for which a design should hold.
+pub const ROBUST_GAINS: [f64; 2] = [0.5, 2.0];
+/// A wish that is missed by less than this share is met.
+const MET: f64 = 0.01;
+
+/// The question.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlDesign {
+    /// The plant.
+    pub plant: Plant,
+    /// The wishes.
+    pub wishes: Specification,
+    /// T.
+    pub sample_time: Seconds,
+    /// Rule and tolerance of the powers.
+    pub scheme: Scheme,
+    /// Lowest command.
+    pub output_low: Option<f64>,
+    /// Highest command.
+    pub output_high: Option<f64>,
+    /// Height of the step with limits.
+    pub step: f64,
+    /// Samples of the steps.
+    pub samples: usize,
+}
+
+/// The answer.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ControlAnswer {
+    /// The PI^λD^μ.
+    pub fractional: Candidate,
+    /// The PID of order 1 that comes closest, or why there is none.
+    pub integer: Result<Candidate, ControlError>,
+}
+
+/// A controller that was tuned and tried.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Candidate {
+    /// As it is run.
+    pub setup: ControllerSetup,
+    /// As it was tuned.
+    pub tuned: Tuned,
+    /// What it does, of a plant that runs.
+    pub trial: Option<Trial>,
+    /// Each wish, and what is reached.
+    pub wishes: Vec<Wish>,
+}
+
+/// A controller in its loop.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Trial {
+    /// The certified verdict.
+    pub verdict: StabilityVerdict,
+    /// Margins and peaks.
+    pub margins: Margins,
+    /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse), up to double the gain: where it is, the
+    /// verdicts are of the rule that stands for the plant, not of the plant.
+    pub coarse: Option<f64>,
+    /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable. Where `coarse` is not
+    /// `None` they are of the rule.
+    pub stable_gains: Option<[f64; 2]>,
+    /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
+    pub robustness: Vec<GainStep>,
+    /// The step with the limits of the setup.
+    pub step: Response,
+    /// Its shape.
+    pub shape: Shape,
+    /// Share of its samples with the command at a limit.
+    pub limited_share: f64,
+}
+
+/// A step at another gain of the plant.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct GainStep {
+    /// Gain over the nominal one.
+    pub gain: f64,
+    /// Shape of the step.
+    pub shape: Shape,
+    /// The step.
+    pub response: Response,
+    /// True if the loop is proved stable.
+    pub stable: bool,
+}
+
+impl Trial {
+    /// Largest less least overshoot over the gains.
+    #[must_use]
+    pub fn overshoot_spread(&self) -> f64 {
+        let (low, high) = self
+            .robustness
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+                (low.min(row.shape.overshoot), high.max(row.shape.overshoot))
+            });
+        high - low
+    }
+
+    /// True if the loop is proved stable for every gain of the plant in [`ROBUST_GAINS`].
+    #[must_use]
+    pub fn is_robust(&self) -> bool {
+        let [least, most] = ROBUST_GAINS;
+        (self.stable_gains).is_some_and(|[low, high]| low <= least && high >= most)
+    }
+}
+
+/// The wish of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum WishName {
+    /// `ω_c`, rad/s.
+    Crossover,
+    /// Phase margin, rad.
+    PhaseMargin,
+    /// dφ/d ln ω at `ω_c`, rad: 0 is flat.
+    IsoDamping,
+    /// Largest |S|.
+    SensitivityPeak,
+    /// Largest |T|.
+    ComplementaryPeak,
+    /// |T| from a frequency on.
+    Noise,
+    /// |S| up to a frequency.
+    Disturbance,
+}
+
+/// A wish and what is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Wish {
+    /// The wish.
+    pub name: WishName,
+    /// What is asked for.
+    pub wanted: f64,
+    /// What is there.
+    pub reached: f64,
+}
+
+impl Wish {
+    /// True if it is met within 1 %.
+    #[must_use]
+    pub fn is_met(&self) -> bool {
+        match self.name {
+            WishName::Crossover | WishName::PhaseMargin => {
+                (self.reached / self.wanted - 1.0).abs() <= MET
+            }
+            WishName::IsoDamping => self.reached.abs() <= MET,
+            _ => self.reached <= self.wanted * (1.0 + MET),
+        }
+    }
+}
+
+impl ControlDesign {
+    /// Tunes both controllers, runs them and judges them.
+    ///
+    /// # Errors
+    /// Wishes that contradict each other, named; no fractional controller with this crossover and margin.
+    pub fn answer(&self) -> Result<ControlAnswer, ControlError> {
+        let sampling = Some(Sampling {
+            sample_time: self.sample_time,
+            rule: self.untuned().memory()?.rule(),
+        });
+        let fractional = tune(&self.plant, sampling, &self.wishes)?;
+        let integer = tune_integer(&self.plant, sampling, &self.wishes);
+        if self.plant.order_at_rest() > 0.0 && fractional.parameters.integral != 0.0 {
+            return Err(ControlError::NotFound {
+                what: "a controller without an integral",
+                why: "the plant has a factor s, at which an integral drives the command up for ever; choose a controller of another kind yourself, \
+                      and judge its loop",
+            });
+        }
+        Ok(ControlAnswer {
+            fractional: self.candidate(fractional)?,
+            integer: integer.and_then(|tuned| self.candidate(tuned)),
+        })
+    }
+
+    /// The setup without its controller. Everything acts on the error, as the wishes ask.
+    fn untuned(&self) -> ControllerSetup {
+        ControllerSetup {
+            set_point: SetPoint::ERROR,
+            output_low: self.output_low,
+            output_high: self.output_high,
+            scheme: self.scheme,
+            ..ControllerSetup::new(PidParameters::NONE, self.sample_time)
+        }
+    }
+
+    fn candidate(&self, tuned: Tuned) -> Result<Candidate, ControlError> {
+        let setup = ControllerSetup {
+            law: tuned.parameters.into(),
+            ..self.untuned()
+        };
+        // A measured response can be tuned for, not run.
+        let runs = self.plant.band().1 == f64::INFINITY;
+        let trial = match runs {
+            true => Some(self.trial(&setup, &tuned)?),
+            false => None,
+        };
+        let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.margins));
+        Ok(Candidate {
+            setup,
+            tuned,
+            trial,
+            wishes,
+        })
+    }
+
+    fn trial(&self, setup: &ControllerSetup, tuned: &Tuned) -> Result<Trial, ControlError> {
+        let plant = setup.sampled(&self.plant)?;
+        let closed: SampledLoop = setup.closed_with(&plant)?;
+        let runs = steps(
+            &tuned.parameters,
+            &self.plant,
+            setup.memory()?,
+            self.sample_time,
+            self.samples,
+        )?;
+        let robustness = GAINS
+            .into_iter()
+            .zip(runs)
+            .map(|(gain, response)| GainStep {
+                gain,
+                shape: response.shape(),
+                response,
+                stable: closed.with_gain(gain).verdict().stable,
+            });
+        let step = vec![self.step; self.samples];
+        let run = run::run(setup, &self.plant, &step, Some(self.step))?;
+        let own = closed.margins();
+        let by_rule = closed.gain_interval(&own);
+        // The loop is fastest at the highest gain that is spoken of.
+        let most = by_rule.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
+        let coarse = coarse(&plant, &closed.with_gain(most));
+        // What is proved of the rule beyond the gains at which it stands for the plant is not proved of the plant.
+        let rule = closed.rule_error().filter(|_| coarse.is_none());
+        let stable_gains = match rule {
+            Some(rule) => by_rule.map(|gains| rule.within(gains)),
+            None => by_rule,
+        };
+        Ok(Trial {
+            verdict: run.verdict,
+            coarse,
+            stable_gains,
+            margins: margins(setup, &self.plant, &closed, own),
+            robustness: robustness.collect(),
+            shape: run.response.shape_of_step(self.step),
+            limited_share: run.limited_share,
+            step: run.response,
+        })
+    }
+
+    /// Each wish and what is reached: in the loop that runs, where it runs.
+    fn wishes(&self, tuned: &Tuned, margins: Option<&Margins>) -> Vec<Wish> {
+        let (asked, measures) = (&self.wishes, &tuned.measures);
+        let wish = |name, wanted, reached| Wish {
+            name,
+            wanted,
+            reached,
+        };
+        let phase = margins.and_then(|margins| margins.phase);
+        let (crossover, margin) = phase
+            .map_or((asked.crossover_rad_s, tuned.phase_margin_rad), |phase| {
+                (phase.omega_rad_s, phase.value)
+            });
+        let mut rows = vec![
+            wish(WishName::Crossover, asked.crossover_rad_s, crossover),
+            wish(WishName::PhaseMargin, asked.phase_margin_rad, margin),
+        ];
+        if asked.iso_damping {
+            rows.push(wish(WishName::IsoDamping, 0.0, tuned.phase_slope_rad));
+        }
+        let sensitivity = margins.map_or(measures.sensitivity_peak, |m| m.sensitivity.value);
+        let complementary = margins.map_or(measures.complementary_peak, |m| m.complementary.value);
+        let noise = asked.noise.zip(measures.noise);
+        let disturbance = asked.disturbance.zip(measures.disturbance);
+        let bounds = [
+            asked
+                .sensitivity_peak
+                .map(|most| wish(WishName::SensitivityPeak, most, sensitivity)),
+            asked
+                .complementary_peak
+                .map(|most| wish(WishName::ComplementaryPeak, most, complementary)),
+            noise.map(|(bound, reached)| wish(WishName::Noise, bound.at_most, reached)),
+            disturbance.map(|(bound, reached)| wish(WishName::Disturbance, bound.at_most, reached)),
+        ];
+        rows.extend(bounds.into_iter().flatten());
+        rows
+    }
+}

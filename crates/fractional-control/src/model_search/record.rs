@@ -1,0 +1,130 @@
+//! A record that a transfer function is to explain, and what a model of it is measured by.
+
+use crate::{ControlError, FractionalTransferFunction, Record};
+use fracdiff::Seconds;
+use fracdiff::parameter::{RangeError, not_negative};
+use std::vec::Vec;
+
+/// A residual over the largest output below which a model is as good as exact.
+const EXACT: f64 = 1e-5;
+/// Roundings of a sample, with those of the record.
+const ROUNDINGS: f64 = 16.0;
+
+/// A record of input and output that begins at rest, in equal steps of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InputOutput {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// u.
+    pub input: Vec<f64>,
+    /// y.
+    pub output: Vec<f64>,
+    /// The input acts so much later, s: less than a sample, as [`shifted`] leaves it.
+    pub late_s: f64,
+}
+
+/// A function to begin from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Guess {
+    /// Coefficients and orders are fitted.
+    Orders(FractionalTransferFunction),
+    /// The orders stay.
+    Coefficients(FractionalTransferFunction),
+}
+
+impl InputOutput {
+    /// T, s.
+    #[must_use]
+    pub fn sample_time_s(&self) -> f64 {
+        let ends = self.time_s.first().zip(self.time_s.last());
+        let length = ends.map_or(0.0, |(first, last)| last - first);
+        length / (self.time_s.len().max(2) - 1) as f64
+    }
+
+    pub(super) fn as_record(&self, held: bool) -> Record<'_> {
+        Record {
+            sample_time: Seconds(self.sample_time_s()),
+            input: &self.input,
+            output: &self.output,
+            held,
+            late: Seconds(self.late_s),
+        }
+    }
+
+    /// Counts input and output from their first values.
+    pub fn subtract_start(&mut self) {
+        for signal in [&mut self.input, &mut self.output] {
+            let first = signal.first().copied().unwrap_or(0.0);
+            signal.iter_mut().for_each(|value| *value -= first);
+        }
+    }
+}
+
+/// The record with its input so much later: what is left to fit without the dead time. Whole samples are moved; the rest is
+/// [`late_s`](InputOutput::late_s), for the fit to know where in a sample a held input switches.
+///
+/// # Errors
+/// A negative dead time, or one that is longer than the record.
+pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, ControlError> {
+    let t = record.sample_time_s();
+    let samples = not_negative("dead time", delay_s, "s")? / t;
+    if samples >= record.input.len() as f64 {
+        let error = RangeError::new("dead time", delay_s, "shorter than the record", "s");
+        return Err(error.into());
+    }
+    let nearest = libm::round(samples);
+    let is_whole = (samples - nearest).abs() < 1e-9;
+    let (whole, part) = match is_whole {
+        true => (nearest, 0.0),
+        false => (libm::floor(samples), samples - libm::floor(samples)),
+    };
+    let whole = whole as usize;
+    let early = record.input.iter().take(record.input.len() - whole);
+    let input = core::iter::repeat_n(&0.0, whole).chain(early);
+    Ok(InputOutput {
+        input: input.copied().collect(),
+        late_s: part * t,
+        ..record.clone()
+    })
+}
+
+/// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.
+pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f64, f64)) -> f64 {
+    let samples = record.output.len() as f64;
+    2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
+}
+
+/// A model by a rule runs no better than this itself, nor is the record better than its rounding: what is less says nothing for one of them.
+pub(super) fn resolved(record: &InputOutput) -> f64 {
+    rounding(record).max(EXACT * largest(&record.output))
+}
+
+/// A model of whole orders runs exactly, but for some roundings of each sample and the last digit of the record: what is less says nothing for one
+/// of those.
+pub(super) fn rounding(record: &InputOutput) -> f64 {
+    let largest = largest(&record.output);
+    let own = ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest;
+    own.max(last_digit(&record.output).min(LEAST_DIGITS * largest))
+}
+
+/// Digits of a record at most: those of more have all of them.
+const MOST_DIGITS: i32 = 12;
+/// What the last digit of a record is at most, over its largest value.
+const LEAST_DIGITS: f64 = 1e-3;
+
+/// What rounding to the last decimal took from a sample at most, as from all where the plant rests; 0 where a signal has all its digits.
+fn last_digit(signal: &[f64]) -> f64 {
+    let highest = libm::floor(libm::log10(largest(signal))) as i32;
+    let units = (0..MOST_DIGITS).map(|digits| libm::pow(10.0, f64::from(highest - digits)));
+    let is_multiple = |value: f64, unit: f64| {
+        let times = value / unit;
+        (times - libm::round(times)).abs() <= 4.0 * f64::EPSILON * times.abs()
+    };
+    let mut units = units.filter(|unit| signal.iter().all(|value| is_multiple(*value, *unit)));
+    units.next().map_or(0.0, |unit| 0.5 * unit)
+}
+
+fn largest(signal: &[f64]) -> f64 {
+    signal.iter().fold(0.0, |most: f64, y| most.max(y.abs()))
+}

@@ -1,0 +1,172 @@
+//! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
+
+use super::record::{Guess, InputOutput, bic, resolved, rounding};
+use crate::{FractionalTransferFunction, Identified, WholeShape, whole_guess};
+use std::vec;
+use std::vec::Vec;
+
+/// Samples of the part at least; a record of less than twice as many is fitted at once.
+const PART: usize = 500;
+/// Samples of the part for guesses of whole orders, at least.
+const PART_OF_GUESSES: usize = 1000;
+/// The best of those guesses may leave so many times as much of the whole record.
+const MORE_OF_GUESSES: f64 = 1.1;
+/// The whole record may leave so many times what the part leaves.
+const MORE: f64 = 2.0;
+
+/// A function to begin from, and the guesses behind it, if it is a fit of the part.
+#[derive(Clone, Debug)]
+pub(super) struct Start {
+    pub(super) function: FractionalTransferFunction,
+    /// Its free numbers.
+    pub(super) numbers: usize,
+    of_part: Option<OfPart>,
+}
+
+#[derive(Clone, Debug)]
+struct OfPart {
+    guesses: Vec<FractionalTransferFunction>,
+    rms_residual: f64,
+}
+
+impl Start {
+    fn new(function: FractionalTransferFunction) -> Self {
+        let (above, below) = (function.numerator().terms(), function.denominator().terms());
+        let orders = above.iter().chain(below).filter(|term| term.order > 0.0);
+        Self {
+            numbers: above.len() + below.len() - 1 + orders.count(),
+            function,
+            of_part: None,
+        }
+    }
+
+    /// The first guesses again, if this was none of them.
+    pub(super) fn first(&self) -> Vec<Self> {
+        let guesses = self.of_part.iter().flat_map(|part| &part.guesses);
+        guesses.map(|guess| Self::new(*guess)).collect()
+    }
+
+    /// The first guesses again, if the whole record leaves more than the part did: the part has lost what is fast. What is below `resolved` is
+    /// nothing.
+    pub(super) fn doubted(&self, identified: &Identified, resolved: f64) -> Vec<Self> {
+        let expected = self
+            .of_part
+            .as_ref()
+            .map_or(f64::INFINITY, |part| MORE * part.rms_residual.max(resolved));
+        if identified.rms_residual > expected {
+            return self.first();
+        }
+        Vec::new()
+    }
+}
+
+/// Where to begin with functions whose orders are free and that have less than `most` numbers, those with few numbers first. They run for
+/// long, so of a long record they are fitted to a part, and of as many numbers only the best goes on.
+pub(super) fn starts(
+    record: &InputOutput,
+    guesses: &[Guess],
+    (held, most): (bool, usize),
+) -> Vec<Start> {
+    let orders = guesses.iter().filter_map(|guess| match guess {
+        Guess::Orders(function) => Some(Start::new(*function)),
+        Guess::Coefficients(_) => None,
+    });
+    let mut starts: Vec<Start> = orders.filter(|start| start.numbers < most).collect();
+    starts.sort_by_key(|start| start.numbers);
+    let Some(part) = part(record, held, PART) else {
+        return starts;
+    };
+    let groups = starts.chunk_by(|a, b| a.numbers == b.numbers);
+    groups
+        .flat_map(|group| of_part(&part, group, held))
+        .collect()
+}
+
+/// What fits the part best; the guesses as they are, if nothing does.
+fn of_part(part: &InputOutput, group: &[Start], held: bool) -> Vec<Start> {
+    let fitted = group
+        .iter()
+        .filter_map(|start| crate::identify(&start.function, &part.as_record(held)).ok());
+    let least = |a: &Identified, b: &Identified| a.rms_residual.total_cmp(&b.rms_residual);
+    let Some(best) = fitted.min_by(least) else {
+        return group.to_vec();
+    };
+    let of_part = OfPart {
+        guesses: group.iter().map(|start| start.function).collect(),
+        rms_residual: best.rms_residual,
+    };
+    vec![Start {
+        of_part: Some(of_part),
+        ..Start::new(best.function)
+    }]
+}
+
+/// A first guess of whole orders.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OfShape {
+    pub(super) shape: WholeShape,
+    pub(super) function: FractionalTransferFunction,
+    /// Of the record that it was made from.
+    pub(super) bic: f64,
+    rms_residual: f64,
+}
+
+/// A guess for each shape up to four poles, two of them integrators; of a long record from a part of it, unless the whole record shows that the
+/// part has lost what is fast.
+pub(super) fn whole_orders(record: &InputOutput, held: bool) -> Vec<OfShape> {
+    if let Some(part) = part(record, held, PART_OF_GUESSES) {
+        let found = every_shape(&part, held);
+        let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
+        let best = found.iter().min_by(least);
+        let again = best.and_then(|best| whole_guess(&record.as_record(held), best.shape));
+        let holds = best.zip(again).is_some_and(|(part, whole)| {
+            whole.rms_residual <= MORE_OF_GUESSES * part.rms_residual.max(resolved(record))
+        });
+        if holds {
+            return found;
+        }
+    }
+    every_shape(record, held)
+}
+
+fn every_shape(record: &InputOutput, held: bool) -> Vec<OfShape> {
+    let sizes = (1..=4).flat_map(|poles| (0..poles).map(move |zeros| (poles, zeros)));
+    let shapes = sizes.flat_map(|(poles, zeros)| {
+        (0..=poles.min(2)).map(move |integrators| WholeShape {
+            poles,
+            zeros,
+            integrators,
+        })
+    });
+    let floor = rounding(record);
+    let guess = |shape: WholeShape| {
+        let guess = whole_guess(&record.as_record(held), shape)?;
+        let numbers = (shape.poles + shape.zeros + 1 - shape.integrators) as f64;
+        Some(OfShape {
+            shape,
+            function: guess.function,
+            bic: bic(record, guess.rms_residual, (numbers, floor)),
+            rms_residual: guess.rms_residual,
+        })
+    };
+    shapes.filter_map(guess).collect()
+}
+
+/// Every k-th sample, k as large as leaves so many; of a held input the mean of k, which is what acts.
+fn part(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
+    let k = record.output.len().min(record.input.len()) / samples;
+    if k < 2 {
+        return None;
+    }
+    let mean = |block: &[f64]| match held {
+        true => block.iter().sum::<f64>() / k as f64,
+        false => block[0],
+    };
+    let every = |signal: &[f64]| signal.chunks_exact(k).map(|block| block[0]).collect();
+    Some(InputOutput {
+        time_s: every(&record.time_s),
+        input: record.input.chunks_exact(k).map(mean).collect(),
+        output: every(&record.output),
+        late_s: record.late_s,
+    })
+}

@@ -1,0 +1,129 @@
+//! Responses of a loop, and of a plant alone, to a step or a record.
+
+use crate::analysis::coarse;
+use crate::tuning::{Sampling, Specification, tune_integer};
+use crate::{
+    ControlError, ControllerParameters, ControllerSetup, Plant, Response, SampledPlant, SetPoint,
+    Shape, StabilityVerdict,
+};
+use fracdiff::Seconds;
+
+/// Samples of a run at most: some seconds of work.
+pub const SAMPLES_MOST: f64 = 2e6;
+/// A run lasts so many times 1/ω of its crossover, unless it is told.
+const LENGTH: f64 = 60.0;
+/// Samples of a run that is not told, within these.
+const SAMPLES: [f64; 2] = [200.0, 2e5];
+
+/// A loop that was run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LoopRun {
+    /// Reference, output and command.
+    pub response: Response,
+    /// Shape of a step; `None` for a record.
+    pub shape: Option<Shape>,
+    /// The certified verdict.
+    pub verdict: StabilityVerdict,
+    /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
+    pub coarse: Option<f64>,
+    /// Share of the samples with the command at a limit.
+    pub limited_share: f64,
+}
+
+/// Runs a loop from rest with this reference. `step` is the height of it, if it is a step.
+///
+/// # Errors
+/// A plant that does not run, parameters outside their range.
+pub fn run(
+    setup: &ControllerSetup,
+    plant: &Plant,
+    reference: &[f64],
+    step: Option<f64>,
+) -> Result<LoopRun, ControlError> {
+    let plant = setup.sampled(plant)?;
+    let response = setup.simulate(&plant, reference)?;
+    let at = |limit: Option<f64>, u: f64| limit.is_some_and(|limit| (u - limit).abs() == 0.0);
+    let limited = response
+        .command
+        .iter()
+        .filter(|u| at(setup.output_low, **u) || at(setup.output_high, **u))
+        .count();
+    let closed = setup.closed_with(&plant)?;
+    Ok(LoopRun {
+        shape: step.map(|height| response.shape_of_step(height)),
+        verdict: closed.verdict(),
+        coarse: coarse(&plant, &closed),
+        limited_share: limited as f64 / response.command.len().max(1) as f64,
+        response,
+    })
+}
+
+/// The output of a plant alone for an input, from rest.
+///
+/// # Errors
+/// An unstable plant, one that does not run.
+pub fn run_plant(
+    plant: &Plant,
+    sample_time: Seconds,
+    input: &[f64],
+) -> Result<Response, ControlError> {
+    plant.stable_by_itself()?;
+    let plant = SampledPlant::with_usual_memory(plant, sample_time)?;
+    let mut state = plant.at_rest();
+    Ok(Response {
+        measured: input.iter().map(|u| plant.step(&mut state, *u)).collect(),
+        command: input.to_vec(),
+        reference: input.to_vec(),
+    })
+}
+
+/// Samples in which a loop with this crossover settles.
+#[must_use]
+pub fn samples_for(crossover_rad_s: Option<f64>, sample_time_s: f64) -> f64 {
+    let wanted = crossover_rad_s.map_or(SAMPLES[0], |omega| LENGTH / omega / sample_time_s);
+    libm::round(wanted).clamp(SAMPLES[0], SAMPLES[1])
+}
+
+/// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in the setup: what a fractional controller
+/// is compared with. `None` for a controller that is one.
+///
+/// # Errors
+/// No such PID; a plant that does not run.
+pub fn integer_baseline(
+    setup: &ControllerSetup,
+    plant: &Plant,
+) -> Result<Option<ControllerSetup>, ControlError> {
+    if let ControllerParameters::Pid(own) = setup.law {
+        let whole = |gain: f64, order: f64| gain == 0.0 || (order - 1.0).abs() == 0.0;
+        if whole(own.integral, own.integral_order) && whole(own.derivative, own.derivative_order) {
+            return Ok(None);
+        }
+    }
+    let margins = setup.closed_with(&setup.sampled(plant)?)?.margins();
+    let none = ControlError::NotFound {
+        what: "a crossover with a phase margin, to compare with a PID of order 1,",
+        why: "the loop has none",
+    };
+    let phase = margins.phase.filter(|phase| phase.value > 0.0);
+    let phase = phase.ok_or(none)?;
+    let wishes = Specification {
+        iso_damping: false,
+        ..Specification::new(phase.omega_rad_s, phase.value)
+    };
+    let sampling = Sampling {
+        sample_time: setup.sample_time(),
+        rule: setup.memory()?.rule(),
+    };
+    let tuned = tune_integer(plant, Some(sampling), &wishes)?;
+    let is_pid = setup.pid().is_some();
+    Ok(Some(ControllerSetup {
+        law: tuned.parameters.into(),
+        set_point: if is_pid {
+            setup.set_point
+        } else {
+            SetPoint::ERROR
+        },
+        ..setup.clone()
+    }))
+}

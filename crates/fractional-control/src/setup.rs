@@ -1,0 +1,270 @@
+//! A controller with all that its loop needs to know of it.
+
+use crate::records::MODES;
+use crate::{
+    Actuator, ControlError, Controller, ControllerParameters, Crone, FractionalPid,
+    FractionalTransferFunction, FunctionController, LeadLag, Memory, PidParameters, Plant,
+    Response, Rule, SampledLoop, SampledPlant, SetPoint, Term, Tid, simulate,
+};
+use core::fmt::Debug;
+use fracdiff::full_memory::Kernel;
+use fracdiff::parameter::RangeError;
+use fracdiff::{Scheme, Seconds};
+use std::vec::Vec;
+
+/// Samples that a controller remembers where no time is given: 200 s at 1 kHz.
+const MEMORY_SAMPLES: f64 = 2e5;
+/// Rule and tolerance where none is given.
+const SCHEME: Scheme = Scheme::FullBdf2 {
+    tolerance: fracdiff::scheme::DEFAULT_TOLERANCE,
+};
+
+/// A controller, its limits and its memory: all that a loop needs beside the plant.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{ControllerSetup, PidParameters, Plant, SampledPlant};
+///
+/// let gains = PidParameters { proportional: 2.0, integral: 1.0, ..PidParameters::NONE };
+/// let setup = ControllerSetup { output_high: Some(1.5), ..ControllerSetup::new(gains, Seconds(0.01)) };
+/// let plant: Plant = "1/(s+1)".parse()?;
+/// let plant = SampledPlant::with_usual_memory(&plant, setup.sample_time())?;
+/// assert!(setup.closed_with(&plant)?.verdict().stable);
+/// let response = setup.simulate(&plant, &[1.0; 1000])?;
+/// assert!(response.command.iter().all(|u| *u <= 1.5));
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControllerSetup {
+    /// The controller.
+    pub law: ControllerParameters,
+    /// Set-point weights of a PID; c of a TID. Others act on the error.
+    pub set_point: SetPoint,
+    /// Lowest command, in the unit of the plant's input.
+    pub output_low: Option<f64>,
+    /// Highest command.
+    pub output_high: Option<f64>,
+    /// Time constant in which the bump of a change fades, s.
+    pub fade_time_s: f64,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Rule and tolerance of the powers: `full` or `full-bdf2`.
+    pub scheme: Scheme,
+    /// Past that is remembered within the tolerance, s; `None` for 200 000 samples.
+    pub memory_s: Option<f64>,
+}
+
+impl ControllerSetup {
+    /// With everything else at its default: full-bdf2, no limits, the derivative of the measurement.
+    #[must_use]
+    pub fn new(law: impl Into<ControllerParameters>, sample_time: Seconds) -> Self {
+        Self {
+            law: law.into(),
+            set_point: SetPoint::DEFAULT,
+            output_low: None,
+            output_high: None,
+            fade_time_s: 1.0,
+            sample_time_s: sample_time.0,
+            scheme: SCHEME,
+            memory_s: None,
+        }
+    }
+
+    /// The parameters of a PI^λD^μ, if it is one.
+    #[must_use]
+    pub fn pid(&self) -> Option<PidParameters> {
+        match self.law {
+            ControllerParameters::Pid(pid) => Some(pid),
+            _ => None,
+        }
+    }
+
+    /// The transfer function, if it is given as one.
+    #[must_use]
+    pub fn function(&self) -> Option<FractionalTransferFunction> {
+        match self.law {
+            ControllerParameters::Function(function) => Some(function),
+            _ => None,
+        }
+    }
+
+    /// T.
+    #[must_use]
+    pub const fn sample_time(&self) -> Seconds {
+        Seconds(self.sample_time_s)
+    }
+
+    /// Limits of the command.
+    ///
+    /// # Errors
+    /// A lower limit that is not below the upper one, a fade time that is not above 0.
+    pub fn actuator(&self) -> Result<Actuator, ControlError> {
+        let low = self.output_low.unwrap_or(f64::NEG_INFINITY);
+        let high = self.output_high.unwrap_or(f64::INFINITY);
+        Actuator::new(low, high)?.fading(self.fade_time_s)
+    }
+
+    /// True if the command has a limit.
+    #[must_use]
+    pub(crate) const fn is_limited(&self) -> bool {
+        self.output_low.is_some() || self.output_high.is_some()
+    }
+
+    /// Rule, tolerance and horizon.
+    ///
+    /// # Errors
+    /// A scheme that no controller has.
+    pub fn memory(&self) -> Result<Memory, ControlError> {
+        let (rule, tolerance) = rule_of_scheme(self.scheme).ok_or(SCHEME_REFUSED)?;
+        Memory::new(rule, tolerance, self.horizon_s())
+    }
+
+    /// How far back the powers are remembered with that tolerance, s.
+    #[must_use]
+    pub fn horizon_s(&self) -> f64 {
+        let default = MEMORY_SAMPLES * self.sample_time_s;
+        self.memory_s.unwrap_or(default)
+    }
+
+    /// Makes the controller once.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn check(&self) -> Result<(), ControlError> {
+        self.with_controller(&mut Nothing)
+    }
+
+    /// Runs the loop with a plant from rest; the reference is given for each sample. Set-point weights are those of the setup.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn simulate(
+        &self,
+        plant: &SampledPlant,
+        reference: &[f64],
+    ) -> Result<Response, ControlError> {
+        let mut run = Run {
+            plant,
+            reference,
+            response: Response::default(),
+        };
+        self.with_controller(&mut run)?;
+        Ok(run.response)
+    }
+
+    /// The plant as the loop of this controller samples it.
+    ///
+    /// # Errors
+    /// As [`SampledPlant::with_usual_memory`].
+    pub fn sampled(&self, plant: &Plant) -> Result<SampledPlant, ControlError> {
+        SampledPlant::with_usual_memory(plant, self.sample_time())
+    }
+
+    /// The loop with a plant, for its verdict and margins.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn closed_with(&self, plant: &SampledPlant) -> Result<SampledLoop, ControlError> {
+        SampledLoop::new(self.law, self.memory()?, plant)
+    }
+
+    /// Makes the controller and hands it on.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn with_controller(&self, user: &mut impl UseController) -> Result<(), ControlError> {
+        let (actuator, memory, t) = (self.actuator()?, self.memory()?, self.sample_time());
+        match &self.law {
+            ControllerParameters::Pid(own) => user.have(&FractionalPid::<f64, MODES>::new(
+                *own,
+                self.set_point,
+                actuator,
+                memory,
+                t,
+            )?),
+            ControllerParameters::Tid(own) => {
+                let weight = self.set_point.derivative;
+                user.have(&Tid::<f64, MODES>::new(*own, weight, actuator, memory, t)?);
+            }
+            ControllerParameters::Crone(own) => {
+                user.have(&Crone::<f64, MODES>::new(*own, actuator, memory, t)?);
+            }
+            ControllerParameters::LeadLag(own) => {
+                user.have(&LeadLag::<f64, MODES>::new(*own, actuator, memory, t)?);
+            }
+            ControllerParameters::Function(own) => {
+                if self.is_limited() {
+                    runs_backwards(own)?;
+                }
+                let controller = FunctionController::<f64, MODES>::new(own, actuator, memory, t)?;
+                user.have(&controller);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Rule and tolerance of a scheme that a controller may have.
+#[must_use]
+pub fn rule_of_scheme(scheme: Scheme) -> Option<(Rule, f64)> {
+    match scheme {
+        Scheme::Full {
+            kernel: Kernel::Grunwald,
+            tolerance,
+        } => Some((Rule::Grunwald, tolerance)),
+        Scheme::FullBdf2 { tolerance } => Some((Rule::Bdf2, tolerance)),
+        _ => None,
+    }
+}
+
+const SCHEME_REFUSED: ControlError = ControlError::NotFound {
+    what: "a controller with this scheme",
+    why: "give full[:TOLERANCE] or full-bdf2[:TOLERANCE]",
+};
+
+/// Refuses a function whose inverse is unstable.
+fn runs_backwards(function: &FractionalTransferFunction) -> Result<(), ControlError> {
+    let above = function.numerator();
+    let lowest = above.lowest();
+    let terms: Vec<Term> = above
+        .terms()
+        .iter()
+        .map(|term| Term::new(term.coefficient, term.order - lowest))
+        .collect();
+    let inverse = FractionalTransferFunction::new(&[Term::new(1.0, 0.0)], &terms)?;
+    match inverse.unstable_poles() {
+        Some(0) => Ok(()),
+        zeros => Err(RangeError::new(
+            "number of unstable zeros of a limited controller",
+            zeros.unwrap_or(1) as f64,
+            "0: omit `output_low` and `output_high`, or change the function",
+            "",
+        )
+        .into()),
+    }
+}
+
+/// Something to do with a controller, whatever its type.
+pub trait UseController {
+    /// Gets it, of whatever type.
+    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C);
+}
+
+struct Nothing;
+
+impl UseController for Nothing {
+    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, _: &C) {}
+}
+
+struct Run<'a> {
+    plant: &'a SampledPlant,
+    reference: &'a [f64],
+    response: Response,
+}
+
+impl UseController for Run<'_> {
+    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C) {
+        let at = |n: usize| self.reference.get(n).copied().unwrap_or(0.0);
+        self.response = simulate(controller, self.plant, at, self.reference.len());
+    }
+}

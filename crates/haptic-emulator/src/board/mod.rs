@@ -1,0 +1,293 @@
+//! A device without hardware: its side of the link behind a pseudo-terminal or a Unix socket.
+//!
+//! ```text
+//! serial port of a host ─▶ reader thread ─▶ faulty line ─▶ DeviceSession, TickSide ─▶ faulty line ─▶ writer thread
+//! ```
+//! The same state machine as in the firmware, ticked by the clock, or by a faster or slower one. When this
+//! machine is too busy to tick in time the device's clock waits, as if everything on it had been slower:
+//! an emulated device never reports faults that it would not have.
+
+mod body;
+mod error;
+mod port;
+mod socket;
+mod terminal;
+
+pub use body::Body;
+pub use error::EmulatorError;
+pub use socket::Socket;
+pub use terminal::Terminal;
+
+use crate::{FaultyLine, LineDamage, LineFaults};
+use body::Embodied;
+use haptic_link::FRAME_MAX;
+use haptic_remote::serial::{HeldClock, Line};
+use haptic_remote::{DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide};
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::time::{Duration, Instant};
+
+/// Pieces of bytes that wait between the threads at most.
+const WAITING_MOST: usize = 4096;
+
+/// Settings of an emulated device.
+///
+/// ```no_run
+/// use haptic_emulator::LineFaults;
+/// use haptic_emulator::board::{Emulation, Terminal, emulate};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let terminal = Terminal::open(None)?;
+/// println!("a device is at {}", terminal.path().display());
+/// let emulation = Emulation {
+///     axes: 1,
+///     body: None,
+///     speed: 1.0,
+///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
+///     seed: 1,
+///     duration: None,
+/// };
+/// // Until somebody sets the flag.
+/// let stop = AtomicBool::new(false);
+/// let done = emulate(terminal.line()?, &emulation, &stop)?;
+/// println!("{} ticks", done.ticks);
+/// # Ok::<(), haptic_emulator::board::EmulatorError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emulation {
+    /// Axes of the device, 1 to 3.
+    pub axes: u8,
+    /// The device that it is; `None` for an ideal one, of the mass and damping that a host asks for.
+    pub body: Option<Body>,
+    /// Device seconds in a second.
+    pub speed: f64,
+    /// Faults of the line, both ways.
+    pub faults: LineFaults,
+    /// Of the faults.
+    pub seed: u64,
+    /// For how long; `None` until stopped.
+    pub duration: Option<Duration>,
+}
+
+/// Counts of an emulated device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Emulated {
+    /// Ticks of the device.
+    pub ticks: u64,
+    /// Frames from the host.
+    pub frames_from_host: u64,
+    /// Frames to the host.
+    pub frames_to_host: u64,
+    /// Frames that the line lost, both ways.
+    pub dropped: u64,
+    /// Frames that it damaged.
+    pub corrupted: u64,
+    /// Frames that it repeated.
+    pub duplicated: u64,
+    /// Frames that it held back.
+    pub reordered: u64,
+    /// Times it stood still.
+    pub stalls: u64,
+    /// Frames that nobody fetched.
+    pub unread: u64,
+}
+
+/// Runs the device until it is stopped or its time is over.
+///
+/// # Errors
+/// Axes, faults or a body outside their range; a line that cannot be shared.
+pub fn emulate(
+    line: Box<dyn Line>,
+    emulation: &Emulation,
+    stop: &AtomicBool,
+) -> Result<Emulated, EmulatorError> {
+    const NAME: &str = "emulated";
+    match emulation.axes {
+        1 => emulate_board(line, emulation, SimulatedPlant::new(NAME, || 0), stop),
+        2 => emulate_board(line, emulation, SimulatedAxes::<2>::new(NAME), stop),
+        3 => emulate_board(line, emulation, SimulatedAxes::<3>::new(NAME), stop),
+        axes => Err(EmulatorError::Axes(axes)),
+    }
+}
+
+fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
+    line: Box<dyn Line>,
+    emulation: &Emulation,
+    board: H,
+    stop: &AtomicBool,
+) -> Result<Emulated, EmulatorError> {
+    match emulation.body {
+        None => run(line, emulation, board, stop),
+        Some(body) => run(line, emulation, Embodied::new(board, body)?, stop),
+    }
+}
+
+fn run<H: Hardware<D>, const D: usize>(
+    line: Box<dyn Line>,
+    emulation: &Emulation,
+    board: H,
+    stop: &AtomicBool,
+) -> Result<Emulated, EmulatorError> {
+    let reading = line.share();
+    let reading = reading.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
+    let over = AtomicBool::new(false);
+    let over = &over;
+    std::thread::scope(|scope| {
+        // Made in here, so that its ends of the queues are gone before the threads are waited for.
+        let (arrived, arriving) = sync_channel::<Vec<u8>>(WAITING_MOST);
+        let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
+        let mut emulator = Emulator::new(board, emulation, arriving, leave)?;
+        scope.spawn(move || port::read(reading, &arrived, over));
+        scope.spawn(move || port::write_all(line, &leaving, over));
+        let goes_on = |emulator: &Emulator<H, D>| {
+            !stop.load(Ordering::Relaxed)
+                && (emulation.duration).is_none_or(|most| emulator.clock.elapsed() < most)
+        };
+        while goes_on(&emulator) && emulator.round() {}
+        over.store(true, Ordering::Relaxed);
+        Ok(emulator.done())
+    })
+}
+
+/// The device with its two lines.
+struct Emulator<H: Hardware<D>, const D: usize> {
+    device: RefCell<TickSide<H, D>>,
+    session: DeviceSession,
+    from_host: FaultyLine,
+    to_host: FaultyLine,
+    arriving: Receiver<Vec<u8>>,
+    leave: SyncSender<Vec<u8>>,
+    clock: HeldClock,
+    speed: f64,
+    /// Real time at which the watchdog was fed.
+    heard: Instant,
+    /// Bytes of the host since the end of a frame.
+    frame: Vec<u8>,
+    /// Room for a frame to the host.
+    line: [u8; FRAME_MAX],
+    ticks: u64,
+    unread: u64,
+}
+
+impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
+    fn new(
+        board: H,
+        emulation: &Emulation,
+        arriving: Receiver<Vec<u8>>,
+        leave: SyncSender<Vec<u8>>,
+    ) -> Result<Self, EmulatorError> {
+        let lines = FaultyLine::both_ways(emulation.faults, emulation.seed);
+        let [from_host, to_host] = lines.map_err(EmulatorError::Faults)?;
+        let device = TickSide::new(board).map_err(EmulatorError::Device)?;
+        Ok(Self {
+            device: RefCell::new(device),
+            session: DeviceSession::within_this_process(),
+            from_host,
+            to_host,
+            arriving,
+            leave,
+            clock: HeldClock::new(emulation.speed),
+            speed: emulation.speed,
+            heard: Instant::now(),
+            frame: Vec::new(),
+            line: [0; FRAME_MAX],
+            ticks: 0,
+            unread: 0,
+        })
+    }
+
+    /// Waits for bytes or the next tick, and works on what came. False when the port is gone.
+    fn round(&mut self) -> bool {
+        let period_us = u64::from(self.device.borrow().configuration().0.tick_period_us);
+        let next_us = self.clock.ticked_us + period_us;
+        let bytes = match self.arriving.recv_timeout(self.clock.until(next_us)) {
+            Ok(bytes) => bytes,
+            Err(RecvTimeoutError::Timeout) => Vec::new(),
+            Err(RecvTimeoutError::Disconnected) => return false,
+        };
+        let now_us = self.clock.now_us();
+        self.take(bytes, now_us);
+        self.hear(now_us);
+        if now_us >= next_us {
+            self.tick(next_us, now_us);
+        }
+        self.speak(now_us);
+        true
+    }
+
+    /// Puts whole frames on the line from the host.
+    fn take(&mut self, bytes: Vec<u8>, now_us: u64) {
+        for byte in bytes.into_iter().chain(self.arriving.try_iter().flatten()) {
+            self.frame.push(byte);
+            if byte == 0 || self.frame.len() > 4 * FRAME_MAX {
+                self.from_host.send(&self.frame, now_us);
+                self.frame.clear();
+            }
+        }
+    }
+
+    /// Hands what has come through to the device, and its answers to the line back.
+    fn hear(&mut self, now_us: u64) {
+        while let Some(frame) = self.from_host.receive(now_us) {
+            let fed = self.session.fed();
+            for byte in frame {
+                // The device's time is that of its ticks, or its watchdog would see the future.
+                let time_us = self.clock.ticked_us;
+                let length = (self.session).receive(byte, time_us, &self.device, &mut self.line);
+                if length > 0 {
+                    self.to_host.send(&self.line[..length], now_us);
+                }
+            }
+            if self.session.fed() != fed {
+                self.heard = Instant::now();
+            }
+        }
+    }
+
+    fn tick(&mut self, next_us: u64, now_us: u64) {
+        self.clock.ticked_us = next_us;
+        let mut device = self.device.borrow_mut();
+        // A host lives in real time, so that is what its silence is measured in.
+        let watchdog_ms = device.configuration().0.limits.watchdog_ms;
+        let silent = self.heard.elapsed() > Duration::from_millis(u64::from(watchdog_ms));
+        if self.speed > 1.0 && !silent {
+            device.heard(next_us, true);
+        }
+        device.tick(next_us);
+        self.ticks += 1;
+        self.clock.catch_up(now_us);
+    }
+
+    /// Sends what the device has to say, and lets go of what the line is through with.
+    fn speak(&mut self, now_us: u64) {
+        loop {
+            let length = self.session.poll(&self.device, &mut self.line);
+            if length == 0 {
+                break;
+            }
+            self.to_host.send(&self.line[..length], now_us);
+        }
+        while let Some(frame) = self.to_host.receive(now_us) {
+            if let Err(TrySendError::Full(_)) = self.leave.try_send(frame) {
+                self.unread += 1;
+            }
+        }
+    }
+
+    fn done(self) -> Emulated {
+        let (from, to) = (self.from_host.damage(), self.to_host.damage());
+        let both = |count: fn(&LineDamage) -> u64| count(&from) + count(&to);
+        Emulated {
+            ticks: self.ticks,
+            frames_from_host: from.sent,
+            frames_to_host: to.sent,
+            dropped: both(|damage| damage.dropped),
+            corrupted: both(|damage| damage.corrupted),
+            duplicated: both(|damage| damage.duplicated),
+            reordered: both(|damage| damage.reordered),
+            stalls: both(|damage| damage.stalls),
+            unread: self.unread,
+        }
+    }
+}

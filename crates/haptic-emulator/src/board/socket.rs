@@ -1,0 +1,219 @@
+//! The Unix socket that stands for the port of a device.
+
+use super::error::EmulatorError;
+use crate::at_line::NOBODY;
+use haptic_remote::serial::{Line, set_patience, timed_out};
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::fs::FileTypeExt as _;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Longest wait of a read or a write, so that the threads notice the end.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// A Unix socket that a host can open, one at a time.
+///
+/// The system hands the bytes of a socket over at once. Those of a pseudo-terminal, as of most serial ports, go through a worker of
+/// the system, which a busy machine may let wait for seconds.
+#[derive(Debug)]
+pub struct Socket {
+    listener: UnixListener,
+    path: PathBuf,
+}
+
+impl Socket {
+    /// Makes one. A socket of before at which nobody listens any more gives way; everything else that is there stays.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn open(path: &Path) -> Result<Self, EmulatorError> {
+        if is_abandoned(path) {
+            // If it does not go, the new one cannot be made, which is told.
+            let _ = std::fs::remove_file(path);
+        }
+        let made = listening(path);
+        let path = path.to_owned();
+        match made {
+            Ok(listener) => Ok(Self { listener, path }),
+            Err(error) => Err(EmulatorError::Socket { path, error }),
+        }
+    }
+
+    /// Path that a host opens.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Our end.
+    ///
+    /// # Errors
+    /// It cannot be shared.
+    pub fn line(&self) -> Result<Box<dyn Line>, EmulatorError> {
+        let listener = self.listener.try_clone();
+        let listener = listener.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
+        Ok(Box::new(Listening {
+            listener: Arc::new(listener),
+            host: Arc::default(),
+            patience: PATIENCE,
+        }))
+    }
+}
+
+/// True for a socket at which nobody listens.
+fn is_abandoned(path: &Path) -> bool {
+    let file = std::fs::symlink_metadata(path);
+    let refused = |error: io::Error| error.kind() == ErrorKind::ConnectionRefused;
+    file.is_ok_and(|file| file.file_type().is_socket())
+        && UnixStream::connect(path).is_err_and(refused)
+}
+
+/// A socket that gets its name when somebody listens at it, unless something else has the name.
+fn listening(path: &Path) -> io::Result<UnixListener> {
+    let mut unnamed = path.as_os_str().to_owned();
+    unnamed.push(format!(".{}", std::process::id()));
+    let listener = UnixListener::bind(&unnamed)?;
+    let named = std::fs::hard_link(&unnamed, path);
+    std::fs::remove_file(&unnamed)?;
+    named?;
+    // A read that waits for a host must end in time.
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        // It leads nowhere from now on; nothing to be done if it is gone already.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// The device's end: hosts come and go.
+#[derive(Debug)]
+struct Listening {
+    listener: Arc<UnixListener>,
+    host: Arc<Mutex<Option<Arc<UnixStream>>>>,
+    patience: Duration,
+}
+
+impl Listening {
+    /// The host that has it open; whole between two calls.
+    fn host(&self) -> MutexGuard<'_, Option<Arc<UnixStream>>> {
+        self.host.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same, or one that waits to be let in.
+    fn host_or_next(&self) -> io::Result<Option<Arc<UnixStream>>> {
+        let mut host = self.host();
+        if host.is_none()
+            && let Ok((stream, _)) = self.listener.accept()
+        {
+            stream.set_write_timeout(Some(PATIENCE))?;
+            set_patience(&stream, self.patience)?;
+            *host = Some(Arc::new(stream));
+        }
+        Ok(host.clone())
+    }
+}
+
+impl Read for Listening {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let Some(host) = self.host_or_next()? else {
+            std::thread::sleep(NOBODY.min(self.patience));
+            return Err(ErrorKind::TimedOut.into());
+        };
+        match host.as_ref().read(into).map_err(timed_out) {
+            Ok(count @ 1..) => Ok(count),
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
+                Err(error)
+            }
+            Ok(0) | Err(_) => {
+                // It has gone. The next one may come.
+                *self.host() = None;
+                Err(ErrorKind::TimedOut.into())
+            }
+        }
+    }
+}
+
+impl Write for Listening {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let host = self.host().clone();
+        let host = host.ok_or(ErrorKind::NotConnected)?;
+        host.as_ref().write(bytes).map_err(timed_out)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Listening {
+    fn share(&self) -> io::Result<Box<dyn Line>> {
+        Ok(Box::new(Self {
+            listener: Arc::clone(&self.listener),
+            host: Arc::clone(&self.host),
+            patience: self.patience,
+        }))
+    }
+
+    fn set_baud_rate(&mut self, _: u32) {}
+
+    fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
+        self.patience = patience;
+        match self.host().as_ref() {
+            Some(host) => set_patience(host, patience),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hosts_come_and_go_and_only_an_abandoned_socket_gives_way() {
+        let folder = std::env::temp_dir().join(format!("sockets-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let path = folder.join("device");
+        // One at which nobody listens any more.
+        drop(UnixListener::bind(&path).expect("a socket"));
+        let socket = Socket::open(&path).expect("the abandoned one gives way");
+        Socket::open(&path).expect_err("the living one stays");
+        let mut device = socket.line().expect("a line");
+        let mut bytes = [0; 16];
+        assert!(device.write(b"to nobody").is_err());
+        for word in [b"first", b"other"] {
+            let name = path.to_string_lossy();
+            let mut host = haptic_remote::serial::open(&name, 460_800).expect("opens");
+            assert!(
+                host.read(&mut bytes)
+                    .is_err_and(|error| error.kind() == ErrorKind::TimedOut)
+            );
+            host.write_all(word).expect("writes");
+            let mut heard: Vec<u8> = Vec::new();
+            while heard.len() < word.len() {
+                if let Ok(count) = device.read(&mut bytes) {
+                    heard.extend(&bytes[..count]);
+                }
+            }
+            assert_eq!(heard[..], word[..], "nothing of the host before");
+            device
+                .share()
+                .expect("shared")
+                .write_all(word)
+                .expect("somebody is there");
+            host.read_exact(&mut bytes[..word.len()]).expect("comes");
+            assert_eq!(&bytes[..word.len()], word);
+        }
+        drop((device, socket));
+        assert!(!path.exists(), "gone with its device");
+        std::fs::write(&path, "data").expect("a file");
+        Socket::open(&path).expect_err("it is a file");
+        assert_eq!(std::fs::read(&path).expect("a file"), b"data");
+        std::fs::remove_dir_all(&folder).expect("goes");
+    }
+}

@@ -1,0 +1,14 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+mod at_line;
+#[cfg(unix)]
+pub mod board;
+mod faulty_line;
+pub mod haply;
+pub mod moteus;
+mod near_line;
+
+pub use at_line::AtLine;
+pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
+pub use near_line::NearLine;
