@@ -220,6 +220,8 @@ impl Lines {
 fn is_deep(value: &Value) -> bool {
     match value {
         Value::Array(items) => items.iter().any(Value::is_object),
+        // What would be a table in a cell is in JSON alone.
+        Value::Object(inner) if is_of_objects(inner) => false,
         Value::Object(inner) => inner
             .values()
             .any(|value| value.is_object() || value.is_string()),
@@ -231,9 +233,12 @@ fn is_deep(value: &Value) -> bool {
 fn flat(object: &Map<String, Value>) -> Map<String, Value> {
     let mut flat = Map::new();
     for (key, value) in object {
-        let Value::Object(inner) = value else {
-            flat.insert(key.clone(), value.clone());
-            continue;
+        let inner = match value {
+            Value::Object(inner) if !is_of_objects(inner) => inner,
+            _ => {
+                flat.insert(key.clone(), value.clone());
+                continue;
+            }
         };
         let stem = without_unit(key);
         for (name, value) in inner {
@@ -528,7 +533,7 @@ mod tests {
         let steps = json!({ "steps": [{ "shape": { "overshoot": 0.25, "rise_time_s": 0.5 } }] });
         assert_eq!(
             said(&steps),
-            ["steps: shape: overshoot 0.25, rise time 500 ms"]
+            ["steps: shape overshoot,shape rise time / ms: 0.25,500"]
         );
     }
 

@@ -242,7 +242,7 @@ impl<F: Real> SafetyChain<F> {
 
     /// True if a passivity guard is part of it.
     #[must_use]
-    pub(crate) const fn has_guard(&self) -> bool {
+    pub const fn has_guard(&self) -> bool {
         self.guard.is_some()
     }
 
