@@ -47,7 +47,7 @@ pub use realtime::{Microseconds, WorstTick};
 use record::Record;
 use recorder::Recorded;
 pub use recorder::{Recorder, Stopped};
-pub use remote::{FrameCounts, LinkSummary, RemoteDevice, guard_of, round_trip};
+pub use remote::{FrameCounts, LinkSummary, RemoteDevice, RoundTrip, guard_of};
 pub use safety::{GuardedDevice, speed, workspace};
 use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;

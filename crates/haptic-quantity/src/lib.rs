@@ -5,7 +5,7 @@ mod key;
 mod written;
 
 pub use key::{Key, name_keys};
-pub use written::{WrittenUnit, digits, label, written};
+pub use written::{WrittenUnit, digits, label, written, written_between};
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -162,6 +162,11 @@ quantity!(
     [("", 1.0), ("%", 1e-2)]
 );
 
+quantity!(
+    /// A dissipation: its unit follows from its order.
+    Dissipation, "a plain number, whose unit N·s^μ/m follows from the order μ", [("", 1.0)]
+);
+
 /// Reads a text into SI units.
 type Read = fn(&str) -> Result<f64, QuantityError>;
 
@@ -219,11 +224,17 @@ const ENDS: &[End] = &[
     end(
         "_n_s_1_minus_mu_per_m",
         "NUMBER",
-        si::<Plain>,
+        si::<Dissipation>,
         "N·s^(1−μ)/m",
         (0, 0),
     ),
-    end("_n_s_mu_per_m", "NUMBER", si::<Plain>, "N·s^μ/m", (0, 0)),
+    end(
+        "_n_s_mu_per_m",
+        "NUMBER",
+        si::<Dissipation>,
+        "N·s^μ/m",
+        (0, 0),
+    ),
     end("_n_s_per_m", "DAMPING", si::<Damping>, "N·s/m", (0, 0)),
     end("_n_per_m", "STIFFNESS", si::<Stiffness>, "N/m", (0, 6)),
     end("_n_per_s", "RATE", si::<ForceRate>, "N/s", (0, 6)),
@@ -302,11 +313,17 @@ impl fmt::Display for QuantityError {
         let units: Vec<&str> = named.copied().collect();
         write!(
             f,
-            "\"{}\" is not {}: give a finite number, with one of the units {} or none for SI",
-            self.text,
-            self.what,
-            units.join(", ")
-        )
+            "\"{}\" is not {}: give a finite number",
+            self.text, self.what
+        )?;
+        match units.is_empty() {
+            true => f.write_str(" alone"),
+            false => write!(
+                f,
+                ", with one of the units {} or none for SI",
+                units.join(", ")
+            ),
+        }
     }
 }
 

@@ -36,12 +36,40 @@ enum Toward {
     Down,
 }
 
+/// Beginnings of keys of what is needed, and of ends of intervals.
+const NEEDED: [&str; 7] = [
+    "required_",
+    "llewellyn_damping",
+    "corollary_",
+    "sampled_damping",
+    "stable_gain_low",
+    "stable_from",
+    "high",
+];
+/// Of what is allowed.
+const ALLOWED: [&str; 15] = [
+    "largest_",
+    "alpha_max",
+    "beta_max",
+    "stiffness",
+    "dissipation",
+    "margin",
+    "loop_margin",
+    "gain_margin",
+    "gain_up",
+    "delay_margin",
+    "phase_margin",
+    "stable_gain_high",
+    "held_by_friction",
+    "analysis_stiffness",
+    "low",
+];
+
 impl Toward {
     fn of_key(key: &str) -> Self {
         match parts_of_key(key).0 {
-            stem if stem.starts_with("required_") || stem.ends_with("_required") => Self::Up,
-            stem if stem.starts_with("largest_") => Self::Down,
-            "alpha_max" | "beta_max" | "stiffness_max" => Self::Down,
+            stem if NEEDED.iter().any(|needed| stem.starts_with(needed)) => Self::Up,
+            stem if ALLOWED.iter().any(|allowed| stem.starts_with(allowed)) => Self::Down,
             _ => Self::Nearest,
         }
     }
@@ -79,11 +107,33 @@ impl WrittenUnit {
             // How far a ratio is from 1 is what it says.
             off if plain && off > 0.0 && off < 1e-2 => {
                 let decimals = (1.0 - off.log10()).ceil().min(15.0) as usize;
-                digits(format!("{value:.decimals$}").parse().unwrap_or(value), 17)
+                // Of 0.99 the first decimal is the first digit.
+                let most = decimals + usize::from(value >= 1.0);
+                rounded(value, most, self.toward)
             }
             _ => rounded(value * self.per_number, 4, self.toward),
         }
     }
+}
+
+/// A number and the ends of its interval, in digits that tell them apart: `65 g, low 64.997 g, high 65.004 g`.
+#[must_use]
+pub fn written_between(key: &str, [value, low, high]: [f64; 3]) -> [String; 3] {
+    let share = (high - low) / high.abs().max(low.abs());
+    let most = match share {
+        share if share > 0.0 => (3.0 - share.log10()).ceil().clamp(3.0, 8.0) as usize,
+        _ => 4,
+    };
+    let unit = WrittenUnit::of_key(key, value);
+    let write = |value: f64, toward| {
+        let number = rounded(value * unit.per_number, most, toward);
+        format!("{number} {}", unit.symbol).trim_end().to_owned()
+    };
+    [
+        write(value, Toward::Nearest),
+        write(low, Toward::Down),
+        write(high, Toward::Up),
+    ]
 }
 
 /// A number of a key with its unit: `7.625 kN/m` of `stiffness_n_per_m` and 7624.95.
@@ -91,7 +141,7 @@ impl WrittenUnit {
 /// ```
 /// use haptic_quantity::written;
 ///
-/// assert_eq!(written("stiffness_n_per_m", 7624.952_274), "7.625 kN/m");
+/// assert_eq!(written("hand_stiffness_n_per_m", 7624.952_274), "7.625 kN/m");
 /// assert_eq!(written("sample_time_s", 0.001), "1 ms");
 /// assert_eq!(written("p99_ns", 1322.0), "1.322 µs");
 /// assert_eq!(written("order", 0.2247), "0.2247");
@@ -154,7 +204,7 @@ mod tests {
             ("duration_s", 5000.0, "5000 s"),
             ("position_m", 3.2e-6, "3.2 µm"),
             ("latency_us", 1500.0, "1.5 ms"),
-            ("dissipation_n_s_mu_per_m", 59.999_99, "60 N·s^μ/m"),
+            ("dissipation_n_s_mu_per_m", 59.999_99, "59.99 N·s^μ/m"),
             ("area_m2", 0.001_256_6, "0.001257 m²"),
             ("size_bytes", 2.5e6, "2.5 MB"),
             ("error", 3.242_556e-7, "3.243e-7"),
@@ -167,9 +217,19 @@ mod tests {
             ("required_damping_n_s_per_m", 0.0, "0 N·s/m"),
             ("largest_stiffness_n_per_m", 9.9999e3, "9.999 kN/m"),
             ("alpha_max", -0.123_41, "-0.1235"),
+            ("required_delta", 1.003_41, "1.0035"),
+            ("margin", 0.996_59, "0.9965"),
+            ("dissipation", 178.558_92, "178.5"),
         ] {
             assert_eq!(written(key, value), text, "{key} {value}");
         }
+    }
+
+    #[test]
+    fn the_ends_of_an_interval_are_told_apart() {
+        let mass = written_between("mass_kg", [0.065, 0.064_997_21, 0.065_003_75]);
+        assert_eq!(mass, ["65 g", "64.99721 g", "65.00375 g"]);
+        assert_eq!(written_between("friction_n", [0.0; 3]), ["0 N"; 3]);
     }
 
     #[test]

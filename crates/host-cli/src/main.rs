@@ -13,6 +13,8 @@ fn one_line(message: &str) -> String {
     let lines = message.lines().map(str::trim);
     let lines: Vec<&str> = lines
         .filter(|line| !line.is_empty() && !line.starts_with("For more information"))
+        // What is no option is no KEY=VALUE either.
+        .filter(|line| !line.starts_with("tip: to pass"))
         .collect();
     let joined = lines.join("; ").replace(":; ", ": ");
     joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()

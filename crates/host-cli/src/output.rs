@@ -109,11 +109,12 @@ fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
                     " ".repeat(width.saturating_sub(2 * row.level + row.label.chars().count()));
                 let of = match row.reason.as_str() {
                     "" => String::new(),
-                    reason => format!("  ({reason})"),
+                    reason => format!("  ({})", in_line(reason)),
                 };
                 let mut lines = row.value.lines();
                 let first = lines.next().unwrap_or_default();
-                let text = format!("{indent}{}{space}  {first}{of}", row.label);
+                let label = in_line(&row.label);
+                let text = format!("{indent}{label}{space}  {first}{of}");
                 writeln!(out, "{}", text.trim_end())?;
                 for line in lines {
                     writeln!(out, "{}  {line}", " ".repeat(width))?;
@@ -178,7 +179,8 @@ fn print_block(
         row.first().map_or("", String::as_str),
         columns.iter().skip(1),
     );
-    writeln!(out, "{indent}  {}", in_line(first))?;
+    let heading = columns.first().map_or("", String::as_str);
+    writeln!(out, "{indent}  {heading} {}", in_line(first))?;
     let width = columns
         .iter()
         .map(|column| column.chars().count())
@@ -317,7 +319,7 @@ mod tests {
         let long = "x".repeat(WIDEST);
         for (seen, want) in [
             ("yes", "checks\n  check  seen\n  stop   yes\n".to_owned()),
-            (&long, format!("checks\n  stop\n    seen   {long}\n")),
+            (&long, format!("checks\n  check stop\n    seen   {long}\n")),
         ] {
             let mut out = Vec::new();
             print_table(&mut out, &table(seen)).expect("written");

@@ -4,7 +4,7 @@
 //! its value in four digits with a unit, and what stands beside it: `X_reason` why there is no X, `X_from_s`, `X_to_s` and
 //! `X_samples` what it is of, `X_unit` its unit.
 
-use haptic_quantity::{WrittenUnit, digits, label, without_unit, written};
+use haptic_quantity::{WrittenUnit, label, without_unit, written, written_between};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -121,7 +121,10 @@ impl Lines {
                 self.row(level, key, String::new(), reason);
                 self.object(inner, places[0], level + 1);
             }
-            Value::Array(items) if items.is_empty() => (),
+            Value::Array(items) if items.is_empty() && reason.is_empty() => (),
+            Value::Array(items) if items.is_empty() => {
+                self.row(level, key, "none".to_owned(), reason);
+            }
             Value::Array(items) if items.iter().all(Value::is_object) => {
                 self.table(level, key, items, places);
             }
@@ -194,9 +197,22 @@ impl Lines {
                 }
             }
         }
-        let shown = evenly(objects.len());
+        // Only a curve is thinned: of things every one is shown.
+        let is_curve = objects.iter().all(|object| {
+            let mut values = object.values();
+            values.all(|value| value.is_number() || value.is_null())
+        }) && objects
+            .iter()
+            .any(|object| object.values().any(Value::is_f64));
+        let shown = match is_curve {
+            true => evenly(objects.len()),
+            false => (0..objects.len()).collect(),
+        };
+        // Beside a unit that the report says itself there are no others with a prefix.
+        let places = [objects.first().copied().unwrap_or(object), object];
+        let has_own = keys.iter().any(|key| unit(places, key).is_some());
         let columns: Vec<Column> = (keys.iter())
-            .map(|key| Column::new(key, &objects, object))
+            .map(|key| Column::new(key, &objects, object, has_own))
             .collect();
         self.0.push(Line::Table(Table {
             level,
@@ -265,6 +281,7 @@ impl<'a> Column<'a> {
         key: &'a str,
         objects: &[&'a Map<String, Value>],
         around: &'a Map<String, Value>,
+        is_plain: bool,
     ) -> Self {
         let first = objects.first().copied().unwrap_or(around);
         let sizes = objects
@@ -277,7 +294,7 @@ impl<'a> Column<'a> {
         Self {
             key,
             own_unit: unit([first, around], key),
-            unit: WrittenUnit::of_key(key, largest),
+            unit: WrittenUnit::of_key(key, if is_plain { 0.0 } else { largest }),
         }
     }
 
@@ -309,13 +326,18 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
         (Value::Number(number), _) if is_count(key, number) => number.to_string(),
         (Value::Number(number), None) => written(key, number.as_f64().unwrap_or(f64::NAN)),
         (Value::Number(number), Some(unit)) => {
-            let number = digits(number.as_f64().unwrap_or(f64::NAN), 4);
+            let plain = WrittenUnit::of_key(key, 0.0);
+            let number = plain.number(number.as_f64().unwrap_or(f64::NAN));
             format!("{number} {unit}").trim_end().to_owned()
         }
         (Value::Array(items), _) if items.len() > NUMBERS_MOST => format!("{} values", items.len()),
         (Value::Array(items), _) => {
             let items = items.iter().map(|item| text(key, item, own));
             items.collect::<Vec<_>>().join(", ")
+        }
+        (Value::Object(inner), None) if interval(inner).is_some() => {
+            let [value, low, high] = written_between(key, interval(inner).unwrap_or_default());
+            format!("{value}, low {low}, high {high}")
         }
         (Value::Object(inner), _) => {
             // "p50" of `tick_ns` is in ns.
@@ -335,6 +357,12 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
             items.collect::<Vec<_>>().join(", ")
         }
     }
+}
+
+/// A value and its interval, if this is one.
+fn interval(object: &Map<String, Value>) -> Option<[f64; 3]> {
+    let number = |key: &str| object.get(key)?.as_f64();
+    Some([number("value")?, number("low")?, number("high")?])
 }
 
 /// True of a whole number whose key says no unit.
@@ -558,6 +586,25 @@ mod tests {
     }
 
     #[test]
+    fn an_interval_is_told_apart_and_of_many_things_none_is_left_out() {
+        let report =
+            json!({ "mass_kg": { "value": 0.065, "low": 0.064_997_21, "high": 0.065_003_75 } });
+        assert_eq!(
+            said(&report),
+            ["0|mass|65 g, low 64.99721 g, high 65.00375 g|"]
+        );
+        let events: Vec<Value> = (0..30)
+            .map(|n| json!({ "tick": n, "kind": "phase" }))
+            .collect();
+        let [Line::Table(table)] = &lines(&json!({ "events": events }))[..] else {
+            panic!("no table")
+        };
+        assert_eq!(table.rows.len(), 30);
+        let none = json!({ "poles": [], "poles_reason": "it creeps" });
+        assert_eq!(said(&none), ["0|poles|none|it creeps"]);
+    }
+
+    #[test]
     fn things_with_the_same_keys_are_a_table_with_one_unit_a_column() {
         let report = json!({
             "dissipation_unit": "N·s/m",
@@ -566,9 +613,11 @@ mod tests {
                 { "order": 1.0, "stiffness_n_per_m": null, "dissipation": 4.0, "why": null },
             ],
         });
-        let table = "walls: order,stiffness / kN/m,dissipation / N·s/m: 0.5,12,3;1,–,4";
+        let table = "walls: order,stiffness / N/m,dissipation / N·s/m: 0.5,12000,3;1,–,4";
         assert_eq!(said(&report), [table]);
-        let long: Vec<Value> = (0..100).map(|place| json!({ "place": place })).collect();
+        let long: Vec<Value> = (0..100)
+            .map(|place| json!({ "place": f64::from(place) }))
+            .collect();
         let [Line::Table(table)] = &lines(&json!({ "points": long }))[..] else {
             panic!("no table")
         };

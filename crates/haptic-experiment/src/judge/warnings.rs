@@ -82,7 +82,7 @@ impl Warnings {
             ));
         } else if notable.is_some() {
             self.0.push(format!(
-                "{off}the lines \"operator\" and \"closed form\" of the summary say what that is due to"
+                "{off}max_relative_error is the share of the operator in that, rig_error that of the rig"
             ));
         }
     }

@@ -1,9 +1,7 @@
 //! The device of a question, as its answer repeats it.
 
-use fracdiff::parameter::Shown;
 use haptic_loop::plant::MassDamperConfig;
 use serde::Serialize;
-use std::fmt;
 
 /// What an answer is for: who took a wrong unit sees it here.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -27,22 +25,6 @@ impl AskedDevice {
             damping_n_s_per_m: device.damping.0,
             hand_stiffness_n_per_m: device.stiffness.0,
             sample_time_s: device.sample_time.0,
-        }
-    }
-}
-
-impl fmt::Display for AskedDevice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} kg, {} N·s/m, sampled every {} s",
-            Shown(self.mass_kg),
-            Shown(self.damping_n_s_per_m),
-            Shown(self.sample_time_s)
-        )?;
-        match self.hand_stiffness_n_per_m {
-            hand if hand > 0.0 => write!(f, ", in a hand of {} N/m", Shown(hand)),
-            _ => Ok(()),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Why a run ended before its time.
 
 use crate::run::lateness::Lateness;
-use fracdiff::parameter::Shown;
 use haptic_link::FaultReport;
 use haptic_loop::Fault;
+use haptic_quantity::written;
 use haptic_remote::{Impossible, LinkError};
 
 /// Why a run ended before its time.
@@ -156,19 +156,20 @@ impl LetGo {
                     false => "",
                 };
                 return format!(
-                    "the force was zero at {} s; no sample tells of the time before{kept}",
-                    Shown(zero_s)
+                    "the force was zero at {}; no sample tells of the time before{kept}",
+                    written("zero_s", zero_s)
                 );
             }
             Self::Ramped { until_s } => {
-                return format!("the force ramped to zero until {} s", Shown(until_s));
+                let until = written("until_s", until_s);
+                return format!("the force ramped to zero until {until}");
             }
             Self::PushedOn { until_s, fallen } => {
-                let until_s = Shown(until_s);
+                let until = written("until_s", until_s);
                 return match fallen {
-                    true => format!("the device pushed on until {until_s} s, and then let go"),
+                    true => format!("the device pushed on until {until}, and then let go"),
                     false => format!(
-                        "the device still pushed at {until_s} s, and lets go by itself when its watchdog time is over"
+                        "the device still pushed at {until}, and lets go by itself when its watchdog time is over"
                     ),
                 };
             }
@@ -325,13 +326,13 @@ mod tests {
             ..Fall::default()
         };
         for (fall, words) in [
-            (fell, "the device pushed on until 0.5 s, and then let go"),
+            (fell, "the device pushed on until 500 ms, and then let go"),
             (
                 Fall {
                     last_acting: Some(500),
                     ..fell
                 },
-                "the device still pushed at 0.5 s, and lets go by itself when its watchdog time is over",
+                "the device still pushed at 500 ms, and lets go by itself when its watchdog time is over",
             ),
         ] {
             let let_go = LetGo::unheard(silent, fall, false);

@@ -16,7 +16,7 @@ use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
 pub(crate) use run::RemoteRun;
 pub(crate) use samples::blank;
-pub use summary::{FrameCounts, LinkSummary, round_trip};
+pub use summary::{FrameCounts, LinkSummary, RoundTrip};
 
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;

@@ -70,6 +70,16 @@ impl Arguments {
         bar.finish_and_clear();
         let mut report = answer?;
         self.write(&design, &mut report, &mut place);
+        if let Some(real) = report.realistic.filter(|real| !real.simulated.stable) {
+            note(
+                "warning",
+                format_args!(
+                    "this is for an ideal device; on one with {} the best wall is {}: give --device-model, or the device's own values",
+                    real.imperfections.words(),
+                    real.simulated.verdict.words()
+                ),
+            );
+        }
         output.summary(&report)?;
         place.close(judge(&design, &report))
     }

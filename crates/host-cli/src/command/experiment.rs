@@ -65,11 +65,8 @@ impl RunArguments {
         let (experiment, pace) = self.experiment(document)?;
         let samples = experiment.samples()?;
         if let Some(file) = &self.write {
-            return write_text(
-                file,
-                &document.to_toml().map_err(Failure::input)?,
-                self.overwrite,
-            );
+            let text = document.to_toml().map_err(Failure::input)?;
+            return write_text(file, &text, self.overwrite);
         }
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
         let stem = document.kind().map_err(Failure::input)?;

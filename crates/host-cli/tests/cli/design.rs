@@ -2,13 +2,13 @@
 
 mod files;
 
-use crate::process::{Place, number};
+use crate::process::{Place, number, row, says};
 use serde_json::Value;
 
 /// Runs a design that must succeed without a word on standard error.
 fn design(place: &Place, options: &str) -> Value {
     let ended = place.run(&format!("design --json --out design {options}"));
-    ended.succeeded().json()
+    ended.succeeded_with_warnings().json()
 }
 
 /// Runs the designed experiment, with its stiffness `factor` times as large.
@@ -74,7 +74,7 @@ fn what_cannot_be_is_said_in_words() {
         "{ended}"
     );
     let words = "no passive wall of this order on this device: it has no damping";
-    assert!(ended.stdout.matches(words).count() >= 9, "{ended}");
+    assert_eq!(ended.stdout.matches(words).count(), 10, "{ended}");
     assert!(!ended.stdout.contains("best"), "{ended}");
     assert_eq!(place.files(), ["design/", "design/design.csv"]);
     assert!(!place.text("design/design.csv").contains("NaN"));
@@ -133,4 +133,7 @@ fn a_design_that_assumes_an_ideal_device_says_so_and_shows_a_realistic_one() {
     assert_eq!(real["analysis_stable"], false);
     assert!(number(real, "margin") < 0.2, "{real}");
     assert_eq!(real["simulated"]["stable"], false);
+    let said = place.run("design --orders 2").succeeded_with_warnings();
+    says(&said.stderr, &["this is for an ideal device", "saturated"]);
+    assert_eq!(row(&said.stdout, "ideal device assumed"), "yes");
 }

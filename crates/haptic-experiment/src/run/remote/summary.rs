@@ -4,6 +4,7 @@ use super::loop_name;
 use crate::run::device::firmware_version;
 use haptic_link::{LoopMode, Statistics};
 use haptic_remote::serial::SerialLink;
+use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
 
 /// Counts of the link of a run.
@@ -46,31 +47,17 @@ pub struct LinkSummary {
     pub from_device: FrameCounts,
     /// Frames, seen from the device.
     pub to_device: FrameCounts,
+    /// Why what it received is not known.
+    pub to_device_reason: Option<&'static str>,
     /// Requests that were sent again.
     pub retries: u32,
-    /// From a keep-alive to its answer, µs: median, 99 of 100, longest; 0 if no answer came.
-    pub round_trip_us: [u64; 3],
+    /// From a keep-alive to its answer; null if none came.
+    pub round_trip_us: Option<RoundTrip>,
+    /// Why it is null.
+    pub round_trip_reason: Option<&'static str>,
 }
 
 impl LinkSummary {
-    /// What came to the device, in words.
-    #[must_use]
-    pub fn arrived(&self) -> String {
-        match self.device_answered {
-            true => format!("{} to it", self.to_device.received),
-            false => format!(
-                "{} were sent to it, and it cannot tell any more how many came",
-                self.to_device.sent
-            ),
-        }
-    }
-
-    /// The round trip in words.
-    #[must_use]
-    pub fn round_trip(&self) -> String {
-        round_trip(self.round_trip_us)
-    }
-
     /// Samples of the device that did not get to the log because of the line.
     #[must_use]
     pub(crate) fn samples_missing(&self) -> u64 {
@@ -78,12 +65,30 @@ impl LinkSummary {
     }
 }
 
-/// Median, 99 of 100 and longest of round trips, µs, in words; all are 0 where none was measured.
-#[must_use]
-pub fn round_trip([p50, p99, max]: [u64; 3]) -> String {
-    match max {
-        0 => "not measured, no answer came".to_owned(),
-        _ => format!("{p50} µs median, {p99} µs 99 %, {max} µs longest"),
+/// From a request to its answer, µs.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+pub struct RoundTrip {
+    /// Median.
+    pub p50: u64,
+    /// 99 of 100.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+}
+
+impl RoundTrip {
+    /// Of these; and why there is none.
+    #[must_use]
+    pub fn of(measured: &Histogram<u64>) -> (Option<Self>, Option<&'static str>) {
+        if measured.is_empty() {
+            return (None, Some("no answer came"));
+        }
+        let round_trip = Self {
+            p50: measured.value_at_quantile(0.5),
+            p99: measured.value_at_quantile(0.99),
+            max: measured.max(),
+        };
+        (Some(round_trip), None)
     }
 }
 
@@ -115,7 +120,7 @@ pub(super) fn summarise(
     let counted = counted.unwrap_or_default();
     let report = link.report();
     let host = report.host;
-    let round_trip = &report.round_trip_us;
+    let (round_trip_us, round_trip_reason) = RoundTrip::of(&report.round_trip_us);
     let damaged = |kinds: [u32; 3]| kinds.into_iter().fold(0, u32::wrapping_add);
     LinkSummary {
         board: link.capabilities().board().to_owned(),
@@ -150,12 +155,11 @@ pub(super) fn summarise(
             duplicate: counted.duplicate,
             late: counted.late,
         },
+        to_device_reason: (!device_answered)
+            .then_some("the device did not answer at the end: what it received stands as 0"),
         retries: host.retries,
-        round_trip_us: [
-            round_trip.value_at_quantile(0.5),
-            round_trip.value_at_quantile(0.99),
-            round_trip.max(),
-        ],
+        round_trip_us,
+        round_trip_reason,
     }
 }
 
@@ -180,24 +184,4 @@ pub(super) fn flat(summary: &LinkSummary) -> BTreeMap<String, String> {
         }
     }
     flat
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_was_not_counted_or_measured_is_no_zero() {
-        let mut link = LinkSummary::default();
-        link.to_device.sent = 3500;
-        assert!(link.arrived().starts_with("3500 were sent to it"));
-        assert!(!link.round_trip().contains('0'), "{}", link.round_trip());
-        (link.device_answered, link.to_device.received) = (true, 3499);
-        link.round_trip_us = [200, 300, 400];
-        assert_eq!(link.arrived(), "3499 to it");
-        assert_eq!(
-            link.round_trip(),
-            "200 µs median, 300 µs 99 %, 400 µs longest"
-        );
-    }
 }

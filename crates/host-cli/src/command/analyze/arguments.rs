@@ -15,6 +15,7 @@ use haptic_experiment::parameters::analysis::{
 };
 use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
 use haptic_experiment::run::DeviceValues;
+use serde::Serialize;
 use std::path::PathBuf;
 
 const WITHOUT_UNITS: [Parameter; 4] = [ALPHA, BETA, DELTA, GAMMA];
@@ -48,6 +49,19 @@ pub(super) struct ResolvedLoop {
     pub units: Option<(f64, f64)>,
     /// True if δ (or b) was given at all.
     pub delta_given: bool,
+    /// The loop as it was given with units.
+    pub asked: Asked,
+}
+
+/// A loop with units, as a result repeats it: who took a wrong unit sees it there. Null for a loop without.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct Asked {
+    mass_kg: Option<f64>,
+    damping_n_s_per_m: Option<f64>,
+    hand_stiffness_n_per_m: Option<f64>,
+    sample_time_s: Option<f64>,
+    stiffness_n_per_m: Option<f64>,
+    dissipation_n_s_mu_per_m: Option<f64>,
 }
 
 /// Parameters, or why they are none.
@@ -77,7 +91,7 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
              --mass --damping --hand-stiffness (or --device-model) --sample-time --stiffness --dissipation",
         ));
     }
-    let (parameters, units) = parameters(given, mu, with_units, file.as_ref(), wall)?;
+    let (parameters, asked) = parameters(given, mu, with_units, file.as_ref(), wall)?;
     let parameters = parameters.map_err(|error| refused_parameter(error, with_units))?;
     let (scheme, sample_time_s) = (given.scheme()?, given.number(&ANALYSED_SAMPLE_TIME));
     let sample_time = sample_time_of(scheme, sample_time_s)?;
@@ -88,7 +102,8 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
         scheme,
         path: path(given, sample_time_s, file.as_ref())?,
         sample_time_s,
-        units,
+        units: asked.mass_kg.zip(asked.sample_time_s),
+        asked,
         delta_given: given.has(&DELTA) || given.has(&ANALYSED_DAMPING) || file.is_some(),
     })
 }
@@ -100,7 +115,7 @@ fn parameters(
     with_units: bool,
     file: Option<&DeviceValues>,
     wall: Wall,
-) -> Result<(Checked, Option<(f64, f64)>), Failure> {
+) -> Result<(Checked, Asked), Failure> {
     let missing = |parameter: &Parameter| {
         Failure::bad_input(format_args!(
             "{parameter} is missing: give --alpha and --beta, or --mass, --sample-time, --stiffness and --dissipation"
@@ -118,7 +133,11 @@ fn parameters(
             delta: given.number(&DELTA).unwrap_or(0.0),
             gamma: given.number(&GAMMA).unwrap_or(0.0),
         };
-        return Ok((parameters.checked(), None));
+        let asked = Asked {
+            sample_time_s: given.number(&ANALYSED_SAMPLE_TIME),
+            ..Asked::default()
+        };
+        return Ok((parameters.checked(), asked));
     }
     let or = |parameter: &Parameter, of_file: fn(&DeviceValues) -> f64| {
         given.number(parameter).or(file.map(of_file))
@@ -136,7 +155,15 @@ fn parameters(
         stiffness_n_per_m: needed(&STIFFNESS)?,
         dissipation_n_s_mu_per_m: needed(&DISSIPATION)?,
     };
-    Ok((parameters.nondimensional(), Some((mass, sample_time))))
+    let asked = Asked {
+        mass_kg: Some(mass),
+        damping_n_s_per_m: Some(parameters.damping_n_s_per_m),
+        hand_stiffness_n_per_m: Some(parameters.hand_stiffness_n_per_m),
+        sample_time_s: Some(sample_time),
+        stiffness_n_per_m: given.number(&STIFFNESS),
+        dissipation_n_s_mu_per_m: given.number(&DISSIPATION),
+    };
+    Ok((parameters.nondimensional(), asked))
 }
 
 impl ResolvedLoop {

@@ -1,6 +1,6 @@
 //! `analyze passivity`: the damping that a wall needs to be passive.
 
-use super::arguments::{Wall, refused, resolve};
+use super::arguments::{Asked, Wall, refused, resolve};
 use super::path::PathResult;
 use crate::keys;
 use crate::options::Options;
@@ -25,6 +25,8 @@ pub struct PassivityArguments {
 struct Passivity {
     order: f64,
     scheme: String,
+    #[serde(flatten)]
+    asked: Asked,
     alpha: f64,
     beta: f64,
     /// δ as given; null without one.
@@ -79,6 +81,7 @@ impl PassivityArguments {
         let result = Passivity {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
+            asked: resolved.asked,
             alpha: parameters.alpha,
             beta: parameters.beta,
             delta: resolved.delta_given.then_some(parameters.delta),

@@ -1,6 +1,6 @@
 //! `analyze stability-region`: all walls that are stable on a device.
 
-use super::arguments::{Files, ResolvedLoop, Wall, refused, resolve};
+use super::arguments::{Asked, Files, ResolvedLoop, Wall, refused, resolve};
 use super::path::PathResult;
 use crate::keys;
 use crate::options::Options;
@@ -28,6 +28,8 @@ pub struct RegionArguments {
 struct Region {
     order: f64,
     scheme: String,
+    #[serde(flatten)]
+    asked: Asked,
     delta: f64,
     gamma: f64,
     #[serde(flatten)]
@@ -80,6 +82,7 @@ impl RegionArguments {
         let mut result = Region {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
+            asked: resolved.asked,
             delta: parameters.delta,
             gamma: parameters.gamma,
             path: resolved.path_result(),

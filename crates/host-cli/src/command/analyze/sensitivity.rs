@@ -1,6 +1,6 @@
 //! `analyze sensitivity`: how much a loop amplifies at each frequency.
 
-use super::arguments::{Files, ResolvedLoop, Wall, decibel, logarithmic, refused, resolve};
+use super::arguments::{Asked, Files, ResolvedLoop, Wall, decibel, logarithmic, refused, resolve};
 use super::path::PathResult;
 use crate::keys;
 use crate::options::Options;
@@ -28,6 +28,8 @@ pub struct SensitivityArguments {
 struct Sensitivity {
     order: f64,
     scheme: String,
+    #[serde(flatten)]
+    asked: Asked,
     #[serde(flatten)]
     path: PathResult,
     peak_db: f64,
@@ -68,6 +70,7 @@ impl SensitivityArguments {
         let result = Sensitivity {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
+            asked: resolved.asked,
             path: resolved.path_result(),
             peak_db: decibel(peak.value),
             theta_at_peak: peak.theta,

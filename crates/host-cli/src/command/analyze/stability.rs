@@ -1,6 +1,6 @@
 //! `analyze stability`: is this wall stable on this device, and by how much?
 
-use super::arguments::{Wall, decibel, resolve};
+use super::arguments::{Asked, Wall, decibel, resolve};
 use super::path::PathResult;
 use crate::keys;
 use crate::options::Options;
@@ -25,6 +25,8 @@ pub struct VerdictArguments {
 struct StabilityVerdict {
     order: f64,
     scheme: String,
+    #[serde(flatten)]
+    asked: Asked,
     alpha: f64,
     beta: f64,
     delta: f64,
@@ -68,6 +70,7 @@ impl VerdictArguments {
         let result = StabilityVerdict {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
+            asked: resolved.asked,
             alpha: parameters.alpha,
             beta: parameters.beta,
             delta: parameters.delta,

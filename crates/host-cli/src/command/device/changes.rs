@@ -394,7 +394,7 @@ mod tests {
     fn a_value_has_a_range_and_is_given_once() {
         for (line, why) in [
             ("stiffness", "is not KEY=VALUE"),
-            ("stifness=1", "does not name a parameter"),
+            ("spring=1", "does not name a parameter"),
             ("stiffness=1 stiffness_n_per_m=2", "is given twice"),
             ("mass=1e9kg", "is not above 0 and at most 100 kg"),
             ("watchdog=1ms", "is not from 5 ms to 1 s"),

@@ -234,6 +234,8 @@ impl Port {
 struct Started {
     path: String,
     device: String,
+    /// Chances of the line, and its seed; none of a good one.
+    line: Vec<String>,
 }
 
 impl Arguments {
@@ -254,6 +256,7 @@ impl Arguments {
         let started = Started {
             path: port.path().display().to_string(),
             device: format!("{}:{}", kind.scheme(), port.path().display()),
+            line: self.values.clone(),
         };
         output.report(&started)?;
         let line = port.line().map_err(failed)?;

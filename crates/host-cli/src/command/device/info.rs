@@ -4,6 +4,7 @@ use super::port::PortArguments;
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
+use haptic_experiment::run::RoundTrip;
 use haptic_experiment::run::device::{at_port, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
@@ -29,6 +30,9 @@ struct Info {
     axes: u8,
     sample_time_min_s: f64,
     sample_time_max_s: f64,
+    /// As set, see `device set`; of what the device can do `force_max_n`.
+    force_limit_n: f32,
+    force_rate_limit_n_per_s: f32,
     force_max_n: f32,
     force_rate_max_n_per_s: f32,
     position_resolution_m: f32,
@@ -42,18 +46,10 @@ struct Info {
     fault_reason: Option<String>,
     faults: u16,
     latency_ms: Option<u32>,
-    round_trip_us: RoundTrip,
+    round_trip_us: Option<RoundTrip>,
     round_trip_reason: Option<&'static str>,
     #[serde(with = "Counted")]
     statistics: Statistics,
-}
-
-/// Quantiles from a request to its answer.
-#[derive(Serialize)]
-struct RoundTrip {
-    p50: u64,
-    p99: u64,
-    max: u64,
 }
 
 /// The device's counters, with names that say what is counted.
@@ -112,8 +108,10 @@ pub fn fault_in_words(status: Status) -> Option<String> {
 
 fn info(link: &SerialLink) -> Result<Info, Failure> {
     let problem = |error| at_port(link.path(), &error);
-    let round_trip = link.measure_round_trip(Duration::from_millis(250));
+    let measured = link.measure_round_trip(Duration::from_millis(250));
+    let (round_trip_us, round_trip_reason) = RoundTrip::of(&measured);
     let statistics = link.statistics().map_err(problem)?;
+    let set = link.configuration().map_err(problem)?.0.limits;
     let status = link.status();
     let can = link.capabilities();
     Ok(Info {
@@ -124,6 +122,8 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
         axes: can.axes,
         sample_time_min_s: f64::from(can.tick_period_min_us) * 1e-6,
         sample_time_max_s: f64::from(can.tick_period_max_us) * 1e-6,
+        force_limit_n: set.force_n,
+        force_rate_limit_n_per_s: set.force_rate_n_per_s,
         force_max_n: can.force_max_n,
         force_rate_max_n_per_s: can.force_rate_max_n_per_s,
         position_resolution_m: can.position_resolution_m,
@@ -136,12 +136,8 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
         fault_reason: trouble(link).filter(|_| status.fault > 0),
         faults: status.faults,
         latency_ms: link.latency_ms(),
-        round_trip_us: RoundTrip {
-            p50: round_trip.value_at_quantile(0.5),
-            p99: round_trip.value_at_quantile(0.99),
-            max: round_trip.max(),
-        },
-        round_trip_reason: (round_trip.max() == 0).then_some("not measured, no answer came"),
+        round_trip_us,
+        round_trip_reason,
         statistics,
     })
 }

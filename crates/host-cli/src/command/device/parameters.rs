@@ -46,6 +46,8 @@ pub struct Parameters {
 pub struct SafetyParameters {
     /// Largest force with which the device's loop starts.
     pub start_force_n: f32,
+    /// Why 0 is none.
+    pub start_force_reason: Option<&'static str>,
     /// Time in which the force rises.
     pub rise_time_s: f32,
     /// Lowest and highest position.
@@ -56,12 +58,16 @@ pub struct SafetyParameters {
     pub workspace_soft_m: f32,
     /// Largest speed.
     pub speed_limit_m_per_s: f32,
+    /// Why 0 is none.
+    pub speed_limit_reason: Option<&'static str>,
     /// Speed from which on the motion is braked.
     pub speed_soft_m_per_s: f32,
     /// Bandwidth of the estimated velocity.
     pub velocity_bandwidth_hz: f32,
     /// Damping that brakes.
     pub braking_n_s_per_m: f32,
+    /// Why 0 is none.
+    pub braking_reason: Option<&'static str>,
     /// Time in which the force falls to zero after a fault or stop.
     pub stop_time_s: f32,
     /// Largest force of the braking meanwhile.
@@ -72,10 +78,14 @@ pub struct SafetyParameters {
     pub device_delay_ticks: u8,
     /// Growth of the wanted force on a sensor that stands still.
     pub stuck_force_n: f32,
+    /// Why 0 is none.
+    pub stuck_force_reason: Option<&'static str>,
     /// Time for which it has to have stood still.
     pub stuck_time_s: f32,
     /// Largest move in a tick beyond the speed limit.
     pub jump_m: f32,
+    /// Why 0 is none.
+    pub jump_reason: Option<&'static str>,
     /// Passivity guard.
     pub guard: Option<GuardParameters>,
     /// Why there is none.
@@ -112,7 +122,16 @@ impl SafetyParameters {
             GuardKind::Observer => Some("observer"),
             GuardKind::EnergyBounding => Some("energy-bounding"),
         };
+        let off = |value: f32, words| (value <= 0.0).then_some(words);
         Self {
+            start_force_reason: off(limits.start_force_n, "off: any force"),
+            speed_limit_reason: off(limits.speed_hard_m_per_s, "off: any speed"),
+            braking_reason: off(limits.braking_n_s_per_m, "off"),
+            stuck_force_reason: off(limits.stuck_force_n, "off"),
+            jump_reason: match limits.speed_hard_m_per_s > 0.0 && limits.jump_m > 0.0 {
+                true => None,
+                false => Some("off: it needs a speed limit, and to be above 0"),
+            },
             start_force_n: limits.start_force_n,
             rise_time_s: limits.rise_time_s,
             workspace_m: (low < high).then_some([low, high]),

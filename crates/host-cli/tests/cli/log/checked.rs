@@ -88,6 +88,7 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
         place.run("log check made.mcap")
     };
     let check = with(10, flaw::UNANSWERED, 0.0).succeeded();
+    assert_eq!(row(&check.stdout, "stale"), "10", "{check}");
     assert_eq!(row(&check.stdout, "unanswered"), "10", "{check}");
     let check = with(11, flaw::LATE_FORCE, 0.0).failed(4);
     let told = "11 of 1000 ticks are stale: in 11 an older force of the host acted";
