@@ -80,6 +80,14 @@ impl Arguments {
                 ),
             );
         }
+        let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);
+        if report.device != "sim" && analysed.all(|found| found.is_none()) {
+            note(
+                "warning",
+                "no analysis, as nobody knows delay and lag of this device: host-cli device measure --out device.toml finds \
+                 them, host-cli analyze stability-region --device-model device.toml tells the stiffest wall",
+            );
+        }
         if report.disagreements > 0 {
             note(
                 "warning",
