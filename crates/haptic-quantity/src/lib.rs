@@ -285,6 +285,13 @@ pub fn without_unit(key: &str) -> &str {
     parts_of_key(key).0
 }
 
+/// True if a person means this key: with its unit or without, with `-` or `_`.
+#[must_use]
+pub fn is_meant(key: &str, written: &str) -> bool {
+    let written = written.trim().replace('-', "_");
+    key == written || without_unit(key) == written
+}
+
 /// What a key is of, in a word: of `sample_time_s` `TIME`; `NUMBER` where it says no unit.
 #[must_use]
 pub fn kind_of_key(key: &str) -> &'static str {
@@ -422,6 +429,9 @@ mod tests {
         ] {
             assert_eq!((without_unit(key), kind_of_key(key)), (stem, kind), "{key}");
             assert_eq!(parse_for_key(key, text), Ok(si), "{key} = {text}");
+            let dashed = stem.replace('_', "-");
+            let meant = [key, stem, dashed.as_str(), "other"].map(|name| is_meant(key, name));
+            assert_eq!(meant, [true, true, true, false], "{key}");
         }
         let error = parse_for_key("mass_kg", "3m")
             .expect_err("a length")

@@ -18,7 +18,7 @@ use haptic_experiment::parameters::{
     Value as Kind, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{kind_of_key, name_keys, parse_for_key, without_unit};
+use haptic_quantity::{is_meant, kind_of_key, name_keys, parse_for_key, without_unit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -253,10 +253,7 @@ impl<N: Named> Options<N> {
         }
         for said in &self.values {
             let (key, text) = said.split_once('=').unwrap_or((said, ""));
-            let key = key.trim().replace('-', "_");
-            let is_it =
-                |known: &&&'static Parameter| known.key == key || without_unit(known.key) == key;
-            let Some(parameter) = all.iter().find(is_it) else {
+            let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
                 let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
                 let known = known.join(", ");
                 return Err(refused(

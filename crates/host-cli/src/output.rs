@@ -75,18 +75,6 @@ impl Output {
             Err(error) => Err(Failure::writing(error, "cannot write standard output")),
         }
     }
-
-    /// [`text`](Self::text), but nothing for a quiet person.
-    ///
-    /// # Errors
-    /// As [`report`](Self::report).
-    pub fn text_summary<T: Serialize>(
-        self,
-        value: &T,
-        text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<(), Failure> {
-        self.text(value, |out| if self.quiet { Ok(()) } else { text(out) })
-    }
 }
 
 /// Widest table that is one.
@@ -271,16 +259,6 @@ pub fn warn(text: &str) {
     note("warning", text);
 }
 
-/// A number with so many decimals; with an exponent where it would have many digits before the point.
-#[must_use]
-pub fn fixed(value: f64, decimals: usize) -> String {
-    if value.abs() < 1e15 {
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.decimals$e}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -324,17 +302,6 @@ mod tests {
             let mut out = Vec::new();
             print_table(&mut out, &table(seen)).expect("written");
             assert_eq!(String::from_utf8(out).expect("text"), want);
-        }
-    }
-
-    #[test]
-    fn a_number_with_many_digits_has_an_exponent() {
-        for (value, six) in [
-            (0.25, "0.250000"),
-            (-1e300, "-1.000000e300"),
-            (f64::INFINITY, "inf"),
-        ] {
-            assert_eq!(fixed(value, 6), six);
         }
     }
 }

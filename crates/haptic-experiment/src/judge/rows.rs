@@ -106,24 +106,18 @@ impl Lines {
             Value::Object(inner) if is_of_alike(inner) => {
                 let named = inner.iter().map(|(name, inner)| {
                     let mut row = Map::from_iter([("name".to_owned(), name.as_str().into())]);
-                    row.extend(
-                        inner
-                            .as_object()
-                            .into_iter()
-                            .flatten()
-                            .map(|(k, v)| (k.clone(), v.clone())),
-                    );
+                    row.extend(inner.as_object().cloned().into_iter().flatten());
                     Value::Object(row)
                 });
                 self.table(level, key, &named.collect::<Vec<_>>(), places);
             }
             Value::Object(inner) if !is_short(inner) => {
-                self.row(level, key, String::new(), reason);
+                self.row(level, key, label(key), String::new(), reason);
                 self.object(inner, places[0], level + 1);
             }
             Value::Array(items) if items.is_empty() && reason.is_empty() => (),
             Value::Array(items) if items.is_empty() => {
-                self.row(level, key, "none".to_owned(), reason);
+                self.row(level, key, label(key), "none".to_owned(), reason);
             }
             Value::Array(items) if items.iter().all(Value::is_object) => {
                 self.table(level, key, items, places);
@@ -135,35 +129,26 @@ impl Lines {
                     } else {
                         String::new()
                     };
-                    self.0.push(Line::Row(Row {
-                        level,
-                        key: key.to_owned(),
-                        label,
-                        value: text(key, item, None),
-                        reason: String::new(),
-                    }));
+                    self.row(level, key, label, text(key, item, None), String::new());
                 }
             }
             _ => {
                 let shown = text(key, value, unit(places, key));
-                self.labelled(level, key, shown, reason, value.is_string());
+                // A text has no unit of ours.
+                let label = match value.is_string() && says_unit(key) {
+                    true => key.to_owned(),
+                    false => label(key),
+                };
+                self.row(level, key, label, shown, reason);
             }
         }
     }
 
-    fn row(&mut self, level: usize, key: &str, value: String, reason: String) {
-        self.labelled(level, key, value, reason, false);
-    }
-
-    fn labelled(&mut self, level: usize, key: &str, value: String, reason: String, is_text: bool) {
+    fn row(&mut self, level: usize, key: &str, label: String, value: String, reason: String) {
         self.0.push(Line::Row(Row {
             level,
             key: key.to_owned(),
-            label: match is_text && says_unit(key) {
-                // A text has no unit of ours.
-                true => key.to_owned(),
-                false => label(key),
-            },
+            label,
             value,
             reason,
         }));
@@ -180,7 +165,13 @@ impl Lines {
         if inner.iter().any(|object| object.values().any(is_deep)) {
             // Things with lists of their own: one after another.
             for (index, inner) in inner.into_iter().enumerate() {
-                self.row(level, key, format!("{}", index + 1), String::new());
+                self.row(
+                    level,
+                    key,
+                    label(key),
+                    (index + 1).to_string(),
+                    String::new(),
+                );
                 self.object(inner, object, level + 1);
             }
             return;
@@ -197,14 +188,7 @@ impl Lines {
                 }
             }
         }
-        // Only a curve is thinned: of things every one is shown.
-        let is_curve = objects.iter().all(|object| {
-            let mut values = object.values();
-            values.all(|value| value.is_number() || value.is_null())
-        }) && objects
-            .iter()
-            .any(|object| object.values().any(Value::is_f64));
-        let shown = match is_curve {
+        let shown = match is_curve(&objects) {
             true => evenly(objects.len()),
             false => (0..objects.len()).collect(),
         };
@@ -230,6 +214,13 @@ impl Lines {
             length: objects.len(),
         }));
     }
+}
+
+/// True of a sampled curve, numbers alone and not all whole: only such a list is thinned, of things every one is shown.
+fn is_curve(objects: &[&Map<String, Value>]) -> bool {
+    let is_number = |value: &Value| value.is_number() || value.is_null();
+    let all = || objects.iter().flat_map(|object| object.values());
+    all().all(is_number) && all().any(Value::is_f64)
 }
 
 /// True of what has no place in a cell: a list of objects, or an object that has objects.
@@ -367,15 +358,11 @@ fn interval(object: &Map<String, Value>) -> Option<[f64; 3]> {
 
 /// True of a whole number whose key says no unit.
 fn is_count(key: &str, number: &serde_json::Number) -> bool {
-    is_whole(number) && !says_unit(key)
+    (number.is_u64() || number.is_i64()) && !says_unit(key)
 }
 
 fn says_unit(key: &str) -> bool {
     without_unit(key) != key
-}
-
-fn is_whole(number: &serde_json::Number) -> bool {
-    number.is_u64() || number.is_i64()
 }
 
 /// True of a file; the model of a tissue is none, but that of a device.

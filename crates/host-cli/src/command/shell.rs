@@ -78,11 +78,10 @@ impl Man {
         }
         pages.sort();
         let pages = Pages { pages };
-        output.text_summary(&pages, |out| {
-            pages
-                .pages
-                .iter()
-                .try_for_each(|page| writeln!(out, "{page}"))
+        let shown = if output.quiet { &[][..] } else { &pages.pages };
+        output.text(&pages, |out| {
+            let mut shown = shown.iter();
+            shown.try_for_each(|page| writeln!(out, "{page}"))
         })
     }
 

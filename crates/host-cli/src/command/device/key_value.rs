@@ -3,7 +3,7 @@
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
-use haptic_quantity::{parse_for_key, without_unit, written};
+use haptic_quantity::{is_meant, parse_for_key, without_unit, written};
 
 /// The key that is meant, with its unit or without, and its value.
 ///
@@ -17,9 +17,8 @@ pub(super) fn key_and_value<'w>(
     let (name, text) = word
         .split_once('=')
         .ok_or_else(|| refused(word, "is not KEY=VALUE"))?;
-    let name = name.trim().replace('-', "_");
-    let is_meant = |key: &&str| *key == name || without_unit(key) == name;
-    let key = keys.into_iter().find(is_meant).ok_or_else(|| {
+    let key = keys.into_iter().find(|key| is_meant(key, name));
+    let key = key.ok_or_else(|| {
         refused(
             word,
             &format!("does not name a parameter: host-cli device {command} --help lists them"),
