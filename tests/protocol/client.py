@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A host for haptic devices in plain Python, written from docs/guide/src/protocol.md: take it as an example.
+"""A host for haptic devices in plain Python, written from crates/haptic-link/protocol.md: take it as an example.
 
     client.py PORT --hello
     client.py PORT --samples 10000 --stiffness 500 --push 1
@@ -263,7 +263,7 @@ class Device:
         for known, used in (requests, REQUEST_KEYS), (reports, REPORT_KEYS):
             for number, key in used.items():
                 if number >= len(known) or known[number] != key:
-                    raise LinkError(f"firmware {version} has another message {number} than docs/guide/src/protocol.md")
+                    raise LinkError(f"firmware {version} has another message {number} than crates/haptic-link/protocol.md")
         self.status, self.device_time_us = Status(state, fault, faults), 0
         if state not in (IDLE, IN_FAULT):
             self.ask(DISARM)

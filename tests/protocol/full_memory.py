@@ -1,4 +1,4 @@
-"""Coefficients of a full memory for a device: the form Modes of docs/guide/src/protocol.md, section Coefficients.
+"""Coefficients of a full memory for a device: the form Modes of crates/haptic-link/protocol.md, section Coefficients.
 
 With i = ceil(order) differences around it (sums for orders up to -1) what remains is a fractional integral of order
 nu = ceil(order) - order, 0 <= nu < 1, with positive weights:

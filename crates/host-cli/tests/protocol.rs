@@ -1,4 +1,4 @@
-//! A host in another language, written from `docs/guide/src/protocol.md` alone, against an emulated device.
+//! A host in another language, written from `crates/haptic-link/protocol.md` alone, against an emulated device.
 
 #![cfg(unix)]
 
@@ -221,7 +221,7 @@ fn batches_tell_a_python_host_the_same() {
 #[test]
 fn the_document_tells_the_devices_numbers() {
     let document =
-        std::fs::read_to_string(repository("docs/guide/src/protocol.md")).expect("is there");
+        std::fs::read_to_string(repository("crates/haptic-link/protocol.md")).expect("is there");
     let faults = document.split("### Enumeration Fault\n").nth(1);
     let faults = faults.expect("a table of faults");
     let codes: Vec<&str> = faults

@@ -123,12 +123,18 @@ pub fn chapters() -> Vec<String> {
     links.map(|link| link.target).collect()
 }
 
-/// The text of a chapter.
+/// The text of a chapter, or of the file that it includes.
 ///
 /// # Panics
 /// If it is not there.
 #[must_use]
 pub fn chapter(file: &str) -> String {
     let path = folder().join(file);
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    let text = std::fs::read_to_string(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let included = text.trim_end().strip_prefix("{{#include ");
+    match included.and_then(|rest| rest.strip_suffix("}}")) {
+        Some(included) => chapter(included),
+        None => text,
+    }
 }

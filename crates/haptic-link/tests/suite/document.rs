@@ -1,4 +1,4 @@
-//! `docs/guide/src/protocol.md` against the code: lengths, offsets, types, names, enumerations, keys, examples.
+//! `protocol.md` against the code: lengths, offsets, types, names, enumerations, keys, examples.
 //!
 //! A message is made twice. The code turns it into bytes; serde tells the names and values of its fields.
 //! The tables of the document must find these values in those bytes.
