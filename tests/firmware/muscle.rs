@@ -1,13 +1,12 @@
 //! Fish muscle, a fractional Maxwell model: elements in series, rendered by one operator.
 
 use fracdiff::{FullMemory, Operator, Real, Seconds};
-use haptic_tissue::{Form, Model, SampledModel, SpringPot};
+use haptic_tissue::{Model, ModelKind, SampledModel};
 
 /// V = 876 kPa·s^0.675 and G = 22.1 kPa·s^0.110 in series.
 pub(crate) fn model() -> Model {
-    let pot = |v, order| SpringPot::new(v, order).expect("valid");
-    let (first, second) = (pot(876e3, 0.675), pot(22.1e3, 0.110));
-    Model::new(Form::FractionalMaxwell { first, second }).expect("valid")
+    let values = [876e3, 0.675, 22.1e3, 0.110];
+    Model::from_parameters(ModelKind::FractionalMaxwell, &values).expect("valid")
 }
 
 /// Its memory for a horizon in samples, within 1e-6.

@@ -7,7 +7,7 @@ use dsp_process::SplitProcess as _;
 use fracdiff::full_memory::{Design, FullMemory, Kernel};
 use fracdiff::{
     Band, Differintegrator, Order, Oustaloup, PartitionedMemory, Real, Seconds, ShortMemory,
-    TustinMuir, batch,
+    TustinMuir, batch::Batch,
 };
 use oxictl::pid::fractional::grunwald::GrunwaldLeibniz;
 use oxictl::pid::fractional::tustin_approx::TustinFrac;
@@ -52,11 +52,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     bench.operator("Oustaloup 9", &Oustaloup::<f32, SECTIONS>::new(order, BAND, t)?)?;
     let x: Vec<f64> = input();
     bench.record("batch, full history", 100 * SAMPLES, || {
-        batch::full_history(Kernel::Grunwald, order, t, &x)
+        Batch::full_history(Kernel::Grunwald, order, t).map(|sum| sum.run(&x))
     })?;
     let million: Vec<f64> = (0..1_000_000).map(sample).collect();
     bench.record("batch, full history, 10^6 samples", 100_000_000, || {
-        batch::full_history(Kernel::Grunwald, order, t, &million)
+        Batch::full_history(Kernel::Grunwald, order, t).map(|sum| sum.run(&million))
     })?;
     if bench.label.is_empty() {
         peers(&bench)?;

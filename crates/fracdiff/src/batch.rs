@@ -17,64 +17,19 @@ use crate::{Order, ParameterError, Seconds, ShortMemoryVec, bdf2_short_filter};
 use std::vec;
 use std::vec::Vec;
 
-/// D^μ of a record by its full history, no memory cut. From order 1 on both kernels are backward
-/// differences.
-///
-/// ```
-/// use fracdiff::{Order, Seconds, batch, full_memory::Kernel};
-///
-/// // The half derivative of a ramp is 2·√(t/π); straight lines are exact with this kernel.
-/// let ramp: Vec<f64> = (0..1000).map(|n| f64::from(n) * 1e-3).collect();
-/// let (half, t) = (Order::new(0.5)?, Seconds(1e-3));
-/// let y = batch::full_history(Kernel::PiecewiseLinear, half, t, &ramp)?;
-/// assert!((y[999] - 2.0 * (0.999 / std::f64::consts::PI).sqrt()).abs() < 1e-10);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
-/// # Errors
-/// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
-pub fn full_history(
-    kernel: Kernel,
-    order: Order,
-    sample_time: Seconds,
-    x: &[f64],
-) -> Result<Vec<f64>, ParameterError> {
-    Ok(Batch::full_history(kernel, order, sample_time)?.run(x))
-}
-
-/// D^μ of a record by its full history with the weights of [`Bdf2Memory`](crate::Bdf2Memory): an error of O(T²).
-///
-/// # Errors
-/// [`ParameterError::SampleTime`] as above.
-pub fn full_bdf2(
-    order: Order,
-    sample_time: Seconds,
-    x: &[f64],
-) -> Result<Vec<f64>, ParameterError> {
-    Ok(Batch::full_bdf2(order, sample_time)?.run(x))
-}
-
-/// The outputs of a [`ShortMemoryVec`] of this length for the record, to rounding. Faster than running it from
-/// some 500 samples of memory on.
-///
-/// # Errors
-/// [`ParameterError::SampleTime`] as above, [`ParameterError::Length`] unless 1 ≤ length ≤
-/// [`ShortMemoryVec::MOST`].
-pub fn short_memory(
-    order: Order,
-    length: usize,
-    sample_time: Seconds,
-    x: &[f64],
-) -> Result<Vec<f64>, ParameterError> {
-    Ok(Batch::short_memory(order, length, sample_time)?.run(x))
-}
-
 /// D^μ of whole records: kernel, memory and reference, for any number of channels.
 ///
 /// ```
 /// use fracdiff::batch::Batch;
 /// use fracdiff::{Order, Seconds, full_memory::Kernel};
 ///
-/// let half = Batch::full_history(Kernel::Grunwald, Order::new(0.5)?, Seconds(1e-3))?.caputo();
+/// // The half derivative of a ramp is 2·√(t/π); straight lines are exact with this kernel.
+/// let (order, t) = (Order::new(0.5)?, Seconds(1e-3));
+/// let ramp: Vec<f64> = (0..1000).map(|n| f64::from(n) * 1e-3).collect();
+/// let y = Batch::full_history(Kernel::PiecewiseLinear, order, t)?.run(&ramp);
+/// assert!((y[999] - 2.0 * (0.999 / std::f64::consts::PI).sqrt()).abs() < 1e-10);
+///
+/// let half = Batch::full_history(Kernel::Grunwald, order, t)?.caputo();
 /// // Two axes that start away from zero; the second has a gap.
 /// let (x, z) = ([2.0, 2.0, 2.5], [1.0, f64::NAN, 1.0]);
 /// let y = half.channels(&[&x, &z]);

@@ -1,10 +1,8 @@
 //! Full memory of second order in the sample time: fractional BDF2.
 
 use crate::differintegrator::past_is_kept;
-use crate::finite::Fir;
-use crate::fir::FirHistory;
+use crate::fir::{Fir, FirHistory};
 use crate::full_memory::{Design, FullMemory, FullMemoryHistory};
-use crate::response::{ExactDifference, difference};
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
@@ -164,29 +162,5 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse
 {
     fn response(&self, theta: f64) -> Complex<f64> {
         self.memory.response(theta) * self.filter.response(theta)
-    }
-}
-
-/// The exact second-order operator (3/2 − 2w + w²/2)^μ, for analysis: irrational, as [`ExactDifference`].
-///
-/// ```
-/// use fracdiff::{ExactBdf2, FrequencyResponse, Order};
-///
-/// // At half the sample rate 3/2 − 2w + w²/2 is 4.
-/// let half = ExactBdf2(Order::new(0.5)?);
-/// assert!((half.response(std::f64::consts::PI).re - 2.0).abs() < 1e-15);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExactBdf2(pub Order);
-
-impl FrequencyResponse for ExactBdf2 {
-    fn response(&self, theta: f64) -> Complex<f64> {
-        // (3 − w)/2 = 1 + v/2, v = 1 − w
-        let factor = difference(theta) * 0.5 + 1.0;
-        let order = self.0.get();
-        let size = libm::pow(libm::hypot(factor.re, factor.im), order);
-        let (sin, cos) = libm::sincos(order * libm::atan2(factor.im, factor.re));
-        ExactDifference(self.0).response(theta) * Complex::new(size * cos, size * sin)
     }
 }

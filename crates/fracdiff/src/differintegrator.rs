@@ -19,13 +19,12 @@ use core::fmt::Debug;
 ///   [`MuirPolynomial`](crate::MuirPolynomial)), until the history is reset in all others (of a whole
 ///   order, at most as many samples as they have taps or coefficients).
 /// - *By reference*: `&O` is an operator as O is, so one serves many owners; so is `Box<O>` (`alloc`).
-/// - *As `dyn`*: operators of one history type can be `&dyn Differintegrator<F, History = H>`; operators of any type are
-///   one type together with their signal, as [`dyn AnyChannel<F>`](AnyChannel).
+/// - *As `dyn`*: operators of one history type can be `&dyn Differintegrator<F, History = H>`.
 ///
 /// ```
 /// use fracdiff::{Differintegrator, Fir, FirHistory};
 ///
-/// let (slope, mean) = (Fir::<f32, 4>::from_slice(&[1.0, -1.0])?, Fir::<f32, 4>::new([0.25; 4])?);
+/// let (slope, mean) = (Fir::<f32, 4>::from_slice(&[1.0, -1.0])?, Fir::<f32, 4>::from_slice(&[0.25; 4])?);
 /// let both: [&dyn Differintegrator<f32, History = FirHistory<f32, 4>>; 2] = [&slope, &mean];
 /// assert_eq!(both.map(|operator| operator.output(&operator.at_rest(), 4.0)), [4.0, 1.0]);
 /// # Ok::<(), fracdiff::portable::ListError>(())
@@ -165,6 +164,63 @@ macro_rules! forward_differintegrator {
 
 pub(crate) use forward_differintegrator;
 
+/// The calls of an operator that is one of several, each with a history of its own. The history of another kind gives NaN,
+/// and stays as it is.
+macro_rules! one_of {
+    ($history:ident, $advance:path: $($kind:ident)+) => {
+        fn at_rest(&self) -> Self::History {
+            match self {
+                $(Self::$kind(operator) => $history::$kind(operator.at_rest().into()),)+
+            }
+        }
+
+        fn settled(&self, x: F) -> Option<Self::History> {
+            Some(match self {
+                $(Self::$kind(operator) => $history::$kind(operator.settled(x)?.into()),)+
+            })
+        }
+
+        #[inline]
+        fn direct_gain(&self) -> F {
+            match self {
+                $(Self::$kind(operator) => operator.direct_gain(),)+
+            }
+        }
+
+        #[inline]
+        fn past(&self, history: &Self::History) -> F {
+            match (self, history) {
+                $((Self::$kind(operator), $history::$kind(own)) => operator.past(own),)+
+                _ => F::from_f64(f64::NAN),
+            }
+        }
+
+        #[inline]
+        fn output(&self, history: &Self::History, x: F) -> F {
+            match (self, history) {
+                $((Self::$kind(operator), $history::$kind(own)) => operator.output(own, x),)+
+                _ => F::from_f64(f64::NAN),
+            }
+        }
+
+        #[inline]
+        fn advance(&self, history: &mut Self::History, x: F) {
+            match (self, history) {
+                $((Self::$kind(operator), $history::$kind(own)) => $advance(operator, own, x),)+
+                _ => {}
+            }
+        }
+
+        fn memory_length(&self) -> Option<usize> {
+            match self {
+                $(Self::$kind(operator) => operator.memory_length(),)+
+            }
+        }
+    };
+}
+
+pub(crate) use one_of;
+
 impl<F: Real, O: Differintegrator<F>> Differintegrator<F> for &O {
     forward_differintegrator!(O::History, self => (**self), many);
 }
@@ -172,52 +228,6 @@ impl<F: Real, O: Differintegrator<F>> Differintegrator<F> for &O {
 #[cfg(feature = "alloc")]
 impl<F: Real, O: Differintegrator<F> + ?Sized> Differintegrator<F> for alloc::boxed::Box<O> {
     forward_differintegrator!(O::History, self => (**self));
-}
-
-/// A [`Channel`] whatever its operator: what a program holds that chooses one at run time.
-///
-/// ```
-/// use fracdiff::{AnyChannel, Channel, Order, Seconds, ShortMemory, TustinMuir};
-///
-/// let (half, t) = (Order::new(0.5)?, Seconds(1e-3));
-/// let mut short = Channel::new(ShortMemory::<f32, 64>::new(half, t)?);
-/// let mut recursive = Channel::new(TustinMuir::<f32, 9>::new(half, t)?);
-/// let axes: [&mut dyn AnyChannel<f32>; 2] = [&mut short, &mut recursive];
-/// for axis in axes {
-///     assert!(axis.step(1e-3) > 0.0);
-/// }
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
-pub trait AnyChannel<F: Real> {
-    /// As [`Channel::output`].
-    fn output(&self, x: F) -> F;
-
-    /// As [`Channel::advance`].
-    fn advance(&mut self, x: F);
-
-    /// As [`Channel::step`].
-    fn step(&mut self, x: F) -> F {
-        let y = self.output(x);
-        self.advance(x);
-        y
-    }
-
-    /// As [`Channel::reset_to`].
-    fn reset_to(&mut self, reference: F);
-}
-
-impl<F: Real, O: Differintegrator<F>> AnyChannel<F> for Channel<F, O> {
-    fn output(&self, x: F) -> F {
-        self.output(x)
-    }
-
-    fn advance(&mut self, x: F) {
-        self.advance(x);
-    }
-
-    fn reset_to(&mut self, reference: F) {
-        self.reset_to(reference);
-    }
 }
 
 /// One signal and its operator: the convenient owner for a single axis.

@@ -1,8 +1,8 @@
 //! Parameters outside their documented range.
 
-use crate::Seconds;
+use crate::full_memory::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 use crate::parameter::Shown;
-use crate::range::{HORIZON_MAX, HORIZON_MIN, ORDERS, TOLERANCE_MAX, TOLERANCE_MIN};
+use crate::{Order, Seconds};
 use core::fmt;
 
 /// A parameter outside its documented range, with the rejected value.
@@ -81,7 +81,7 @@ impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Order(order) => {
-                let (order, [least, most]) = (Shown(order), ORDERS);
+                let (order, least, most) = (Shown(order), Order::MIN, Order::MAX);
                 write!(f, "order {order} is not in [{least}, {most}]")
             }
             Self::SampleTime(sample_time) => write!(
@@ -116,7 +116,6 @@ impl fmt::Display for ParameterError {
                 "horizon of {} samples is not in [{HORIZON_MIN:e}, {HORIZON_MAX:e}]",
                 Shown(horizon)
             ),
-
             Self::Mode { rate, weight } => write!(
                 f,
                 "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"

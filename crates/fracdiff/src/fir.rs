@@ -1,6 +1,12 @@
-//! Arithmetic that every finite memory shares: a window of the newest samples, and one dot product.
+//! Finite impulse responses: a window of the newest samples and one dot product, which every finite memory shares.
 
-use crate::Real;
+use crate::differintegrator::past_is_kept;
+use crate::portable::{ListError, check_finite};
+use crate::response::polynomial;
+use crate::{Differintegrator, FrequencyResponse, Real};
+#[cfg(feature = "alloc")]
+use alloc::{vec, vec::Vec};
+use num_complex::Complex;
 
 /// Number of partial sums in a dot product. Part of the numerical contract: the order of summation
 /// depends on it, and on nothing else, on every target.
@@ -178,11 +184,6 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
         past: F::ZERO,
     };
 
-    /// A signal that was zero for ever.
-    pub(crate) const fn at_rest() -> Self {
-        Self::AT_REST
-    }
-
     /// Becomes a signal that was zero for ever.
     pub(crate) fn rest(&mut self) {
         self.samples.as_flattened_mut().fill(F::ZERO);
@@ -193,7 +194,7 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
     pub(crate) fn settled(taps: &[F], x: F) -> Self {
         let mut history = Self {
             samples: [[x; N]; 2],
-            ..Self::at_rest()
+            ..Self::AT_REST
         };
         history.advance(taps, x);
         history
@@ -204,9 +205,7 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
     pub(crate) fn advance(&mut self, taps: &[F], x: F) {
         self.past = advance(self.samples.as_flattened_mut(), &mut self.newest, taps, x);
     }
-}
 
-impl<F: Real, const N: usize> FirHistory<F, N> {
     /// [`advance`](Self::advance) of D axes.
     #[inline]
     pub(crate) fn advance_many<const D: usize>(histories: [&mut Self; D], taps: &[F], x: [F; D]) {
@@ -274,6 +273,186 @@ fn push<F: Real>(twice: &mut [F], newest: &mut usize, x: F) {
     for half in [first, second] {
         if let Some(slot) = half.get_mut(*newest) {
             *slot = x;
+        }
+    }
+}
+
+/// A finite impulse response of N coefficients at most, whatever they are.
+///
+/// ```text
+/// y[n] = Σ_{j=0}^{n−1} c_j·x[n−j]
+/// ```
+/// - *Units*: c has \[y\]/\[x\]; nothing is scaled by a sample time.
+/// - *Start-up*: zero for ever before. *Not finite*: spoils as many outputs as there are coefficients.
+/// - *Cost*: `output` one multiply-add, `advance` one for each other coefficient. No allocation or panic.
+///
+/// ```
+/// use fracdiff::{Channel, Fir};
+///
+/// let mut slope = Channel::new(Fir::<f32, 2>::from_slice(&[1e3, -1e3])?);
+/// slope.step(1.0);
+/// assert_eq!(slope.step(1.5), 500.0);
+/// # Ok::<(), fracdiff::portable::ListError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fir<F, const N: usize> {
+    used: usize,
+    coefficients: [F; N],
+}
+
+impl<F: Real, const N: usize> Fir<F, N> {
+    /// That of the newest sample first. `N = 0` does not compile.
+    ///
+    /// # Errors
+    /// [`ListError::Count`] unless there are 1 to N; [`ListError::Value`] for one that is not finite.
+    pub fn from_slice(coefficients: &[F]) -> Result<Self, ListError> {
+        const { assert!(N > 0, "there is at least one coefficient") };
+        let mut fir = Self::SILENT;
+        fir.replace(coefficients)?;
+        Ok(fir)
+    }
+
+    /// No coefficient: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const SILENT: Self = Self {
+        used: 0,
+        coefficients: [F::ZERO; N],
+    };
+
+    /// Accepts what [`from_slice`](Self::from_slice) accepts.
+    pub(crate) fn check(coefficients: &[F]) -> Result<(), ListError> {
+        let (count, most) = (coefficients.len(), N);
+        if !(1..=most).contains(&count) {
+            return Err(ListError::Count { count, most });
+        }
+        check_finite(coefficients)
+    }
+
+    /// Takes other coefficients, in its place; refused ones leave it as it is.
+    pub(crate) fn replace(&mut self, coefficients: &[F]) -> Result<(), ListError> {
+        Self::check(coefficients)?;
+        self.used = coefficients.len();
+        let (used, rest) = self.coefficients.split_at_mut(self.used);
+        used.copy_from_slice(coefficients);
+        rest.fill(F::ZERO);
+        Ok(())
+    }
+
+    /// Coefficients that are known to be finite; zeros at the end take no part.
+    pub(crate) fn of(coefficients: [F; N]) -> Self {
+        let last = coefficients.iter().rposition(|c| *c != F::ZERO);
+        let used = last.map_or(1, |last| last + 1);
+        Self { used, coefficients }
+    }
+
+    /// The coefficients, that of the newest sample first.
+    #[must_use]
+    pub fn coefficients(&self) -> &[F] {
+        self.coefficients.get(..self.used).unwrap_or_default()
+    }
+
+    /// Those of w¹, w², …
+    #[inline]
+    fn taps(&self) -> &[F] {
+        self.coefficients.get(1..self.used).unwrap_or_default()
+    }
+}
+
+impl<F: Real, const N: usize> Differintegrator<F> for Fir<F, N> {
+    type History = FirHistory<F, N>;
+
+    fn at_rest(&self) -> Self::History {
+        FirHistory::AT_REST
+    }
+
+    fn settled(&self, x: F) -> Option<Self::History> {
+        Some(FirHistory::settled(self.taps(), x))
+    }
+
+    past_is_kept!(coefficients[0]);
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, x: F) {
+        history.advance(self.taps(), x);
+    }
+
+    #[inline]
+    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+        FirHistory::advance_many(histories, self.taps(), x);
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        Some(self.used)
+    }
+}
+
+impl<F: Real, const N: usize> FrequencyResponse for Fir<F, N> {
+    /// Of the coefficients as they are: in \[y\]/\[x\], not freed of any T^(−μ).
+    fn response(&self, theta: f64) -> Complex<f64> {
+        polynomial(self.coefficients().iter().map(|c| c.to_f64()), theta)
+    }
+}
+
+/// Each sample twice, so that the newest lie in one piece, see [`push`].
+#[cfg(feature = "alloc")]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(from = "Vec<F>", into = "Vec<F>", bound = "F: Real")
+)]
+pub(crate) struct Ring<F> {
+    twice: Vec<F>,
+    newest: usize,
+}
+
+#[cfg(feature = "alloc")]
+impl<F: Real> Ring<F> {
+    /// So many samples of one value.
+    pub(crate) fn of(x: F, length: usize) -> Self {
+        Self {
+            twice: vec![x; 2 * length],
+            newest: 0,
+        }
+    }
+
+    /// Number of samples.
+    #[inline]
+    pub(crate) fn length(&self) -> usize {
+        self.twice.len() / 2
+    }
+
+    /// As [`advance`].
+    #[inline]
+    pub(crate) fn advance(&mut self, taps: &[F], x: F) -> F {
+        advance(&mut self.twice, &mut self.newest, taps, x)
+    }
+
+    /// The samples twice, and where the newest is.
+    #[inline]
+    pub(crate) fn parts(&mut self) -> (&mut [F], &mut usize) {
+        (&mut self.twice, &mut self.newest)
+    }
+}
+
+/// As data each sample stands once, newest first.
+#[cfg(all(feature = "alloc", feature = "serde"))]
+impl<F: Real> From<Ring<F>> for Vec<F> {
+    fn from(ring: Ring<F>) -> Self {
+        let length = ring.length();
+        ring.twice
+            .into_iter()
+            .skip(ring.newest)
+            .take(length)
+            .collect()
+    }
+}
+
+#[cfg(all(feature = "alloc", feature = "serde"))]
+impl<F: Real> From<Vec<F>> for Ring<F> {
+    fn from(samples: Vec<F>) -> Self {
+        Self {
+            twice: samples.repeat(2),
+            newest: 0,
         }
     }
 }

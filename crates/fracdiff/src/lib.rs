@@ -16,11 +16,9 @@ mod eigenvalues;
 mod error;
 #[cfg(feature = "alloc")]
 mod fft;
-mod finite;
 mod fir;
 pub mod full_memory;
 mod integer_part;
-mod list;
 mod muir;
 mod order;
 mod oustaloup;
@@ -28,35 +26,30 @@ pub mod parameter;
 #[cfg(feature = "alloc")]
 mod partitioned;
 pub mod portable;
-mod range;
 mod real;
 mod response;
-#[cfg(feature = "alloc")]
-mod ring;
 #[cfg(feature = "std")]
 mod roots;
 #[cfg(feature = "serde")]
 mod saved;
 #[cfg(feature = "std")]
 pub mod scheme;
-mod seconds;
 mod short_memory;
 mod tustin_muir;
 mod weights;
 
-pub use bdf2::{BDF2_TAPS, Bdf2History, Bdf2Memory, ExactBdf2, bdf2_short_filter};
-pub use differintegrator::{AnyChannel, Channel, Differintegrator};
+pub use bdf2::{BDF2_TAPS, Bdf2History, Bdf2Memory, bdf2_short_filter};
+pub use differintegrator::{Channel, Differintegrator};
 #[cfg(feature = "std")]
 pub use eigenvalues::eigenvalues;
 pub use error::ParameterError;
-pub use finite::Fir;
-pub use fir::FirHistory;
+pub use fir::{Fir, FirHistory};
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
 /// The crate of [`Complex`](num_complex::Complex), which responses are.
 pub use num_complex;
-pub use order::Order;
+pub use order::{Order, Seconds};
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
 #[cfg(feature = "alloc")]
 pub use partitioned::{PartitionedHistory, PartitionedMemory};
@@ -67,7 +60,6 @@ pub use response::{ExactDifference, FrequencyResponse};
 pub use roots::roots;
 #[cfg(feature = "std")]
 pub use scheme::{Operator, OperatorHistory, OperatorList, Scheme, SchemeError};
-pub use seconds::Seconds;
 pub use short_memory::{ShortHistory, ShortMemory};
 #[cfg(feature = "alloc")]
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};

@@ -135,7 +135,7 @@ impl<F: Real, const N: usize> Differintegrator<F> for MuirPolynomial<F, N> {
     type History = MuirHistory<F, N>;
 
     fn at_rest(&self) -> Self::History {
-        FirHistory::at_rest()
+        FirHistory::AT_REST
     }
 
     fn settled(&self, x: F) -> Option<Self::History> {

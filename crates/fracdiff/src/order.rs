@@ -1,7 +1,7 @@
 //! Order μ and sample time T: the two numbers every operator is made from.
 
-use crate::range::ORDERS;
-use crate::{ParameterError, Seconds};
+use crate::ParameterError;
+use core::fmt;
 
 /// Order μ of a differintegral, dimensionless, finite, −2 ≤ μ ≤ 2.
 ///
@@ -20,9 +20,9 @@ pub struct Order(f64);
 
 impl Order {
     /// Smallest order: the double integral.
-    pub const MIN: f64 = ORDERS[0];
+    pub const MIN: f64 = -2.0;
     /// Largest order: the second derivative.
-    pub const MAX: f64 = ORDERS[1];
+    pub const MAX: f64 = 2.0;
 
     /// Accepts −2 ≤ μ ≤ 2.
     ///
@@ -79,13 +79,31 @@ impl Order {
 /// Fractional parts below this count as zero: sin πφ would be subnormal.
 const LEAST: f64 = 1e-300;
 
-impl core::fmt::Display for Order {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Display for Order {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
     }
 }
 
+/// A duration in seconds. Any number; the constructor that takes it checks the range it needs.
+///
+/// ```
+/// use fracdiff::{Order, Seconds};
+///
+/// // T^(−1/2) at 10 kHz.
+/// assert_eq!(Seconds(1e-4).rate_to_the(Order::new(0.5)?)?, 100.0);
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Seconds(pub f64);
+
 impl Seconds {
+    /// Smallest sample time an operator accepts, in seconds.
+    pub const MIN_SAMPLE_TIME: f64 = 1e-9;
+    /// Largest sample time an operator accepts, in seconds.
+    pub const MAX_SAMPLE_TIME: f64 = 1e6;
+
     /// T^(−μ), the factor between the dimensionless operator P and D^μ, in s^(−μ).
     ///
     /// # Errors
@@ -96,5 +114,12 @@ impl Seconds {
         } else {
             Err(ParameterError::SampleTime(self))
         }
+    }
+}
+
+impl fmt::Display for Seconds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)?;
+        f.write_str(" s")
     }
 }

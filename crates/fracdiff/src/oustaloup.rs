@@ -3,7 +3,7 @@
 use crate::differintegrator::past_is_kept;
 use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::list::{ListError, check_decay};
+use crate::portable::{ListError, check_decay};
 use crate::real::approach;
 use crate::response::low_pass;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};

@@ -10,14 +10,115 @@
 //! A host designs D^μ in `f64`, rounds it once ([`Operator::list`](crate::Operator::list)) and sends the
 //! list; the device runs it with [`PortableOperator`], bit for bit like the host.
 
+use crate::differintegrator::{forward_differintegrator, one_of};
 use crate::fir::FirHistory;
 use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
 use crate::integer_part::{IntegerHistory, WithIntegerPart};
-pub use crate::list::{Form, ListError};
-use crate::list::{check_finite, check_integer};
 use crate::oustaloup::{Cascade, CascadeHistory};
 use crate::tustin_muir::{Recursion, RecursionHistory};
 use crate::{Differintegrator, Fir, Real};
+use core::fmt;
+
+/// The meaning of a list of values. Exhaustive on purpose: who runs lists must know every form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Form {
+    /// A finite impulse response.
+    Taps,
+    /// Recent taps and decaying modes.
+    Modes,
+    /// A recursive filter.
+    Recursion,
+    /// First-order sections in series.
+    Sections,
+}
+
+/// Why a list is no operator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ListError {
+    /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].
+    IntegerPart(i8),
+    /// Not a number of values that this form can have, or more than there is room for.
+    Count {
+        /// Number of values.
+        count: usize,
+        /// Number of values that this operator has room for, in this form.
+        most: usize,
+    },
+    /// A value that is not finite.
+    Value {
+        /// Its place in the list.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+    /// A decay outside (0, 1].
+    Decay {
+        /// Its place in the list.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+}
+
+impl fmt::Display for ListError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::IntegerPart(integer) => write!(
+                f,
+                "integer part {integer} is not in [-2, 2], or not 0 for a list of taps"
+            ),
+            Self::Count { count, most } => write!(
+                f,
+                "{count} coefficients are not what this form of operator has, or more than the {most} \
+                 there is room for"
+            ),
+            Self::Value { index, value } => {
+                write!(f, "coefficient {index} is {value}, which is not finite")
+            }
+            Self::Decay { index, value } => write!(
+                f,
+                "coefficient {index} is a decay of {value:e}, which is not in (0, 1]"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ListError {}
+
+/// A decay of a low-pass must lie in (0, 1], or its state would grow.
+pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListError> {
+    if decay > F::ZERO && decay <= F::ONE {
+        Ok(decay)
+    } else {
+        Err(ListError::Decay {
+            index,
+            value: decay.to_f64(),
+        })
+    }
+}
+
+/// Accepts −2 to 2.
+pub(crate) fn check_integer(integer: i8) -> Result<i32, ListError> {
+    if (-2..=2).contains(&integer) {
+        Ok(i32::from(integer))
+    } else {
+        Err(ListError::IntegerPart(integer))
+    }
+}
+
+/// Accepts values that are all finite.
+pub(crate) fn check_finite<F: Real>(values: &[F]) -> Result<(), ListError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(ListError::Value {
+            index,
+            value: values[index].to_f64(),
+        }),
+    }
+}
 
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
 /// multiple of 8), DEGREE degrees of a recursion or sections.
@@ -77,17 +178,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     /// # Errors
     /// A list that is none, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
-        if form == Form::Taps && integer != 0 {
-            return Err(ListError::IntegerPart(integer));
-        }
-        let integer = check_integer(integer)?;
-        check_finite(values)?;
-        match form {
-            Form::Taps => Self::taps(values),
-            Form::Modes => Self::modes(values, integer),
-            Form::Recursion => Self::recursion(values, integer),
-            Form::Sections => Self::sections(values, integer),
-        }
+        let mut operator = Self::SILENT;
+        operator.replace(form, integer, values)?;
+        Ok(operator)
     }
 
     /// An operator whose output is zero, as a place for [`replace`](Self::replace).
@@ -127,6 +220,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }
         Ok(())
     }
+
+    // Each form on its own: a stack of a microcontroller has no room for the parts of all four at once.
 
     #[inline(never)]
     fn replace_taps(&mut self, values: &[F]) {
@@ -176,31 +271,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
             Core::Sections(core) => core.core.value(index),
         }
     }
-
-    // Each form on its own: a stack of a microcontroller has no room for the parts of all four at once.
-
-    #[inline(never)]
-    fn taps(values: &[F]) -> Result<Self, ListError> {
-        Ok(Self(Core::Taps(Fir::from_slice(values)?)))
-    }
-
-    #[inline(never)]
-    fn modes(values: &[F], integer: i32) -> Result<Self, ListError> {
-        let core = Bank::from_list(values, integer)?;
-        Ok(Self(Core::Modes(WithIntegerPart { integer, core })))
-    }
-
-    #[inline(never)]
-    fn recursion(values: &[F], integer: i32) -> Result<Self, ListError> {
-        let core = Recursion::from_list(values)?;
-        Ok(Self(Core::Recursion(WithIntegerPart { integer, core })))
-    }
-
-    #[inline(never)]
-    fn sections(values: &[F], integer: i32) -> Result<Self, ListError> {
-        let core = Cascade::from_list(values)?;
-        Ok(Self(Core::Sections(WithIntegerPart { integer, core })))
-    }
 }
 
 // Each form of history on its own, as above.
@@ -236,88 +306,30 @@ fn advance_apart<F: Real, C: Differintegrator<F>>(core: &C, history: &mut C::His
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differintegrator<F>
-    for PortableOperator<F, TAPS, MODES, DEGREE>
+    for Core<F, TAPS, MODES, DEGREE>
 {
     type History = PortableHistory<F, TAPS, MODES, DEGREE>;
 
-    fn at_rest(&self) -> Self::History {
-        match &self.0 {
-            Core::Taps(_) => const { PortableHistory::Taps(FirHistory::AT_REST) },
-            Core::Modes(core) => PortableHistory::Modes(core.at_rest()),
-            Core::Recursion(core) => PortableHistory::Recursion(core.at_rest()),
-            Core::Sections(core) => PortableHistory::Sections(core.at_rest()),
+    fn rest(&self, history: &mut Self::History) {
+        match (self, history) {
+            (Self::Taps(_), PortableHistory::Taps(own)) => own.rest(),
+            (Self::Taps(_), other) => rest_as_taps(other),
+            (Self::Modes(core), PortableHistory::Modes(own)) => core.rest(own),
+            (Self::Modes(_), other) => rest_as_modes(other),
+            (Self::Recursion(core), other) => rest_as(core, PortableHistory::Recursion, other),
+            (Self::Sections(core), other) => rest_as(core, PortableHistory::Sections, other),
         }
     }
+
+    one_of!(PortableHistory, advance_apart: Taps Modes Recursion Sections);
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differintegrator<F>
+    for PortableOperator<F, TAPS, MODES, DEGREE>
+{
+    forward_differintegrator!(PortableHistory<F, TAPS, MODES, DEGREE>, self => self.0);
 
     fn rest(&self, history: &mut Self::History) {
-        match (&self.0, history) {
-            (Core::Taps(_), PortableHistory::Taps(own)) => own.rest(),
-            (Core::Taps(_), other) => rest_as_taps(other),
-            (Core::Modes(core), PortableHistory::Modes(own)) => core.rest(own),
-            (Core::Modes(_), other) => rest_as_modes(other),
-            (Core::Recursion(core), other) => rest_as(core, PortableHistory::Recursion, other),
-            (Core::Sections(core), other) => rest_as(core, PortableHistory::Sections, other),
-        }
-    }
-
-    fn settled(&self, x: F) -> Option<Self::History> {
-        Some(match &self.0 {
-            Core::Taps(core) => PortableHistory::Taps(core.settled(x)?),
-            Core::Modes(core) => PortableHistory::Modes(core.settled(x)?),
-            Core::Recursion(core) => PortableHistory::Recursion(core.settled(x)?),
-            Core::Sections(core) => PortableHistory::Sections(core.settled(x)?),
-        })
-    }
-
-    #[inline]
-    fn direct_gain(&self) -> F {
-        match &self.0 {
-            Core::Taps(core) => core.direct_gain(),
-            Core::Modes(core) => core.direct_gain(),
-            Core::Recursion(core) => core.direct_gain(),
-            Core::Sections(core) => core.direct_gain(),
-        }
-    }
-
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        match (&self.0, history) {
-            (Core::Taps(core), PortableHistory::Taps(own)) => core.past(own),
-            (Core::Modes(core), PortableHistory::Modes(own)) => core.past(own),
-            (Core::Recursion(core), PortableHistory::Recursion(own)) => core.past(own),
-            (Core::Sections(core), PortableHistory::Sections(own)) => core.past(own),
-            _ => F::from_f64(f64::NAN),
-        }
-    }
-
-    #[inline]
-    fn output(&self, history: &Self::History, x: F) -> F {
-        match (&self.0, history) {
-            (Core::Taps(core), PortableHistory::Taps(own)) => core.output(own, x),
-            (Core::Modes(core), PortableHistory::Modes(own)) => core.output(own, x),
-            (Core::Recursion(core), PortableHistory::Recursion(own)) => core.output(own, x),
-            (Core::Sections(core), PortableHistory::Sections(own)) => core.output(own, x),
-            _ => F::from_f64(f64::NAN),
-        }
-    }
-
-    #[inline]
-    fn advance(&self, history: &mut Self::History, x: F) {
-        match (&self.0, history) {
-            (Core::Taps(core), PortableHistory::Taps(own)) => advance_apart(core, own, x),
-            (Core::Modes(core), PortableHistory::Modes(own)) => advance_apart(core, own, x),
-            (Core::Recursion(core), PortableHistory::Recursion(own)) => advance_apart(core, own, x),
-            (Core::Sections(core), PortableHistory::Sections(own)) => advance_apart(core, own, x),
-            _ => {}
-        }
-    }
-
-    fn memory_length(&self) -> Option<usize> {
-        match &self.0 {
-            Core::Taps(core) => core.memory_length(),
-            Core::Modes(core) => core.memory_length(),
-            Core::Recursion(core) => core.memory_length(),
-            Core::Sections(core) => core.memory_length(),
-        }
+        self.0.rest(history);
     }
 }

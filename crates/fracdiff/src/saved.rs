@@ -46,3 +46,15 @@ where
 
     deserializer.deserialize_tuple(N, Values(PhantomData))
 }
+
+/// A place among MOST; another one is an error.
+pub(crate) fn below<'de, D: Deserializer<'de>, const MOST: usize>(
+    deserializer: D,
+) -> Result<usize, D::Error> {
+    let place = u32::deserialize(deserializer)? as usize;
+    if place < MOST.max(1) {
+        Ok(place)
+    } else {
+        Err(D::Error::custom("a position of a history is outside it"))
+    }
+}

@@ -2,9 +2,9 @@
 
 use crate::differintegrator::past_is_kept;
 use crate::fir::FirHistory;
-use crate::response::polynomial;
 #[cfg(feature = "alloc")]
-use crate::ring::Ring;
+use crate::fir::Ring;
+use crate::response::polynomial;
 use crate::weights::{grunwald_closed_form, grunwald_weights};
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -68,21 +68,17 @@ impl<F: Real, const N: usize> ShortMemory<F, N> {
     /// is also the response of P to a unit constant once the memory is full.
     #[must_use]
     pub fn truncation_bound(&self) -> Option<f64> {
-        truncation_bound(self.order, N)
+        let order = self.order.get();
+        let weight = || grunwald_closed_form(order - 1.0, (N - 1) as f64);
+        (order > 0.0 && order < 1.0).then(weight)
     }
-}
-
-/// Γ(N − μ)/(Γ(1 − μ)·Γ(N)) for 0 < μ < 1: weight N − 1 of order μ − 1.
-pub(crate) fn truncation_bound(order: Order, length: usize) -> Option<f64> {
-    let order = order.get();
-    (order > 0.0 && order < 1.0).then(|| grunwald_closed_form(order - 1.0, (length - 1) as f64))
 }
 
 impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
     type History = ShortHistory<F, N>;
 
     fn at_rest(&self) -> Self::History {
-        FirHistory::at_rest()
+        FirHistory::AT_REST
     }
 
     fn settled(&self, x: F) -> Option<Self::History> {
@@ -129,7 +125,6 @@ impl<F: Real, const N: usize> FrequencyResponse for ShortMemory<F, N> {
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShortMemoryVec<F> {
-    order: Order,
     rate: f64,
     taps: alloc::vec::Vec<F>,
 }
@@ -161,19 +156,13 @@ impl<F: Real> ShortMemoryVec<F> {
             .take(length)
             .map(|weight| F::from_f64(rate * weight))
             .collect();
-        Ok(Self { order, rate, taps })
+        Ok(Self { rate, taps })
     }
 
     /// The values of [`Form::Taps`](crate::portable::Form::Taps).
     #[cfg(feature = "std")]
     pub(crate) fn list(&self) -> alloc::vec::Vec<F> {
         self.taps.clone()
-    }
-
-    /// As [`ShortMemory::truncation_bound`].
-    #[must_use]
-    pub fn truncation_bound(&self) -> Option<f64> {
-        truncation_bound(self.order, self.taps.len())
     }
 }
 

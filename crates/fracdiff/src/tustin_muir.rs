@@ -2,8 +2,8 @@
 
 use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::list::ListError;
 use crate::muir::muir_split;
+use crate::portable::ListError;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;

@@ -11,13 +11,14 @@ pub(crate) mod settling;
 pub(crate) mod warnings;
 
 pub use curves::{Origin, Published};
+use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
-use fracdiff::{Order, Scheme, Seconds, batch};
+use fracdiff::{Order, Scheme, Seconds};
 pub use modelled_tissue::operator;
 pub use preflight::Preflight;
 pub use report::{Errors, RunReport, TickTimes};
 
-/// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
+/// D^μ of a whole record by its full history, no memory cut: [`Batch`].
 ///
 /// # Errors
 /// If the kernel's weights cannot be made, which valid orders and sample times rule out.
@@ -27,10 +28,11 @@ pub(crate) fn full_history(
     sample_time: Seconds,
     x: &[f64],
 ) -> anyhow::Result<Vec<f64>> {
-    Ok(match reference {
-        Reference::Kernel(kernel) => batch::full_history(kernel, order, sample_time, x)?,
-        Reference::Bdf2 => batch::full_bdf2(order, sample_time, x)?,
-    })
+    let sum = match reference {
+        Reference::Kernel(kernel) => Batch::full_history(kernel, order, sample_time)?,
+        Reference::Bdf2 => Batch::full_bdf2(order, sample_time)?,
+    };
+    Ok(sum.run(x))
 }
 
 /// In per cent, without the digits that binary fractions add.

@@ -3,19 +3,19 @@
 #![forbid(unsafe_code)]
 
 mod export;
+mod full_history;
 #[cfg(feature = "identify")]
 pub mod identify;
 mod library;
 mod material;
 mod model;
-mod rendering;
+mod sampled;
 mod text_file;
 
 pub use export::{ExportError, ExportFormat, PronyFit};
+pub use full_history::FullHistory;
 pub use library::Library;
 pub use material::{Material, MaterialError, Source, ValidRange};
-pub use model::{
-    Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
-};
-pub use rendering::{FullHistory, SampledModel};
+pub use model::{MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange};
+pub use sampled::SampledModel;
 pub use text_file::{TEXT_MOST, open_file, read_text};

@@ -99,9 +99,9 @@ impl Library {
         if let (None, Some(file)) = (found, damaged) {
             return Material::read(&file.path);
         }
-        found.cloned().ok_or_else(|| MaterialError::Unknown {
-            name: name.to_owned(),
-            known: self.materials.iter().map(|m| m.name.clone()).collect(),
+        found.cloned().ok_or_else(|| {
+            let known = self.materials.iter().map(|m| m.name.clone());
+            MaterialError::Unknown(name.to_owned(), known.collect())
         })
     }
 }
@@ -229,13 +229,17 @@ mod tests {
             (
                 "= 100",
                 "= \"x\"",
-                "gel.toml:5: invalid type: string \"x\", expected f64",
+                "gel.toml:5: expected a number or a list of numbers",
             ),
-            ("order = 0.3\n", "", "gel.toml:4: missing field `order`"),
+            (
+                "order = 0.3\n",
+                "",
+                "gel.toml:4: missing field `order` of a tissue without `model`",
+            ),
             (
                 "order = 0.3",
                 "ordre = 0.3",
-                "gel.toml:7: unknown field `ordre`",
+                "gel.toml:7: ordre is no parameter of a tissue without `model`, which has elastic_modulus_pa,",
             ),
             (
                 "\"gel\"",

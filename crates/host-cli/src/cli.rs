@@ -11,15 +11,7 @@ Runs fractional-order haptic experiments, keeps their logs and draws their figur
 Values are SI unless a unit is given: --strain 5%, --duration 200s, --sample-time 1ms.
 
 SCHEME names the fractional operator D^mu:
-  full[:TOLERANCE]              full memory, Gruenwald kernel (default, tolerance 1e-6)
-  piecewise-linear[:TOLERANCE]  full memory, Caputo L1 kernel
-  full-bdf2[:TOLERANCE]         full memory of second order in the sample time; not on a device
-  grunwald:N                    ring buffer of the last N samples
-  tustin-muir:N                 recursive filter of degree N
-  oustaloup:N:LOW_HZ:HIGH_HZ    N first-order sections in a frequency band
-  muir:N                        the dissertation's numerator alone
-  exact                         (1 - w)^mu itself, for analysis only
-
+{schemes}
 DEVICE is what an experiment runs on:
   sim                           simulated in this program (default)
   serial:PATH[@BAUD]            a device at a serial port, or an emulated one
@@ -37,7 +29,7 @@ before 1, and 1 before 4.";
     name = "host-cli",
     version,
     about,
-    long_about = LONG_ABOUT,
+    long_about = LONG_ABOUT.replace("{schemes}", &fracdiff::Scheme::help()),
     max_term_width = 100,
     after_help = "Example: host-cli relax --duration 200s --out relaxation"
 )]

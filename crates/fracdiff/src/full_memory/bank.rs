@@ -1,19 +1,14 @@
 //! The operator that runs a [`Design`].
 
-mod list;
-
 use super::design::Design;
-use super::sweep::{Block, LANES, advance_compensated, advance_plain};
 use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
+use crate::portable::{ListError, check_decay, check_finite, check_integer};
 use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use core::iter::Zip;
 use core::slice::{Iter, IterMut};
-pub(crate) use list::PORTABLE_TAPS;
-#[cfg(feature = "std")]
-pub(crate) use list::plain_modes;
 use num_complex::Complex;
 
 /// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
@@ -174,22 +169,22 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
 /// The history of one signal: due contributions of recent inputs, and the modes.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(
-        try_from = "super::saved::Saved<F, TAPS, MODES>",
-        into = "super::saved::Saved<F, TAPS, MODES>",
-        bound = "F: Real"
-    )
-)]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
     /// due\[i\] is what inputs so far contribute, by taps, to the output i + 1 ticks ahead.
-    pub(super) due: [F; TAPS],
-    pub(super) states: [F; MODES],
-    pub(super) carries: [F; MODES],
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
+    due: [F; TAPS],
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
+    states: [F; MODES],
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
+    carries: [F; MODES],
     /// The state that is looked at next, whether it has decayed.
-    pub(super) turn: usize,
-    pub(super) past: F,
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::saved::below::<_, MODES>")
+    )]
+    turn: usize,
+    past: F,
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {
@@ -284,6 +279,157 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<
             .map(|(decay, weight)| geometric(theta, decay.to_f64()) * w * weight.to_f64())
             .sum();
         (recent + tail + self.direct.to_f64()) / self.rate
+    }
+}
+
+// The arithmetic of one step, block by block. The order of summation is part of the numerical contract: lane l adds the
+// modes l, l + 8, …
+
+/// Modes side by side in one block.
+const LANES: usize = 8;
+
+/// A number of each mode of a block.
+type Block<F> = [F; LANES];
+
+/// d and W of a block.
+type Coefficients<'a, F> = (&'a Block<F>, &'a Block<F>);
+
+/// One step of the modes, z ← z + (x − d·z), without compensation: Σ W·z of each lane.
+#[inline(always)]
+fn advance_plain<'a, F: Real>(
+    blocks: impl Iterator<Item = (&'a mut Block<F>, Coefficients<'a, F>)>,
+    x: F,
+) -> Block<F> {
+    let mut sums = [F::ZERO; LANES];
+    for (states, (decays, weights)) in blocks {
+        // A block is loaded, changed and stored as a whole, or it would not become vectors.
+        let mut next = *states;
+        for lane in 0..LANES {
+            next[lane] += x - decays[lane] * next[lane];
+        }
+        *states = next;
+        for lane in 0..LANES {
+            sums[lane] += weights[lane] * next[lane];
+        }
+    }
+    sums
+}
+
+/// States of a block, and their compensation words.
+type Compensated<'a, F> = (&'a mut Block<F>, &'a mut Block<F>);
+
+/// The same with compensation, added to `sums`. They do not wait for the new words.
+#[inline(always)]
+fn advance_compensated<'a, F: Real>(
+    blocks: impl Iterator<Item = (Compensated<'a, F>, Coefficients<'a, F>)>,
+    x: F,
+    mut sums: Block<F>,
+) -> Block<F> {
+    for ((states, carries), (decays, weights)) in blocks {
+        let (mut next, mut rest) = (*states, *carries);
+        for lane in 0..LANES {
+            let state = next[lane];
+            let addend = (x - decays[lane] * state) + rest[lane];
+            next[lane] = state + addend;
+            // Dekker's sum, three operations instead of Knuth's six: exact while |addend| ≤ |state|. Where the
+            // input is larger than a slow state it is the state that is next to nothing.
+            rest[lane] = addend - (next[lane] - state);
+        }
+        (*states, *carries) = (next, rest);
+        for lane in 0..LANES {
+            sums[lane] += weights[lane] * next[lane];
+        }
+    }
+    sums
+}
+
+/// Taps of a bank that is given as a list of values.
+pub(crate) const PORTABLE_TAPS: usize = 16;
+
+/// The modes of a portable list in blocks that need no compensation.
+#[cfg(feature = "std")]
+pub(crate) fn plain_modes<F: Real>(values: &[F], integer: i32) -> usize {
+    let modes = values.get(PORTABLE_TAPS..).unwrap_or_default();
+    let decays: std::vec::Vec<F> = modes.iter().step_by(2).copied().collect();
+    LANES * fast_blocks(&decays, integer)
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
+    /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. The response is not to be
+    /// asked for: the rate is not in the list.
+    pub(crate) fn from_list(values: &[F], integer: i32) -> Result<Self, ListError> {
+        let mut bank = Self::SILENT;
+        bank.replace(values, integer)?;
+        Ok(bank)
+    }
+
+    /// Taps, and d and W of each mode, of a list that is one.
+    pub(crate) fn parts(values: &[F]) -> Result<(&[F], &[[F; 2]]), ListError> {
+        let (count, most) = (values.len(), TAPS + 2 * MODES);
+        let wrong = ListError::Count { count, most };
+        let (taps, modes) = values.split_at_checked(TAPS).ok_or(wrong)?;
+        let (pairs, rest) = modes.as_chunks::<2>();
+        if !rest.is_empty() || pairs.len() > MODES {
+            return Err(wrong);
+        }
+        for (q, &[decay, _]) in pairs.iter().enumerate() {
+            check_decay(decay, TAPS + 2 * q)?;
+        }
+        Ok((taps, pairs))
+    }
+
+    /// Becomes the bank of a list, in its place; a list that is none leaves it as it is.
+    pub(crate) fn replace(&mut self, values: &[F], integer: i32) -> Result<(), ListError> {
+        let (taps, pairs) = Self::parts(values)?;
+        self.rate = 1.0;
+        self.direct = taps[0];
+        self.corrections[..TAPS - 1].copy_from_slice(&taps[1..]);
+        self.corrections[TAPS - 1] = F::ZERO;
+        // A decay of zero is no mode.
+        self.decays.fill(F::ZERO);
+        self.weights.fill(F::ZERO);
+        for (q, &[decay, weight]) in pairs.iter().enumerate() {
+            self.decays[q] = decay;
+            self.weights[q] = weight;
+        }
+        self.use_modes(pairs.len(), integer);
+        Ok(())
+    }
+
+    /// Value `index` of the list that [`from_list`](Self::from_list) takes.
+    pub(crate) fn value(&self, index: usize) -> Option<F> {
+        if index < TAPS {
+            return Some(if index == 0 {
+                self.direct
+            } else {
+                self.corrections[index - 1]
+            });
+        }
+        let (mode, second) = ((index - TAPS) / 2, (index - TAPS) % 2 == 1);
+        // A decay of zero is no mode.
+        let decay = *self.decays.get(mode).filter(|decay| **decay > F::ZERO)?;
+        Some(if second { self.weights[mode] } else { decay })
+    }
+}
+
+impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
+    /// From the integer part and the values of [`Form::Modes`](crate::portable::Form::Modes), as
+    /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
+    /// its design, so that a microcontroller needs no elementary functions.
+    ///
+    /// # Errors
+    /// A list that is none, see [`ListError`]. The response is not to be asked for: the rate is not in the list.
+    pub fn from_list(integer: i8, values: &[F]) -> Result<Self, ListError> {
+        let integer = check_integer(integer)?;
+        check_finite(values)?;
+        let core = Bank::from_list(values, integer)?;
+        Ok(Self(WithIntegerPart { integer, core }))
+    }
+
+    /// Integer part, and the values of [`Form::Modes`](crate::portable::Form::Modes).
+    #[cfg(feature = "std")]
+    pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
+        self.0.list(Bank::value)
     }
 }
 

@@ -1,12 +1,79 @@
 //! Finding the modes for a tolerance and a horizon, and measuring what they reach.
 
-use super::design_error::DesignError;
-use super::grid::Grid;
-use super::kernel::{Core, Kernel};
-use super::mode::Mode;
-use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
+use super::kernel::{Core, Grid, Kernel};
 use crate::{Order, ParameterError};
 use core::f64::consts::PI;
+use core::fmt;
+
+/// Smallest tolerance a design accepts.
+pub const TOLERANCE_MIN: f64 = 1e-11;
+/// Largest tolerance a design accepts.
+pub const TOLERANCE_MAX: f64 = 0.1;
+/// Shortest horizon a design accepts, samples.
+pub const HORIZON_MIN: f64 = 1e2;
+/// Longest horizon a design accepts, samples: 31 years at 1 kHz.
+pub const HORIZON_MAX: f64 = 1e12;
+
+/// A decaying mode: it adds weight·e^(−j·rate) to the weight of lag j.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Mode {
+    /// `s_q` > 0, per sample.
+    pub rate: f64,
+    /// `w_q` > 0, dimensionless.
+    pub weight: f64,
+}
+
+/// Why no design was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum DesignError {
+    /// A parameter outside its range.
+    Parameter(ParameterError),
+    /// The tolerance takes more modes than there is room for.
+    #[non_exhaustive]
+    TooManyModes {
+        /// Modes that the tolerance takes.
+        needed: usize,
+        /// Room, the constant MODES.
+        room: usize,
+    },
+    /// The tolerance cannot be reached in double precision.
+    #[non_exhaustive]
+    Unreachable {
+        /// The wish.
+        tolerance: f64,
+        /// The best that was found.
+        reached: f64,
+    },
+}
+
+impl From<ParameterError> for DesignError {
+    fn from(error: ParameterError) -> Self {
+        Self::Parameter(error)
+    }
+}
+
+impl fmt::Display for DesignError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Parameter(error) => error.fmt(f),
+            Self::TooManyModes { needed, room } => write!(
+                f,
+                "the tolerance takes {needed} modes, there is room for {room}: allow a larger tolerance, a shorter \
+                 horizon or more modes"
+            ),
+            Self::Unreachable { tolerance, reached } => write!(
+                f,
+                "tolerance {tolerance:e} cannot be reached: the best weights are within \
+                 {reached:.1e}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for DesignError {}
 
 /// The modes of a [`FullMemory`](super::FullMemory), fastest first, with the error they reach.
 ///
@@ -74,7 +141,13 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         let mut reached = f64::INFINITY;
         // The step formula is right to a few per cent; the rest is found by trying.
         for _ in 0..TRIES {
-            design.fill(core, &Grid::new(core, TAPS, tolerance, horizon, step))?;
+            let grid = Grid::new(core, TAPS, tolerance, horizon, step);
+            let (needed, room) = (grid.modes().count(), MODES);
+            if needed > room {
+                return Err(DesignError::TooManyModes { needed, room });
+            }
+            design.take(grid.modes());
+            design.error_bound = design.measure(|lag| core.weight(lag), step);
             if design.error_bound <= tolerance {
                 return Ok(design);
             }
@@ -139,37 +212,27 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             let weight = head[lag];
             return Err(ParameterError::Weight { lag, weight }.into());
         }
-        let mut design = Self {
-            order,
-            integer: order.split_up().0,
-            head,
-            horizon,
-            modes: [Mode::default(); MODES],
-            count: 0,
-            error_bound: 0.0,
-        };
-        design.take(modes);
+        let mut design = Self::without_modes(order, order.split_up().0, head, horizon);
+        design.take(modes.iter().copied());
         // Fastest first: compensation is a property of the slow end.
         design.modes[..needed].sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
         design.error_bound = design.measure(|lag| weight(lag as u64), OWN_SWING);
         Ok(design)
     }
 
-    /// No modes yet, the taps as they are.
-    #[cfg(feature = "std")]
-    pub(super) fn with_head(
-        order: Order,
-        weight: impl Fn(u64) -> f64,
-        horizon: f64,
-    ) -> Result<Self, DesignError> {
-        Self::from_modes(order, weight, &[], horizon.max(TAPS as f64))
-    }
-
-    /// Takes the given modes, fastest first, and measures them against weights at lags.
-    #[cfg(feature = "std")]
-    pub(super) fn take_measured(&mut self, modes: &[Mode], weights: &[(f64, f64)]) {
-        self.take(modes);
-        self.error_bound = self.largest_error(weights.iter().copied());
+    const fn without_modes(order: Order, integer: i32, head: [f64; TAPS], horizon: f64) -> Self {
+        Self {
+            order,
+            integer,
+            head,
+            horizon,
+            modes: [Mode {
+                rate: 0.0,
+                weight: 0.0,
+            }; MODES],
+            count: 0,
+            error_bound: 0.0,
+        }
     }
 
     /// No modes yet; checks the ranges.
@@ -182,46 +245,36 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         Core::check_taps::<TAPS>();
         check_tolerance(tolerance)?;
         check_horizon(TAPS, horizon)?;
-        Ok(Self {
-            order,
-            integer: core.integer,
-            head: core::array::from_fn(|lag| core.weight(lag as f64)),
-            horizon,
-            modes: [Mode::default(); MODES],
-            count: 0,
-            error_bound: 0.0,
-        })
+        let head = core::array::from_fn(|lag| core.weight(lag as f64));
+        Ok(Self::without_modes(order, core.integer, head, horizon))
     }
 
-    /// Takes all modes of a grid, then measures.
-    fn fill(&mut self, core: Core, grid: &Grid) -> Result<(), DesignError> {
-        let needed = grid.modes().count();
-        if needed > MODES {
-            return Err(DesignError::TooManyModes {
-                needed,
-                room: MODES,
-            });
-        }
-        self.count = needed;
-        for (slot, mode) in self.modes.iter_mut().zip(grid.modes()) {
-            *slot = mode;
-        }
-        self.error_bound = self.measure(|lag| core.weight(lag), grid.step);
-        Ok(())
+    /// Takes the given modes, fastest first, and measures them: against weights at lags.
+    #[cfg(feature = "std")]
+    pub(super) fn take_measured(
+        &mut self,
+        modes: &[Mode],
+        weights: impl Iterator<Item = (f64, f64)>,
+    ) {
+        self.take(modes.iter().copied());
+        self.error_bound = self.largest_error(weights);
     }
 
-    /// Takes the given modes, fastest first, and measures them for swings of about `step` in ln j.
+    /// The same for swings of about `step` in ln j.
     #[cfg(feature = "std")]
     pub(super) fn refill(&mut self, core: Core, modes: &[Mode], step: f64) {
-        self.take(modes);
+        self.take(modes.iter().copied());
         self.error_bound = self.measure(|lag| core.weight(lag), step);
     }
 
     /// Takes the given modes, as many as there is room for.
-    fn take(&mut self, modes: &[Mode]) {
-        self.count = modes.len().min(MODES);
+    fn take(&mut self, modes: impl Iterator<Item = Mode>) {
         self.modes = [Mode::default(); MODES];
-        self.modes[..self.count].copy_from_slice(&modes[..self.count]);
+        self.count = 0;
+        for (slot, mode) in self.modes.iter_mut().zip(modes) {
+            *slot = mode;
+            self.count += 1;
+        }
     }
 
     /// Largest relative error of a weight over the check grid, raised by what a peak between two
@@ -302,9 +355,9 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
 }
 
 /// Accepts 1e-11 to 0.1.
-pub(super) fn check_tolerance(tolerance: f64) -> Result<(), ParameterError> {
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<f64, ParameterError> {
     if (TOLERANCE_MIN..=TOLERANCE_MAX).contains(&tolerance) {
-        Ok(())
+        Ok(tolerance)
     } else {
         Err(ParameterError::Tolerance(tolerance))
     }

@@ -1,7 +1,6 @@
 //! Memories that only fade: weights that are moments of a density, whatever the density.
 
-use super::design_error::DesignError;
-use super::mode::Mode;
+use super::design::{DesignError, Mode, check_horizon};
 use crate::ParameterError;
 use core::f64::consts::PI;
 use std::vec;
@@ -89,7 +88,7 @@ impl MemoryWeights {
     /// A number of the memory that is not finite or negative; [`DesignError::Unreachable`] for a density that is rough everywhere
     /// or has no finite mass at slow rates. Single steps and narrow peaks do no harm.
     pub fn new(memory: &impl Memory, horizon: f64) -> Result<Self, DesignError> {
-        super::design::check_horizon(1, horizon)?;
+        check_horizon(1, horizon)?;
         let first = memory.first();
         if !(first >= 0.0 && first.is_finite()) {
             let (lag, weight) = (0, first);

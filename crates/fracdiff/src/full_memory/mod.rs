@@ -18,32 +18,25 @@
 
 mod bank;
 mod design;
-mod design_error;
-mod grid;
+#[cfg(feature = "std")]
+mod fitted;
 mod kernel;
 #[cfg(feature = "std")]
 mod memory;
-mod mode;
 #[cfg(feature = "std")]
 mod nnls;
-#[cfg(feature = "std")]
-mod of_memory;
-#[cfg(feature = "std")]
-mod prune;
-#[cfg(feature = "serde")]
-mod saved;
-mod sweep;
 
-pub use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 #[cfg(feature = "std")]
 pub(crate) use bank::plain_modes;
 pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
-pub use design::Design;
-pub use design_error::DesignError;
+#[cfg(feature = "std")]
+pub(crate) use design::check_tolerance;
+pub use design::{
+    Design, DesignError, HORIZON_MAX, HORIZON_MIN, Mode, TOLERANCE_MAX, TOLERANCE_MIN,
+};
 pub use kernel::Kernel;
 #[cfg(feature = "std")]
 pub use memory::{Memory, MemoryWeights};
-pub use mode::Mode;
 #[cfg(feature = "std")]
 pub use nnls::non_negative_least_squares;

@@ -78,29 +78,63 @@ impl Schedule {
 
 /// The history of one signal in a level.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(
-        try_from = "super::saved::Saved<F>",
-        into = "super::saved::Saved<F>",
-        bound = "F: Real"
-    )
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub(super) struct LevelHistory<F> {
     /// The block before the one that is coming in; overwritten as samples come.
-    pub(super) before: Vec<F>,
+    before: Vec<F>,
     /// z, coming in; what is worked on; v, going out. They change places every B ticks.
-    pub(super) coming: Vec<Bins<F>>,
-    pub(super) work: Vec<Bins<F>>,
-    pub(super) going: Vec<Bins<F>>,
+    coming: Vec<Bins<F>>,
+    work: Vec<Bins<F>>,
+    going: Vec<Bins<F>>,
     /// Z of the last P blocks, block of bins by block of bins, in each a ring.
-    pub(super) spectra: Vec<Bins<F>>,
-    pub(super) newest: usize,
-    pub(super) tick: usize,
-    pub(super) unit: usize,
-    /// Work owed, in units times B.
-    pub(super) owed: usize,
+    spectra: Vec<Bins<F>>,
+    newest: usize,
+    tick: usize,
+    /// Work done and owed, in units and units times B; both follow from the tick.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    unit: usize,
+    #[cfg_attr(feature = "serde", serde(skip))]
+    owed: usize,
+}
+
+/// Histories that were saved, if they are whole.
+#[cfg(feature = "serde")]
+pub(super) fn whole<'de, F: Real, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<LevelHistory<F>>, D::Error> {
+    use serde::{Deserialize as _, de::Error as _};
+    let mut levels = Vec::<LevelHistory<F>>::deserialize(deserializer)?;
+    for level in &mut levels {
+        level.go_on().map_err(D::Error::custom)?;
+    }
+    Ok(levels)
+}
+
+#[cfg(feature = "serde")]
+impl<F> LevelHistory<F> {
+    /// Checks the lengths and places of a saved history, and finds the work that was done.
+    fn go_on(&mut self) -> Result<(), &'static str> {
+        let length = self.before.len();
+        let blocks = length / LANES;
+        if length < super::FIRST || !length.is_power_of_two() {
+            return Err("the block of a history is not 32, 64, 128, … samples long");
+        }
+        let all = [&self.coming, &self.work, &self.going];
+        if all.iter().any(|bins| bins.len() != blocks) {
+            return Err("the blocks of a history differ in length");
+        }
+        let partitions = self.spectra.len() / blocks;
+        if partitions == 0 || !self.spectra.len().is_multiple_of(blocks) {
+            return Err("the spectra of a history are no whole blocks");
+        }
+        if self.newest >= partitions || self.tick >= length {
+            return Err("a position of a history is outside it");
+        }
+        let done = self.tick * Schedule::new(blocks, partitions).units();
+        (self.unit, self.owed) = (done / length, done % length);
+        Ok(())
+    }
 }
 
 impl<F: Real> Level<F> {

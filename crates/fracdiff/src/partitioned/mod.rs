@@ -1,13 +1,10 @@
 //! A long finite memory at a fraction of its cost, the work spread evenly over the ticks.
 
 mod level;
-#[cfg(feature = "serde")]
-mod saved;
 
 use crate::differintegrator::past_is_kept;
+use crate::fir::Ring;
 use crate::response::polynomial;
-use crate::ring::Ring;
-use crate::short_memory::truncation_bound;
 use crate::weights::grunwald_weights;
 use crate::{
     Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds, ShortMemoryVec,
@@ -64,6 +61,7 @@ pub struct PartitionedMemory<F> {
 #[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct PartitionedHistory<F> {
     ring: Ring<F>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "level::whole"))]
     levels: Vec<LevelHistory<F>>,
     past: F,
 }
@@ -99,12 +97,6 @@ impl<F: Real> PartitionedMemory<F> {
             head: head.map(|&tap| F::from_f64(tap)).collect(),
             levels,
         })
-    }
-
-    /// As [`ShortMemory::truncation_bound`](crate::ShortMemory::truncation_bound).
-    #[must_use]
-    pub fn truncation_bound(&self) -> Option<f64> {
-        truncation_bound(self.order, self.length)
     }
 }
 

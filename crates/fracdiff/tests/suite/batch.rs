@@ -6,8 +6,7 @@ use crate::oracle::{
 use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{
-    Channel, ParameterError, Seconds, ShortMemoryVec, batch, grunwald_weights,
-    piecewise_linear_weight,
+    Channel, ParameterError, Seconds, ShortMemoryVec, grunwald_weights, piecewise_linear_weight,
 };
 
 #[test]
@@ -15,14 +14,16 @@ fn the_full_history_is_the_defining_sum() {
     for length in [0, 1, 2, 700] {
         let x = lively(length);
         for mu in [-1.5, 0.0, 0.4, 1.0, 1.6] {
-            let have = batch::full_history(Kernel::Grunwald, order(mu), SAMPLE_TIME, &x);
+            let have = Batch::full_history(Kernel::Grunwald, order(mu), SAMPLE_TIME)
+                .map(|sum| sum.run(&x));
             let want = grunwald_sum(mu, SAMPLE_TIME, length.max(1), &x);
             assert_close(&have.expect("valid"), &want, 1e-12 * largest(&want));
         }
         let lags = 0..length.max(1) as u64;
         let weights = lags.map(|lag| piecewise_linear_weight(order(0.4), lag).expect("below 1"));
         let want = convolve(&weights.collect::<Vec<_>>(), &x);
-        let have = batch::full_history(Kernel::PiecewiseLinear, order(0.4), Seconds(1.0), &x);
+        let have = Batch::full_history(Kernel::PiecewiseLinear, order(0.4), Seconds(1.0))
+            .map(|sum| sum.run(&x));
         assert_close(
             &have.expect("valid"),
             &want,
@@ -35,7 +36,8 @@ fn the_full_history_is_the_defining_sum() {
 fn a_million_samples_are_within_1e_12_of_direct_sums() {
     let x = lively(1_000_000);
     let weights: Vec<f64> = grunwald_weights(order(0.2247)).take(x.len()).collect();
-    let have = batch::full_history(Kernel::Grunwald, order(0.2247), SAMPLE_TIME, &x);
+    let have =
+        Batch::full_history(Kernel::Grunwald, order(0.2247), SAMPLE_TIME).map(|sum| sum.run(&x));
     let have = have.expect("valid");
     for n in [0, 1, 31_999, 500_000, 765_432, 999_999] {
         // Small terms first.
@@ -57,7 +59,9 @@ fn a_short_memory_of_a_record_is_the_operator_run_over_it() {
         for mu in [-0.5, 0.2247, 1.0] {
             let operator = ShortMemoryVec::<f64>::new(order(mu), length, SAMPLE_TIME);
             let want = run(&operator.expect("valid"), &x);
-            let have = batch::short_memory(order(mu), length, SAMPLE_TIME, &x).expect("valid");
+            let have = Batch::short_memory(order(mu), length, SAMPLE_TIME)
+                .map(|sum| sum.run(&x))
+                .expect("valid");
             assert_close(&have, &want, 1e-12 * largest(&want));
         }
     }
@@ -65,9 +69,10 @@ fn a_short_memory_of_a_record_is_the_operator_run_over_it() {
 
 #[test]
 fn bad_parameters_are_refused() {
-    let error = batch::full_history(Kernel::Grunwald, order(0.5), Seconds(f64::NAN), &[1.0]);
+    let error = Batch::full_history(Kernel::Grunwald, order(0.5), Seconds(f64::NAN))
+        .map(|sum| sum.run(&[1.0]));
     assert!(matches!(error, Err(ParameterError::SampleTime(_))));
-    let error = batch::short_memory(order(0.5), 0, SAMPLE_TIME, &[1.0]);
+    let error = Batch::short_memory(order(0.5), 0, SAMPLE_TIME).map(|sum| sum.run(&[1.0]));
     assert!(matches!(error, Err(ParameterError::Length { .. })));
 }
 

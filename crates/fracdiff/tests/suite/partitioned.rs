@@ -89,7 +89,6 @@ fn it_has_the_response_and_the_refusals_of_short_memory() {
         assert_eq!(have.response(theta), want.response(theta));
     }
     assert_eq!(have.memory_length(), Some(3000));
-    assert_eq!(have.truncation_bound(), want.truncation_bound());
     let most = ShortMemoryVec::<f64>::MOST;
     for length in [0, most + 1] {
         let refused = PartitionedMemory::<f64>::new(order(0.5), length, SAMPLE_TIME);

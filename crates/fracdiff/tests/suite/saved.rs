@@ -49,7 +49,7 @@ fn a_history_saved_and_restored_goes_on_bit_for_bit() {
     }
     goes_on(&full::<f32>(Kernel::Grunwald, 0.3, 1e-6), "full memory");
     goes_on(
-        &Fir::<f64, 3>::new([1.0, 2.0, 3.0]).expect("finite"),
+        &Fir::<f64, 3>::from_slice(&[1.0, 2.0, 3.0]).expect("finite"),
         "coefficients",
     );
     type Portable = PortableOperator<f32, 8, 8, 8>;
@@ -114,7 +114,9 @@ fn positions_outside_a_history_and_other_lengths_are_refused() {
     bytes[turn] = 64;
     assert!(postcard::from_bytes::<History>(&bytes).is_err());
     // A list of two is no history of three.
-    let two = Fir::<f32, 2>::new([1.0, 1.0]).expect("finite").at_rest();
+    let two = Fir::<f32, 2>::from_slice(&[1.0, 1.0])
+        .expect("finite")
+        .at_rest();
     let bytes = saved(&two);
     assert!(postcard::from_bytes::<FirHistory<f32, 3>>(&bytes).is_err());
 }

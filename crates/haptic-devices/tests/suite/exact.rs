@@ -1,7 +1,8 @@
 //! The sum over the whole motion, that forces of devices are held to.
 
+use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
-use fracdiff::{Order, Seconds, batch};
+use fracdiff::{Order, Seconds};
 
 /// The largest distance of recorded forces from −B·D^μ x of the recorded positions, N, and the largest force of that sum, N.
 pub(crate) fn off_from_the_sum(
@@ -11,7 +12,9 @@ pub(crate) fn off_from_the_sum(
     positions: &[f64],
     forces: &[f64],
 ) -> (f64, f64) {
-    let exact = batch::full_history(Kernel::Grunwald, order, t, positions).expect("sums");
+    let exact = Batch::full_history(Kernel::Grunwald, order, t)
+        .expect("a sum")
+        .run(positions);
     let wanted: Vec<f64> = exact.iter().map(|sum| -dissipation * sum).collect();
     let largest = wanted
         .iter()

@@ -224,32 +224,24 @@ impl TissuePiece {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_tissue::{Form, MaxwellBranch, Source};
+    use haptic_tissue::{ModelKind, Source};
 
-    fn tissue(elastic_modulus_pa: f64, branches: &[(f64, f64)]) -> ModelledTissue {
-        let branch = |&(elastic_modulus_pa, relaxation_time_s): &(f64, f64)| MaxwellBranch {
-            elastic_modulus_pa,
-            relaxation_time_s,
-        };
-        let form = Form::Prony {
-            elastic_modulus_pa,
-            branches: branches.iter().map(branch).collect(),
-        };
-        let model = Model::new(form).expect("valid");
+    fn tissue(series: &[f64]) -> ModelledTissue {
+        let model = Model::from_parameters(ModelKind::Prony, series).expect("valid");
         let material = Material::new("gel", "a gel", model, Source::default());
         ModelledTissue::new(material.expect("a name")).expect("sampled")
     }
 
     #[test]
     fn a_series_without_branches_is_a_spring() {
-        let spring = tissue(5e3, &[]);
+        let spring = tissue(&[5e3]);
         assert!(spring.composed().is_none());
         assert_eq!(spring.spring_and_damper(0.02), (100.0, 0.0));
     }
 
     #[test]
     fn metadata_have_the_model_with_its_parameters_and_what_is_rendered() {
-        let gel = tissue(5e3, &[(1e3, 0.1), (2e3, 7.0)]);
+        let gel = tissue(&[5e3, 1e3, 0.1, 2e3, 7.0]);
         let all = gel.parameters();
         assert_eq!(all["model"], "prony");
         assert_eq!(all["rendered_modulus_pa"], "5000");
@@ -261,7 +253,7 @@ mod tests {
 
     #[test]
     fn another_order_resists_as_much_at_the_frequency() {
-        let gel = tissue(5e3, &[(1e3, 0.1)]);
+        let gel = tissue(&[5e3, 1e3, 0.1]);
         let half = Order::new(0.5).expect("valid");
         // |M(jω) − E| = E₁·ωτ/√(1 + ω²τ²) at ωτ = 1.
         let have = gel.dissipation_at(2.0, half, 10.0) * 10.0_f64.sqrt();

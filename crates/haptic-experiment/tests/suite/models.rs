@@ -5,37 +5,19 @@ use haptic_experiment::Dynamics;
 use haptic_experiment::judge::Preflight;
 use haptic_experiment::{Contact, Creep, ModelledTissue, Precision, Relaxation, Rendering};
 use haptic_loop::units::Metres;
-use haptic_tissue::{Form, Material, MaxwellBranch, Model, SampledModel, Source};
+use haptic_tissue::{Material, Model, ModelKind, SampledModel, Source};
 use std::ops::ControlFlow;
 use testkit::Random;
 use testkit::device::{DAMPING, MASS, plant, read, with_hand, write};
-use testkit::tissue::{KINDS, of_two, pot};
+use testkit::tissue::{KINDS, models, of_two};
 
-fn tissue(form: Form) -> ModelledTissue {
-    let model = Model::new(form).expect("valid");
+fn tissue(model: Model) -> ModelledTissue {
     let gel = Material::new("gel", "a gel", model, Source::default());
     ModelledTissue::new(gel.expect("a name")).expect("sampled")
 }
 
-/// Each form with spring-pots, with a spring, with a dashpot and classical.
-fn forms(v: f64, g: f64) -> Vec<(String, Form)> {
-    let mut forms = testkit::tissue::forms(v, g, &KINDS);
-    let branch = |relaxation_time_s| MaxwellBranch {
-        elastic_modulus_pa: 3e3,
-        relaxation_time_s,
-    };
-    let branches = [0.05, 0.3, 7.0, 120.0].map(branch).to_vec();
-    let elastic_modulus_pa = 2e3;
-    let prony = Form::Prony {
-        elastic_modulus_pa,
-        branches,
-    };
-    forms.push(("Prony".to_owned(), prony));
-    forms
-}
-
-fn relaxation(form: Form, precision: Precision) -> Relaxation {
-    let mut relaxation = Relaxation::of(Rendering::new(tissue(form)).expect("defaults"));
+fn relaxation(model: Model, precision: Precision) -> Relaxation {
+    let mut relaxation = Relaxation::of(Rendering::new(tissue(model)).expect("defaults"));
     relaxation.rendering.contact = Contact::Rigid;
     relaxation.rendering.precision = precision;
     // Far from the limits of the safety chain.
@@ -73,9 +55,9 @@ fn hold_errors(relaxation: &Relaxation) -> [f64; 2] {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn relaxation_of_each_model_is_its_closed_form() {
-    for (name, form) in forms(876e3, 22.1e3) {
+    for (name, model) in models(876e3, 22.1e3, &KINDS) {
         let [double, single] = [Precision::F64, Precision::F32]
-            .map(|precision| hold_errors(&relaxation(form.clone(), precision)));
+            .map(|precision| hold_errors(&relaxation(model.clone(), precision)));
         println!("{name}: {double:?} in f64, {single:?} in f32");
         for [plain, error] in [double, single] {
             // An exponential fades as (1 + T/τ)^(−n), late by the share T/2τ of the time.
@@ -98,12 +80,14 @@ fn relaxation_of_each_model_is_its_closed_form() {
 fn creep_of_each_model_is_its_closed_form() {
     // A dashpot beside the rest that this rig can bear; elsewhere so much that the rig's own is felt little.
     let beside = |name: &str| name.starts_with("Kelvin");
-    let soft = forms(3e3, 5e3).into_iter().filter(|(name, _)| beside(name));
-    let stiff = forms(1e5, 1e4)
+    let soft = models(3e3, 5e3, &KINDS)
+        .into_iter()
+        .filter(|(name, _)| beside(name));
+    let stiff = models(1e5, 1e4, &KINDS)
         .into_iter()
         .filter(|(name, _)| !beside(name));
-    for (name, form) in soft.chain(stiff) {
-        let mut rendering = Rendering::new(tissue(form)).expect("defaults");
+    for (name, model) in soft.chain(stiff) {
+        let mut rendering = Rendering::new(tissue(model)).expect("defaults");
         rendering.force_limit_n = 1e5;
         rendering.force_rate_limit_n_per_s = 1e9;
         let creep = Creep {
@@ -129,8 +113,9 @@ fn creep_of_each_model_is_its_closed_form() {
 
 #[test]
 fn only_full_memories_render_models_of_more_elements() {
-    let (first, second) = (pot(876e3, 0.675), pot(22.1e3, 0.11));
-    let muscle = || relaxation(Form::FractionalMaxwell { first, second }, Precision::F64);
+    let values = [876e3, 0.675, 22.1e3, 0.11];
+    let model = testkit::tissue::model(ModelKind::FractionalMaxwell, &values);
+    let muscle = || relaxation(model.clone(), Precision::F64);
     let refused = |scheme: &str| {
         let mut muscle = muscle();
         muscle.rendering.scheme = scheme.parse().expect("a scheme");
@@ -161,12 +146,12 @@ struct Drawn {
 fn drawn(random: &mut Random, case: usize) -> Drawn {
     let beta = random.or_nothing(0.6);
     let alpha = random.between(beta + 0.05, 1.0);
-    let first = pot(random.log_between(1e2, 1e5), alpha);
-    let second = pot(random.log_between(1e2, 1e5), beta);
+    let first = (random.log_between(1e2, 1e5), alpha);
+    let second = (random.log_between(1e2, 1e5), beta);
     let elastic_modulus_pa = random.log_between(1e2, 1e5);
-    let (_, form) = of_two(first, second, elastic_modulus_pa)[case % 4].clone();
+    let (_, model) = of_two(first, second, elastic_modulus_pa)[case % 4].clone();
     Drawn {
-        model: Model::new(form).expect("valid"),
+        model,
         shape: random.log_between(1e-2, 1e2),
         hand: random.log_between(10.0, 1e3),
     }

@@ -1,7 +1,6 @@
 //! Plain sentences about a fit.
 
-use super::fit::{AS_GOOD, Fit};
-use super::parameter::Estimate;
+use super::fit::{AS_GOOD, Estimate, Fit};
 use super::record::Record;
 use crate::identify::keys::BOOTSTRAP;
 

@@ -7,11 +7,9 @@
 //!
 //! Source: H. R. Künsch, *The jackknife and the bootstrap for general stationary observations*, Annals of Statistics 17, 1989.
 
-use super::candidate::Candidate;
-use super::elements::Elements;
-use super::parameter::parameters;
-use super::problem::{minimise, ranges};
-use super::search::{Best, FINE};
+use super::elements::{Candidate, Elements};
+use super::fit::parameters;
+use super::search::{Best, FINE, minimise, ranges};
 use super::target::Target;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -65,7 +63,7 @@ pub(super) fn intervals(
             let target = target.with_values(values.collect());
             let fit = minimise(candidate, &target, &ranges, &start, &free, FINE);
             progress(1);
-            let elements = Elements::from_variables(candidate, &fit.values).sorted(candidate);
+            let elements = Elements::from_variables(&fit.values).sorted(candidate);
             fit.converged
                 .then(|| parameters(candidate, &elements, target.unit_s))
         })

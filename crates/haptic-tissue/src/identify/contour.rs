@@ -11,8 +11,7 @@
 //! Source: L. N. Trefethen, J. A. C. Weideman, T. Schmelzer, *Talbot quadratures and rational approximations*, BIT 46, 2006,
 //! equation of the modified contour.
 
-use super::candidate::{Candidate, ELEMENTS, VARIABLES};
-use super::elements::{Elements, Slope};
+use super::elements::{Candidate, ELEMENTS, Elements, Slope};
 use num_complex::Complex64;
 
 /// Points of the whole contour.
@@ -74,19 +73,13 @@ impl Contour {
             };
             contour.ln_z[k] = (libm::log(libm::hypot(z.re, z.im)), libm::atan2(z.im, z.re));
         }
-        contour.turn_to(elements);
-        contour
-    }
-
-    /// The same with other elements.
-    pub(super) fn turn_to(&mut self, elements: Elements) {
-        self.elements = elements;
-        for (i, powers) in self.power.iter_mut().enumerate() {
-            for (power, &(size, angle)) in powers.iter_mut().zip(&self.ln_z) {
+        for (i, powers) in contour.power.iter_mut().enumerate() {
+            for (power, &(size, angle)) in powers.iter_mut().zip(&contour.ln_z) {
                 let (order, grown) = (elements.order[i], libm::exp(elements.order[i] * size));
                 *power = Complex64::new(libm::cos(order * angle), libm::sin(order * angle)) * grown;
             }
         }
+        contour
     }
 
     /// The quantity at t = t₀·exp(`ln_time`), and its derivatives by the variables; for the integral in units of t₀.
@@ -94,7 +87,7 @@ impl Contour {
         let (candidate, zero) = (self.candidate, Complex64::new(0.0, 0.0));
         let mut size = [0.0; ELEMENTS];
         for (i, size) in size.iter_mut().enumerate() {
-            if self.elements.is_used(candidate, i) {
+            if 2 * i < candidate.parameters() {
                 *size = libm::exp(self.elements.ln_modulus[i] - self.elements.order[i] * ln_time);
             }
         }
@@ -130,36 +123,18 @@ impl Contour {
             Quantity::Relaxation | Quantity::Creep => 1.0,
             Quantity::Integral => libm::exp(ln_time),
         };
-        gathered(candidate, scale, value, by_modulus, by_order)
-    }
-}
-
-/// A value and its derivatives in the order of the variables.
-pub(super) fn gathered(
-    candidate: Candidate,
-    scale: f64,
-    value: f64,
-    by_modulus: [f64; ELEMENTS],
-    by_order: [f64; ELEMENTS],
-) -> Slope {
-    let mut by = [0.0; VARIABLES];
-    for i in 0..candidate.pots() {
-        by[2 * i] = scale * by_modulus[i];
-        by[2 * i + 1] = scale * by_order[i];
-    }
-    if candidate.has_spring() {
-        by[2 * candidate.pots()] = scale * by_modulus[ELEMENTS - 1];
-    }
-    Slope {
-        value: scale * value,
-        by,
+        Slope::of(candidate, scale, value, by_modulus, by_order)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Model;
+    use crate::model::{Model, ModelKind};
+
+    fn candidate(kind: ModelKind) -> Candidate {
+        Candidate::of(kind).expect("one")
+    }
 
     /// V, α and G, β: t₀ is 1 s, so aᵢ = ln Vᵢ.
     const ELEMENTS_OF_TEST: [(f64, f64); 3] = [(876e3, 0.675), (22.1e3, 0.11), (900.0, 0.0)];
@@ -195,24 +170,27 @@ mod tests {
                     .value
             };
             near(
-                at(Candidate::SpringPot, Quantity::Relaxation),
+                at(candidate(ModelKind::SpringPot), Quantity::Relaxation),
                 relaxation(of[0], t),
             );
             near(
-                at(Candidate::SpringPot, Quantity::Creep),
+                at(candidate(ModelKind::SpringPot), Quantity::Creep),
                 compliance(of[0], t),
             );
             near(
-                at(Candidate::SpringPot, Quantity::Integral),
+                at(candidate(ModelKind::SpringPot), Quantity::Integral),
                 relaxation(of[0], t) * t / (1.0 - of[0].1),
             );
             let sum = |f: fn((f64, f64), f64) -> f64| f(of[0], t) + f(of[1], t);
             near(
-                at(Candidate::FractionalKelvinVoigt, Quantity::Relaxation),
+                at(
+                    candidate(ModelKind::FractionalKelvinVoigt),
+                    Quantity::Relaxation,
+                ),
                 sum(relaxation),
             );
             near(
-                at(Candidate::FractionalMaxwell, Quantity::Creep),
+                at(candidate(ModelKind::FractionalMaxwell), Quantity::Creep),
                 sum(compliance),
             );
         }
@@ -222,7 +200,11 @@ mod tests {
     #[test]
     fn a_classical_maxwell_model_decays_exponentially() {
         let of = elements([(100.0, 1.0), (50.0, 0.0), (1.0, 0.0)]);
-        let contour = Contour::new(Candidate::FractionalMaxwell, Quantity::Relaxation, of);
+        let contour = Contour::new(
+            candidate(ModelKind::FractionalMaxwell),
+            Quantity::Relaxation,
+            of,
+        );
         for t in [1e-3, 0.1, 1.0, 5.0, 20.0_f64] {
             let error = contour.at(t.ln()).value - 50.0 * (-t / 2.0).exp();
             assert!(error.abs() < 1e-10, "{t}: {error}");
@@ -233,7 +215,7 @@ mod tests {
     #[test]
     fn the_closed_forms_of_the_library_are_met() {
         let of = [(3e4, 0.7), (2e4, 0.15), (5e3, 0.0)];
-        for candidate in Candidate::ALL {
+        for candidate in Candidate::all() {
             let mut parameters = vec![of[0].0, of[0].1, of[1].0, of[1].1, of[2].0];
             parameters.truncate(candidate.parameters());
             let model = Model::from_parameters(candidate.kind(), &parameters).expect("valid");
@@ -253,16 +235,11 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_the_values() {
         const STEP: f64 = 1e-5;
-        for candidate in Candidate::ALL {
+        for candidate in Candidate::all() {
             for quantity in [Quantity::Relaxation, Quantity::Creep, Quantity::Integral] {
                 let values = elements(ELEMENTS_OF_TEST).variables(candidate);
                 let at = |values: &[f64], ln_time: f64| {
-                    Contour::new(
-                        candidate,
-                        quantity,
-                        Elements::from_variables(candidate, values),
-                    )
-                    .at(ln_time)
+                    Contour::new(candidate, quantity, Elements::from_variables(values)).at(ln_time)
                 };
                 for ln_time in [-6.0, 0.3, 5.0] {
                     let slope = at(&values, ln_time);

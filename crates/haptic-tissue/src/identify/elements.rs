@@ -1,63 +1,120 @@
-//! Moduli and orders of the elements of a candidate, as the fit varies them.
+//! The models that are fitted, as elements eᵢ(s) = exp(aᵢ)·(s·t₀)^αᵢ and how they are joined.
+//!
+//! aᵢ is the logarithm of the modulus at the rate 1/t₀ in the middle of the record, where it hangs together least with αᵢ.
+//! Variables, as parameters of a tissue file: a₁, α₁, a₂, α₂, and a₃ of the spring, whose α is 0.
 
-use super::candidate::{Candidate, ELEMENTS, VARIABLES};
+use super::error::IdentifyError;
+use crate::model::{Joint, ModelKind};
 use num_complex::Complex64;
 
-/// Elements eᵢ(s) = exp(aᵢ)·(s·t₀)^αᵢ: aᵢ is the logarithm of the modulus at the rate 1/t₀ in the middle of the record, where
-/// it hangs together least with αᵢ. A spring has α = 0.
+/// The most elements of a candidate.
+pub(super) const ELEMENTS: usize = 3;
+/// The most variables.
+pub(super) const VARIABLES: usize = 5;
+
+/// The models that are fitted, those with few parameters first.
+pub const CANDIDATES: [ModelKind; 5] = [
+    ModelKind::SpringPot,
+    ModelKind::FractionalKelvinVoigt,
+    ModelKind::FractionalMaxwell,
+    ModelKind::FractionalZener,
+    ModelKind::FractionalPoyntingThomson,
+];
+
+/// One of [`CANDIDATES`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Candidate(ModelKind);
+
+/// True for an order, false for the logarithm of a modulus; of the element `variable`/2.
+pub(super) const fn is_order(variable: usize) -> bool {
+    variable % 2 == 1
+}
+
+impl Candidate {
+    #[cfg(test)]
+    pub(super) fn all() -> [Self; 5] {
+        CANDIDATES.map(Self)
+    }
+
+    pub(super) fn of(kind: ModelKind) -> Result<Self, IdentifyError> {
+        if CANDIDATES.contains(&kind) {
+            return Ok(Self(kind));
+        }
+        Err(IdentifyError::Record(format!(
+            "{kind} is not fitted by itself: take the fractional model that it is a case of; one of {}",
+            CANDIDATES.map(ModelKind::name).join(", ")
+        )))
+    }
+
+    pub(super) const fn kind(self) -> ModelKind {
+        self.0
+    }
+
+    /// Number of parameters, and of variables.
+    pub(super) const fn parameters(self) -> usize {
+        self.0.parameters().len()
+    }
+
+    /// M and its derivatives by the moduli of the elements e₁, e₂ and the spring e₃.
+    pub(super) fn join(self, e: [Complex64; ELEMENTS]) -> (Complex64, [Complex64; ELEMENTS]) {
+        let (one, zero) = (Complex64::new(1.0, 0.0), Complex64::new(0.0, 0.0));
+        match self.0.joint() {
+            Joint::KelvinVoigt => (e[0] + e[1], [one, one, zero]),
+            joint @ (Joint::Maxwell | Joint::Zener) => {
+                // 1/M = 1/e₁ + 1/e₂, so ∂M/∂e₁ = (e₂/(e₁ + e₂))².
+                let inverse = (e[0] + e[1]).inv();
+                let (first, second) = (e[1] * inverse, e[0] * inverse);
+                let series = e[0] * first;
+                let (modulus, spring) = if joint == Joint::Zener {
+                    (series + e[2], one)
+                } else {
+                    (series, zero)
+                };
+                (modulus, [first * first, second * second, spring])
+            }
+            Joint::PoyntingThomson => {
+                let side_by_side = e[0] + e[1];
+                let inverse = (side_by_side + e[2]).inv();
+                let (soft, spring) = (e[2] * inverse, side_by_side * inverse);
+                (
+                    side_by_side * soft,
+                    [soft * soft, soft * soft, spring * spring],
+                )
+            }
+            Joint::None | Joint::Branches => (e[0], [one, zero, zero]),
+        }
+    }
+}
+
+/// aᵢ and αᵢ of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Elements {
-    /// aᵢ.
     pub(super) ln_modulus: [f64; ELEMENTS],
-    /// αᵢ.
     pub(super) order: [f64; ELEMENTS],
-}
-
-/// A variable: of which element, and its order or its modulus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Variable {
-    Modulus(usize),
-    Order(usize),
-}
-
-/// The variables of a candidate: modulus and order of each spring-pot, then the modulus of the spring.
-pub(super) fn variables(candidate: Candidate) -> Vec<Variable> {
-    let pots = (0..candidate.pots()).flat_map(|i| [Variable::Modulus(i), Variable::Order(i)]);
-    let spring = candidate
-        .has_spring()
-        .then_some(Variable::Modulus(ELEMENTS - 1));
-    pots.chain(spring).collect()
 }
 
 impl Elements {
     /// From the values of the variables.
-    pub(super) fn from_variables(candidate: Candidate, values: &[f64]) -> Self {
-        let mut elements = Self {
-            ln_modulus: [0.0; ELEMENTS],
-            order: [0.0; ELEMENTS],
-        };
-        for (variable, &value) in variables(candidate).iter().zip(values) {
-            match *variable {
-                Variable::Modulus(i) => elements.ln_modulus[i] = value,
-                Variable::Order(i) => elements.order[i] = value,
-            }
+    pub(super) fn from_variables(values: &[f64]) -> Self {
+        let value = |variable: usize| values.get(variable).copied().unwrap_or(0.0);
+        Self {
+            ln_modulus: [0, 2, 4].map(value),
+            order: [1, 3, 5].map(value),
         }
-        elements
     }
 
     /// The values of the variables.
     pub(super) fn variables(&self, candidate: Candidate) -> Vec<f64> {
-        (variables(candidate).iter())
-            .map(|variable| match *variable {
-                Variable::Modulus(i) => self.ln_modulus[i],
-                Variable::Order(i) => self.order[i],
-            })
-            .collect()
+        let value = |variable: usize| match is_order(variable) {
+            true => self.order[variable / 2],
+            false => self.ln_modulus[variable / 2],
+        };
+        (0..candidate.parameters()).map(value).collect()
     }
 
     /// The same model with the larger order first.
     pub(super) fn sorted(mut self, candidate: Candidate) -> Self {
-        if candidate.pots() == 2 && self.order[0] < self.order[1] {
+        if candidate.parameters() > 2 && self.order[0] < self.order[1] {
             self.ln_modulus.swap(0, 1);
             self.order.swap(0, 1);
         }
@@ -71,20 +128,14 @@ impl Elements {
         ln_size: f64,
         angle: f64,
     ) -> [Complex64; ELEMENTS] {
-        let mut e = [Complex64::new(0.0, 0.0); ELEMENTS];
-        for (i, element) in e.iter_mut().enumerate() {
-            if self.is_used(candidate, i) {
-                let size = libm::exp(self.ln_modulus[i] + self.order[i] * ln_size);
-                let turn = self.order[i] * angle;
-                *element = Complex64::new(size * libm::cos(turn), size * libm::sin(turn));
+        core::array::from_fn(|i| {
+            if 2 * i >= candidate.parameters() {
+                return Complex64::ZERO;
             }
-        }
-        e
-    }
-
-    /// True if the candidate has this element.
-    pub(super) const fn is_used(&self, candidate: Candidate, i: usize) -> bool {
-        i < candidate.pots() || (i == ELEMENTS - 1 && candidate.has_spring())
+            let size = libm::exp(self.ln_modulus[i] + self.order[i] * ln_size);
+            let turn = self.order[i] * angle;
+            Complex64::new(size * libm::cos(turn), size * libm::sin(turn))
+        })
     }
 }
 
@@ -93,4 +144,29 @@ impl Elements {
 pub(super) struct Slope {
     pub(super) value: f64,
     pub(super) by: [f64; VARIABLES],
+}
+
+impl Slope {
+    /// So many times a value and its derivatives by the aᵢ and the αᵢ.
+    pub(super) fn of(
+        candidate: Candidate,
+        scale: f64,
+        value: f64,
+        by_modulus: [f64; ELEMENTS],
+        by_order: [f64; ELEMENTS],
+    ) -> Self {
+        let mut by = [0.0; VARIABLES];
+        for (variable, by) in by.iter_mut().enumerate().take(candidate.parameters()) {
+            let own = if is_order(variable) {
+                &by_order
+            } else {
+                &by_modulus
+            };
+            *by = scale * own[variable / 2];
+        }
+        Self {
+            value: scale * value,
+            by,
+        }
+    }
 }

@@ -7,9 +7,8 @@
 //! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
 //! W. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
 
-use super::candidate::{Candidate, VARIABLES};
 use super::contour::{Contour, Quantity};
-use super::elements::{Elements, Slope};
+use super::elements::{Candidate, Elements, Slope, VARIABLES};
 use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.

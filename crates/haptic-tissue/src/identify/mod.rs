@@ -26,25 +26,276 @@
 
 mod advice;
 mod bootstrap;
-mod candidate;
 mod contour;
 mod elements;
 mod error;
 mod fit;
 mod history;
-mod identification;
 mod keys;
-mod parameter;
-mod problem;
 mod record;
 mod search;
 pub mod table;
 mod target;
 
-pub use candidate::CANDIDATES;
+use crate::model::ModelKind;
+use bootstrap::intervals;
+pub use elements::CANDIDATES;
+use elements::{Candidate, Elements, is_order};
 pub use error::IdentifyError;
-pub use fit::Fit;
-pub use identification::{Identification, Options, identify, identify_unless, relative, rms_of};
-pub use parameter::Estimate;
+use fit::{AS_GOOD, fit};
+pub use fit::{Estimate, Fit};
 pub use record::{Record, RecordKind, SAMPLES_MOST};
+use search::{Best, search};
+use std::ops::RangeInclusive;
+use std::sync::atomic::{AtomicBool, Ordering};
+use target::Target;
 pub use target::Weighting;
+
+/// How to identify.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The candidates, of [`CANDIDATES`].
+    pub candidates: Vec<ModelKind>,
+    /// The one to choose, whatever the record says for others; without it, the record chooses.
+    pub chosen: Option<ModelKind>,
+    /// The weights of the samples.
+    pub weighting: Weighting,
+    /// Starts for each candidate, [`Options::STARTS_ALLOWED`].
+    pub starts: usize,
+    /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by the standard errors.
+    pub bootstrap: usize,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+}
+
+impl Options {
+    /// Starts, unless said otherwise.
+    pub const STARTS: usize = 40;
+    /// Starts that are worth their time.
+    pub const STARTS_ALLOWED: RangeInclusive<u32> = 1..=10_000;
+    /// Records of the bootstrap that are worth their time.
+    pub const BOOTSTRAP_ALLOWED: RangeInclusive<u32> = 0..=100_000;
+}
+
+impl Default for Options {
+    /// All candidates, equal weights, 40 starts, no bootstrap.
+    fn default() -> Self {
+        Self {
+            candidates: CANDIDATES.to_vec(),
+            chosen: None,
+            weighting: Weighting::Equal,
+            starts: Self::STARTS,
+            bootstrap: 0,
+            seed: 1,
+        }
+    }
+}
+
+/// Models fitted to a record, best first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// The kind of the record.
+    pub kind: RecordKind,
+    /// Samples of the record.
+    pub samples: usize,
+    /// Fits that converged, the chosen one first, the others by BIC.
+    pub fits: Vec<Fit>,
+    /// Times in s, or angular frequencies in rad/s, of the values that were fitted. Of an oscillation all are there twice.
+    pub x: Vec<f64>,
+    /// The values: moduli, compliances, all storage and then all loss moduli, or stresses; of a long history some of them.
+    pub measured: Vec<f64>,
+    /// Sentences that a user should know.
+    pub warnings: Vec<String>,
+}
+
+impl Identification {
+    /// What a fit leaves of each value, model less record: a share of the value, or Pa of a history.
+    #[must_use]
+    pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
+        let both = fit.predicted.iter().zip(&self.measured);
+        both.map(|(model, measured)| match self.kind {
+            RecordKind::History => model - measured,
+            _ => relative(libm::log(model / measured)),
+        })
+        .collect()
+    }
+}
+
+/// A residual r of a logarithm as a share of the value: e^r − 1, never below −1.
+#[must_use]
+pub fn relative(residual: f64) -> f64 {
+    libm::expm1(residual)
+}
+
+/// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and a BIC within 2 of it goes first.
+/// `progress` is told how many records of the bootstrap are done, from any thread.
+///
+/// # Errors
+/// If no candidate can be fitted.
+pub fn identify(
+    record: &Record,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    identify_unless(record, options, &AtomicBool::new(false), progress)
+}
+
+/// The same; `stop` ends it within an evaluation of a model, about 0.4 µs a sample.
+///
+/// # Errors
+/// If no candidate can be fitted; a stop.
+pub fn identify_unless(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    let found = identified(record, options, stop, progress);
+    match stop.load(Ordering::Relaxed) {
+        true => Err(IdentifyError::Stopped),
+        false => found,
+    }
+}
+
+fn identified(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    let target = Target::new(record, options.weighting, stop);
+    let (mut fitted, mut failed) = (Vec::new(), Vec::new());
+    for &kind in &options.candidates {
+        let candidate = Candidate::of(kind)?;
+        match search(candidate, &target, options.starts.max(1)) {
+            Ok(best) => fitted.push((fit(candidate, &target, &best), best)),
+            Err(error) if options.chosen == Some(kind) => return Err(error),
+            Err(error) => failed.push(error),
+        }
+    }
+    fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
+    let fits = || fitted.iter().map(|fitted| &fitted.0);
+    let Some(place) = choose(fits(), options.chosen) else {
+        return Err(failed.pop().unwrap_or_else(|| {
+            IdentifyError::Record("there is no model to fit: give at least one".to_owned())
+        }));
+    };
+    let first = fitted.remove(place);
+    fitted.insert(0, first);
+    let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
+    if options.bootstrap > 0 {
+        let (fit, best) = &mut fitted[0];
+        let candidate = Candidate::of(fit.kind)?;
+        bootstrap(
+            candidate,
+            fit,
+            best,
+            &target,
+            options,
+            progress,
+            &mut warnings,
+        );
+    }
+    if let Some(said) = advice::about_length(target.samples(), record) {
+        warnings.push(said);
+    }
+    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, _)| fit).collect();
+    warnings.extend(advice::about(&fits));
+    let (x, measured) = target.values(record);
+    Ok(Identification {
+        kind: record.kind(),
+        samples: record.samples(),
+        fits,
+        x,
+        measured,
+        warnings,
+    })
+}
+
+/// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.
+fn choose<'a>(
+    fits: impl Iterator<Item = &'a Fit> + Clone,
+    wanted: Option<ModelKind>,
+) -> Option<usize> {
+    let mut places = fits.enumerate();
+    if let Some(wanted) = wanted {
+        return places.position(|(_, fit)| fit.kind == wanted);
+    }
+    // What has come down to a simpler model, or is not settled, makes no tissue; it is taken only where there is nothing else.
+    let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
+    let any = places.clone().any(|(_, fit)| sound(fit));
+    let places = places.filter(|(_, fit)| !any || sound(fit));
+    let good = places.clone().next()?.1.bic + AS_GOOD;
+    places
+        .filter(|(_, fit)| fit.bic <= good)
+        .min_by_key(|(_, fit)| fit.parameters.len())
+        .map(|(place, _)| place)
+}
+
+/// Intervals by bootstrap in place of those by standard errors.
+fn bootstrap(
+    candidate: Candidate,
+    fit: &mut Fit,
+    best: &Best,
+    target: &Target,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+    warnings: &mut Vec<String>,
+) {
+    let found = intervals(
+        candidate,
+        target,
+        best,
+        options.bootstrap,
+        options.seed,
+        progress,
+    );
+    for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
+        estimate.low_95 = Some(low).filter(|x| x.is_finite());
+        estimate.high_95 = Some(high).filter(|x| x.is_finite());
+    }
+    let lost = options.bootstrap - found.fitted;
+    if lost > 0 {
+        warnings.push(format!(
+            "{lost} of {} records of the bootstrap could not be fitted and are left out of the intervals",
+            options.bootstrap
+        ));
+    }
+}
+
+/// The residual of a model at given parameters, in the order of a tissue file: what the fit makes small, root of the mean square.
+///
+/// # Errors
+/// A kind that is not fitted, or another number of parameters.
+pub fn rms_of(record: &Record, kind: ModelKind, parameters: &[f64]) -> Result<f64, IdentifyError> {
+    let candidate = Candidate::of(kind)?;
+    if parameters.len() != candidate.parameters() {
+        return Err(IdentifyError::Record(format!(
+            "{kind} has {} parameters, not {}: give all of them",
+            candidate.parameters(),
+            parameters.len()
+        )));
+    }
+    let never = AtomicBool::new(false);
+    let target = Target::new(record, Weighting::Equal, &never);
+    let ln_unit = libm::log(target.unit_s);
+    let modulus = |v: usize| {
+        // aᵢ of Vᵢ and αᵢ, which follows it but for the spring.
+        let order = parameters.get(v + 1).unwrap_or(&0.0);
+        libm::log(parameters[v]) - order * ln_unit
+    };
+    let value = |v: usize| {
+        if is_order(v) {
+            parameters[v]
+        } else {
+            modulus(v)
+        }
+    };
+    let values: Vec<f64> = (0..parameters.len()).map(value).collect();
+    let elements = Elements::from_variables(&values);
+    let mut sum = 0.0;
+    target.residuals(candidate, &elements, |_, _, slope| {
+        sum += slope.value * slope.value;
+    });
+    Ok(target.scale * libm::sqrt(sum / target.len() as f64))
+}

@@ -7,9 +7,8 @@
 //! ```
 //! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean.
 
-use super::candidate::{Candidate, ELEMENTS};
-use super::contour::{Contour, Quantity, gathered};
-use super::elements::{Elements, Slope};
+use super::contour::{Contour, Quantity};
+use super::elements::{Candidate, ELEMENTS, Elements, Slope};
 use super::history::History;
 use super::record::{Record, RecordKind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -275,8 +274,8 @@ fn oscillation(candidate: Candidate, elements: &Elements, ln_omega: f64) -> (Slo
         (by[2][i], by[3][i]) = (term.im, turned.im);
     }
     (
-        gathered(candidate, 1.0, modulus.re, by[0], by[1]),
-        gathered(candidate, 1.0, modulus.im, by[2], by[3]),
+        Slope::of(candidate, 1.0, modulus.re, by[0], by[1]),
+        Slope::of(candidate, 1.0, modulus.im, by[2], by[3]),
     )
 }
 
@@ -334,11 +333,11 @@ mod tests {
         for record in [history, sweep.expect("valid")] {
             let never = AtomicBool::new(false);
             let target = Target::new(&record, Weighting::LogSpacing, &never);
-            for candidate in Candidate::ALL {
+            for candidate in Candidate::all() {
                 let values = [9.0, 0.7, 8.5, 0.2, 8.0];
                 let at = |values: &[f64]| {
                     let mut slopes = vec![Slope::default(); target.len()];
-                    let elements = Elements::from_variables(candidate, values);
+                    let elements = Elements::from_variables(values);
                     assert!(
                         target.residuals(candidate, &elements, |n, _, slope| slopes[n] = slope)
                     );

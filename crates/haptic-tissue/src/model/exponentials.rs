@@ -1,6 +1,6 @@
 //! Sums of exponentials: what a modulus or a compliance is over a span of times.
 
-use super::pole::real_product;
+use super::form::{Form, MaxwellBranch};
 use num_complex::Complex64;
 
 /// Nodes of the rule from a rate to its double.
@@ -120,6 +120,78 @@ impl Ladder {
 }
 
 impl Spectrum {
+    /// G or J for times from `shortest` to `longest`, 0 < `shortest` ≤ `longest`.
+    pub(super) fn new(form: &Form, response: Response, shortest: f64, longest: f64) -> Self {
+        match (form, response) {
+            (Form::Branches(spring_pa, branches), Response::Relaxation) => {
+                Self::of_branches(*spring_pa, branches)
+            }
+            (Form::Branches(spring_pa, branches), Response::Creep) => {
+                Self::creep_of_branches(*spring_pa, branches)
+            }
+            _ => Self::over_the_cut(form, response, shortest, longest),
+        }
+    }
+
+    /// G(t) = E + Σ E_i·e^(−t/τ_i).
+    ///
+    /// M(−r) = E − Σ E_i·rτ_i/(1 − rτ_i) has one zero `r_k` between any two rates 1/τ_i, and one below the first if E > 0: the
+    /// rates of J, in which 1/η = 0 if E > 0, else η = ΣE_iτ_i (B. Gross, *Mathematical Structure of the Theories of
+    /// Viscoelasticity*, 1953).
+    fn of_branches(spring_pa: f64, branches: &[MaxwellBranch]) -> Self {
+        // Rates rise as times fall.
+        let modes = || branches.iter().rev();
+        Self {
+            response: Response::Relaxation,
+            constant: spring_pa,
+            slope: 0.0,
+            modes: Modes::Any {
+                rates: modes().map(|one| 1.0 / one.relaxation_time_s).collect(),
+                weights: modes().map(|one| one.elastic_modulus_pa).collect(),
+            },
+            pair: None,
+        }
+    }
+
+    /// J(t) = 1/(E + ΣE_i) + t/η + Σ w_k·(1 − e^(−r_k·t)) of the same, `w_k = 1/Σ E_i·r_kτ_i/(1 − r_kτ_i)²`.
+    fn creep_of_branches(spring_pa: f64, branches: &[MaxwellBranch]) -> Self {
+        let instantaneous =
+            (branches.iter()).fold(spring_pa, |sum, one| sum + one.elastic_modulus_pa);
+        let slope = if spring_pa > 0.0 {
+            0.0
+        } else {
+            1.0 / branches.iter().fold(0.0, |sum, one| {
+                sum + one.elastic_modulus_pa * one.relaxation_time_s
+            })
+        };
+        let mut rates = Vec::new();
+        // From the slowest branch on: a zero below each rate, down to the rate before it.
+        let mut below = if spring_pa > 0.0 { Some(0.0) } else { None };
+        for branch in branches.iter().rev() {
+            let pole = 1.0 / branch.relaxation_time_s;
+            if let Some(below) = below {
+                rates.push(zero_between(spring_pa, branches, below, pole));
+            }
+            below = Some(pole);
+        }
+        let weight = |r: &f64| {
+            1.0 / branches.iter().fold(0.0, |sum, one| {
+                let x = r * one.relaxation_time_s;
+                sum + one.elastic_modulus_pa * x / ((1.0 - x) * (1.0 - x))
+            })
+        };
+        Self {
+            response: Response::Creep,
+            constant: 1.0 / instantaneous,
+            slope,
+            modes: Modes::Any {
+                weights: rates.iter().map(weight).collect(),
+                rates,
+            },
+            pair: None,
+        }
+    }
+
     /// G or J at a time of the span.
     pub(super) fn at(&self, time_s: f64) -> f64 {
         let modes = self.modes_at(time_s);
@@ -180,4 +252,36 @@ pub(super) fn decayed(rate: Complex64, time_s: f64) -> Complex64 {
     let less = libm::expm1(-re);
     let size = 1.0 + less;
     Complex64::new(less - 2.0 * size * half * half, -size * libm::sin(im))
+}
+
+/// M(−r) falls from +∞ (or E at 0) to −∞ between two rates.
+fn zero_between(spring_pa: f64, branches: &[MaxwellBranch], low: f64, high: f64) -> f64 {
+    let modulus = |r: f64| {
+        branches.iter().fold(spring_pa, |sum, one| {
+            let x = r * one.relaxation_time_s;
+            sum - one.elastic_modulus_pa * x / (1.0 - x)
+        })
+    };
+    let (mut low, mut high) = (low, high);
+    // Halving the interval; towards 0 in the logarithm, so that a small zero has its digits too.
+    loop {
+        let middle = if low > 0.0 {
+            libm::sqrt(low) * libm::sqrt(high)
+        } else {
+            high * 0.001
+        };
+        if middle <= low || middle >= high {
+            return high;
+        }
+        if modulus(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+}
+
+/// Re(w·k) of a pair of conjugate terms whose sum that is.
+pub(super) fn real_product(a: Complex64, b: Complex64) -> f64 {
+    a.re * b.re - a.im * b.im
 }

@@ -1,8 +1,21 @@
-//! A model: how its elements are joined.
+//! The elements of models, and how they are joined.
 
-use super::error::ModelError;
-use super::spring_pot::SpringPot;
+use super::kind::Joint;
+use core::f64::consts::PI;
 use num_complex::Complex64;
+
+/// A spring-pot, between a spring (α = 0) and a dashpot (α = 1): the one element that all models are made of.
+///
+/// ```text
+/// σ = V·D^α ε        M(s) = V·s^α,   G(t) = V·t^(−α)/Γ(1−α),   J(t) = t^α/(V·Γ(1+α))
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SpringPot {
+    /// V > 0, Pa·s^α.
+    pub(crate) size: f64,
+    /// 0 ≤ α ≤ 1.
+    pub(crate) order: f64,
+}
 
 /// A branch of a generalised Maxwell model: a spring and a dashpot in series.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,51 +26,25 @@ pub struct MaxwellBranch {
     pub relaxation_time_s: f64,
 }
 
-/// How the elements of a model are joined. Two elements in series or side by side have orders α > β.
+/// The elements of a model.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Form {
-    /// One element.
-    SpringPot(SpringPot),
-    /// Two elements side by side; with a spring as `second` the tissue of the dissertation.
-    FractionalKelvinVoigt {
-        /// V, α.
-        first: SpringPot,
-        /// G, β.
-        second: SpringPot,
-    },
-    /// Two elements in series.
-    FractionalMaxwell {
-        /// V, α.
-        first: SpringPot,
-        /// G, β.
-        second: SpringPot,
-    },
-    /// A spring beside a fractional Maxwell model.
-    FractionalZener {
-        /// V, α of the branch.
-        first: SpringPot,
-        /// G, β of the branch.
-        second: SpringPot,
-        /// The spring beside it, Pa.
-        elastic_modulus_pa: f64,
-    },
-    /// A spring in series with a fractional Kelvin–Voigt model.
-    FractionalPoyntingThomson {
-        /// V, α of the two side by side.
-        first: SpringPot,
-        /// G, β of the two side by side.
-        second: SpringPot,
-        /// The spring in series with them, Pa.
-        elastic_modulus_pa: f64,
-    },
-    /// Generalised Maxwell: a spring (0 Pa for none) and branches side by side; a Prony series.
-    Prony {
-        /// The spring, Pa.
-        elastic_modulus_pa: f64,
-        /// The branches, fastest first.
-        branches: Vec<MaxwellBranch>,
-    },
+pub(crate) enum Form {
+    One(SpringPot),
+    Two(Two),
+    /// A Prony series: a spring in Pa, 0 for none, and branches, fastest first.
+    Branches(f64, Vec<MaxwellBranch>),
+}
+
+/// Two elements, orders α > β.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Two {
+    pub(crate) joint: Joint,
+    /// V, α.
+    pub(crate) first: SpringPot,
+    /// G, β.
+    pub(crate) second: SpringPot,
+    /// E of the spring that Zener and Poynting–Thomson models have, Pa; else 0.
+    pub(crate) spring_pa: f64,
 }
 
 impl Form {
@@ -68,59 +55,63 @@ impl Form {
         branch: impl Fn(&MaxwellBranch) -> Complex64,
     ) -> Complex64 {
         match self {
-            Self::SpringPot(one) => element(one),
-            Self::FractionalKelvinVoigt { first, second } => element(first) + element(second),
-            Self::FractionalMaxwell { first, second } => series(element(first), element(second)),
-            Self::FractionalZener {
-                first,
-                second,
-                elastic_modulus_pa,
-            } => series(element(first), element(second)) + elastic_modulus_pa,
-            Self::FractionalPoyntingThomson {
-                first,
-                second,
-                elastic_modulus_pa,
-            } => series(
-                element(first) + element(second),
-                Complex64::new(*elastic_modulus_pa, 0.0),
-            ),
-            Self::Prony {
-                elastic_modulus_pa,
-                branches,
-            } => (branches.iter()).fold(Complex64::new(*elastic_modulus_pa, 0.0), |sum, one| {
-                sum + branch(one)
-            }),
+            Self::One(one) => element(one),
+            Self::Two(two) => {
+                let (first, second) = (element(&two.first), element(&two.second));
+                match two.joint {
+                    Joint::Maxwell => series(first, second),
+                    Joint::Zener => series(first, second) + two.spring_pa,
+                    Joint::PoyntingThomson => {
+                        series(first + second, Complex64::new(two.spring_pa, 0.0))
+                    }
+                    _ => first + second,
+                }
+            }
+            Self::Branches(spring_pa, branches) => {
+                let spring = Complex64::new(*spring_pa, 0.0);
+                branches.iter().fold(spring, |sum, one| sum + branch(one))
+            }
+        }
+    }
+
+    /// G(0), Pa: infinite where a sudden strain has no finite stress.
+    pub(super) fn instantaneous_pa(&self) -> f64 {
+        let stiff = |one: &SpringPot| {
+            if one.is_spring() {
+                one.size
+            } else {
+                f64::INFINITY
+            }
+        };
+        match self {
+            Self::One(one) => stiff(one),
+            Self::Two(two) => match two.joint {
+                Joint::Maxwell => stiff(&two.second),
+                Joint::Zener => stiff(&two.second) + two.spring_pa,
+                Joint::PoyntingThomson => two.spring_pa,
+                _ => f64::INFINITY,
+            },
+            Self::Branches(spring_pa, branches) => branches
+                .iter()
+                .fold(*spring_pa, |sum, one| sum + one.elastic_modulus_pa),
         }
     }
 
     /// G(∞), Pa.
     pub(super) fn equilibrium_pa(&self) -> f64 {
-        let spring = |one: &SpringPot| {
-            let is_one = one.is_spring();
-            if is_one {
-                one.viscosity_pa_s_alpha()
-            } else {
-                0.0
-            }
-        };
+        let left = |one: &SpringPot| if one.is_spring() { one.size } else { 0.0 };
         match self {
-            Form::SpringPot(one) => spring(one),
-            Form::FractionalKelvinVoigt { second, .. } => spring(second),
-            Form::FractionalMaxwell { .. } => 0.0,
-            Form::FractionalPoyntingThomson {
-                second,
-                elastic_modulus_pa,
-                ..
-            } => {
-                let beside = spring(second);
-                elastic_modulus_pa * (beside / (elastic_modulus_pa + beside))
-            }
-            Form::FractionalZener {
-                elastic_modulus_pa, ..
-            }
-            | Form::Prony {
-                elastic_modulus_pa, ..
-            } => *elastic_modulus_pa,
+            Self::One(one) => left(one),
+            Self::Two(two) => match two.joint {
+                Joint::Maxwell => 0.0,
+                Joint::Zener => two.spring_pa,
+                Joint::PoyntingThomson => {
+                    let beside = left(&two.second);
+                    two.spring_pa * (beside / (two.spring_pa + beside))
+                }
+                _ => left(&two.second),
+            },
+            Self::Branches(spring_pa, _) => *spring_pa,
         }
     }
 }
@@ -140,119 +131,86 @@ fn series(a: Complex64, b: Complex64) -> Complex64 {
     inverse(inverse(a) + inverse(b))
 }
 
-/// A viscoelastic model, valid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Model(Form);
-
-impl Model {
-    /// Checks how the elements go together: α > β, springs above 0 Pa, branches with rising relaxation times.
-    ///
-    /// # Errors
-    /// As [`ModelError`] says.
-    pub fn new(form: Form) -> Result<Self, ModelError> {
-        check(&form)?;
-        Ok(Self(form))
+impl SpringPot {
+    pub(crate) const fn new(size: f64, order: f64) -> Self {
+        Self { size, order }
     }
 
-    /// How the elements are joined.
-    #[must_use]
-    pub const fn form(&self) -> &Form {
-        &self.0
+    /// α = 0.
+    pub(crate) fn is_spring(&self) -> bool {
+        self.order <= 0.0
     }
 
-    /// M(s) = σ/ε at the complex frequency s, Pa. At s = iω the complex modulus; on the negative axis from above.
-    #[must_use]
-    pub fn modulus(&self, s: Complex64) -> Complex64 {
-        self.0.joined(
-            |one| one.modulus(s),
-            |branch| {
-                let st = s * branch.relaxation_time_s;
-                st / (st + 1.0) * branch.elastic_modulus_pa
-            },
-        )
+    /// α = 1.
+    pub(crate) fn is_dashpot(&self) -> bool {
+        self.order >= 1.0
     }
-}
 
-fn check(form: &Form) -> Result<(), ModelError> {
-    match form {
-        Form::SpringPot(_) => Ok(()),
-        Form::FractionalKelvinVoigt { first, second }
-        | Form::FractionalMaxwell { first, second } => falling(first, second),
-        Form::FractionalZener {
-            first,
-            second,
-            elastic_modulus_pa,
+    /// M(s), Pa, on the principal branch: on the negative axis from above where the imaginary part is +0.
+    pub(crate) fn modulus(&self, s: Complex64) -> Complex64 {
+        if self.is_spring() {
+            return Complex64::new(self.size, 0.0);
         }
-        | Form::FractionalPoyntingThomson {
-            first,
-            second,
-            elastic_modulus_pa,
-        } => {
-            falling(first, second)?;
-            positive("elastic_modulus_pa", *elastic_modulus_pa, "Pa")
+        let size = self.size * libm::pow(libm::hypot(s.re, s.im), self.order);
+        let angle = self.order * libm::atan2(s.im, s.re);
+        Complex64::new(size * libm::cos(angle), size * libm::sin(angle))
+    }
+
+    /// M(s) at s = e^(`ln_r`)·e^(iπ·`half_turns`), on any sheet; its imaginary part is exactly 0 where α·`half_turns` is
+    /// whole.
+    pub(super) fn modulus_at(&self, ln_r: f64, half_turns: f64) -> Complex64 {
+        self.modulus_along(ln_r, turned(self.order * half_turns))
+    }
+
+    /// The same with e^(iπα·`half_turns`) known.
+    pub(super) fn modulus_along(&self, ln_r: f64, direction: Complex64) -> Complex64 {
+        direction * (self.size * libm::exp(self.order * ln_r))
+    }
+
+    /// G(t), Pa, for t > 0.
+    pub(super) fn relaxation(&self, time_s: f64) -> f64 {
+        if self.is_dashpot() {
+            return 0.0;
         }
-        Form::Prony {
-            elastic_modulus_pa,
-            branches,
-        } => series_of_branches(*elastic_modulus_pa, branches),
+        self.size * libm::pow(time_s, -self.order) / libm::tgamma(1.0 - self.order)
+    }
+
+    /// J(t), 1/Pa, for t > 0.
+    pub(super) fn creep(&self, time_s: f64) -> f64 {
+        libm::pow(time_s, self.order) / (self.size * libm::tgamma(1.0 + self.order))
     }
 }
 
-/// α > β.
-fn falling(first: &SpringPot, second: &SpringPot) -> Result<(), ModelError> {
-    let (order, second_order) = (first.order(), second.order());
-    if order > second_order {
-        Ok(())
-    } else if order < second_order {
-        Err(ModelError::OrdersExchanged {
-            order,
-            second_order,
-        })
-    } else {
-        Err(ModelError::SameOrder(order))
+/// e^(iπx) for x ≥ 0; its parts are exactly 0 where they should be.
+pub(super) fn turned(x: f64) -> Complex64 {
+    let half_turns = x - 2.0 * libm::floor(x / 2.0);
+    // Angle = quarter turns + rest, |rest| ≤ 1/4 of a half turn; x − whole is exact.
+    let quarters = libm::round(2.0 * half_turns);
+    let (sin, cos) = libm::sincos(PI * (half_turns - 0.5 * quarters));
+    match quarters as u8 % 4 {
+        0 => Complex64::new(cos, sin),
+        1 => Complex64::new(-sin, cos),
+        2 => Complex64::new(-cos, -sin),
+        _ => Complex64::new(sin, -cos),
     }
 }
 
-fn series_of_branches(
-    elastic_modulus_pa: f64,
-    branches: &[MaxwellBranch],
-) -> Result<(), ModelError> {
-    if !(elastic_modulus_pa >= 0.0 && elastic_modulus_pa.is_finite()) {
-        return Err(ModelError::Range {
-            name: "elastic_modulus_pa",
-            value: elastic_modulus_pa,
-            allowed: "at least 0 and finite",
-            unit: "Pa",
-        });
-    }
-    if elastic_modulus_pa == 0.0 && branches.is_empty() {
-        return Err(ModelError::Empty);
-    }
-    let mut before = 0.0;
-    for branch in branches {
-        positive("branch_moduli_pa", branch.elastic_modulus_pa, "Pa")?;
-        positive("branch_times_s", branch.relaxation_time_s, "s")?;
-        if branch.relaxation_time_s <= before {
-            return Err(ModelError::Range {
-                name: "branch_times_s",
-                value: branch.relaxation_time_s,
-                allowed: "above the one before it",
-                unit: "s",
-            });
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_is_exact_at_quarters_and_close_elsewhere() {
+        assert_eq!(turned(1.0), Complex64::new(-1.0, 0.0));
+        assert_eq!(turned(0.5), Complex64::new(0.0, 1.0));
+        assert_eq!(turned(0.0), Complex64::new(1.0, 0.0));
+        for x in [0.01, 0.3, 0.7, 0.999, 1.2, 1.49, 1.9, 2.3] {
+            let want = Complex64::from_polar(1.0, PI * x);
+            assert!((turned(x) - want).norm() < 1e-15, "{x}");
         }
-        before = branch.relaxation_time_s;
+        // Close to a whole turn nothing cancels: sin(π(1 − δ)) = sin πδ.
+        let close = 1.0 - 1e-9;
+        let want = libm::sin(PI * (1.0 - close));
+        assert!((turned(close).im / want - 1.0).abs() < 1e-15);
     }
-    Ok(())
-}
-
-fn positive(name: &'static str, value: f64, unit: &'static str) -> Result<(), ModelError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(ModelError::Range {
-        name,
-        value,
-        allowed: "above 0 and finite",
-        unit,
-    })
 }

@@ -1,7 +1,56 @@
 //! The models by name, and the parameters of each: the one table from which files, help and identification are made.
 
-use super::parameter::{Parameter, ParameterRange};
 use std::fmt;
+
+/// The numbers that a parameter may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ParameterRange {
+    /// Above 0 and finite.
+    Positive,
+    /// At least 0 and finite.
+    NotNegative,
+    /// From 0 to 1.
+    Order,
+}
+
+impl ParameterRange {
+    /// True for a number within it.
+    #[must_use]
+    pub fn contains(self, value: f64) -> bool {
+        match self {
+            Self::Positive => value > 0.0 && value.is_finite(),
+            Self::NotNegative => value >= 0.0 && value.is_finite(),
+            Self::Order => (0.0..=1.0).contains(&value),
+        }
+    }
+
+    /// The range in words, to go after "is not".
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Positive => "above 0 and finite",
+            Self::NotNegative => "a finite number of at least 0",
+            Self::Order => "in [0, 1]",
+        }
+    }
+}
+
+/// A parameter of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Parameter {
+    /// Its key in a tissue file; the unit stands in it.
+    pub name: &'static str,
+    /// Its unit; empty for a pure number.
+    pub unit: &'static str,
+    /// The numbers that it may be.
+    pub range: ParameterRange,
+    /// True where there is one for each branch of a Prony series: in a file a list.
+    pub for_each_branch: bool,
+    /// A few words for people.
+    pub help: &'static str,
+}
 
 const fn positive(name: &'static str, unit: &'static str, help: &'static str) -> Parameter {
     Parameter {
@@ -47,6 +96,35 @@ const BRANCH_TIMES: Parameter = Parameter {
     for_each_branch: true,
     ..positive("branch_times_s", "s", "τ of each branch, rising")
 };
+const TWO: [Parameter; 4] = [VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER];
+const THREE: [Parameter; 5] = [VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER, SPRING];
+
+/// E₀, η and α of a tissue file without `model`: a spring beside a spring-pot, either of which may be missing.
+pub(crate) const TWO_ELEMENTS: [Parameter; 3] = [
+    BASE,
+    Parameter {
+        range: ParameterRange::NotNegative,
+        ..VISCOSITY
+    },
+    ORDER,
+];
+
+/// How the elements of a model are joined; the orders of two elements are α > β.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Joint {
+    /// One element.
+    None,
+    /// Side by side.
+    KelvinVoigt,
+    /// In series.
+    Maxwell,
+    /// In series, and a spring beside both.
+    Zener,
+    /// Side by side, and a spring in series with both.
+    PoyntingThomson,
+    /// A spring and Maxwell branches side by side.
+    Branches,
+}
 
 /// The models that have names. The classical ones are those with α = 1 and β = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -150,15 +228,29 @@ impl ModelKind {
             Self::Dashpot => &[DASHPOT],
             Self::SpringPot => &[VISCOSITY, ORDER],
             Self::KelvinVoigt | Self::Maxwell => &[SPRING, DASHPOT],
-            Self::FractionalKelvinVoigt | Self::FractionalMaxwell => {
-                &[VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER]
-            }
+            Self::FractionalKelvinVoigt | Self::FractionalMaxwell => &TWO,
             Self::Zener | Self::PoyntingThomson => &[SPRING, SECOND_SPRING, DASHPOT],
-            Self::FractionalZener | Self::FractionalPoyntingThomson => {
-                &[VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER, SPRING]
-            }
+            Self::FractionalZener | Self::FractionalPoyntingThomson => &THREE,
             Self::Prony => &[BASE, BRANCH_MODULI, BRANCH_TIMES],
         }
+    }
+
+    pub(crate) const fn joint(self) -> Joint {
+        match self {
+            Self::Spring | Self::Dashpot | Self::SpringPot => Joint::None,
+            Self::KelvinVoigt | Self::FractionalKelvinVoigt => Joint::KelvinVoigt,
+            Self::Maxwell | Self::FractionalMaxwell => Joint::Maxwell,
+            Self::Zener | Self::FractionalZener => Joint::Zener,
+            Self::PoyntingThomson | Self::FractionalPoyntingThomson => Joint::PoyntingThomson,
+            Self::Prony => Joint::Branches,
+        }
+    }
+
+    /// Two elements that are joined so; `classical` if they are a dashpot and a spring.
+    pub(super) fn of_two(joint: Joint, classical: bool) -> Self {
+        let is =
+            |kind: &Self| kind.joint() == joint && kind.parameters().contains(&ORDER) != classical;
+        Self::ALL.into_iter().find(is).unwrap_or(Self::SpringPot)
     }
 
     /// The parameter of the value at a place.

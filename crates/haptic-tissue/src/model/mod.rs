@@ -8,22 +8,465 @@
 //! Source: A. Bonfanti, J. L. Kaplan, G. Charras, A. Kabla, *Fractional viscoelastic models for power-law materials*,
 //! Soft Matter 16, 2020, whose names are used.
 
-mod closed_form;
 mod cut;
-mod error;
 mod exponentials;
 mod form;
 mod kind;
-mod of_kind;
-mod parameter;
-mod pole;
-mod prony;
 mod record;
-mod spectrum;
-mod spring_pot;
 
-pub use error::ModelError;
-pub use form::{Form, MaxwellBranch, Model};
-pub use kind::ModelKind;
-pub use parameter::{Parameter, ParameterRange};
-pub use spring_pot::SpringPot;
+use exponentials::{Response, Spectrum};
+pub use form::MaxwellBranch;
+pub(crate) use form::{Form, SpringPot, Two};
+use fracdiff::parameter::Shown;
+pub(crate) use kind::{Joint, TWO_ELEMENTS};
+pub use kind::{ModelKind, Parameter, ParameterRange};
+use num_complex::Complex64;
+use std::fmt;
+
+/// A parameter outside its range, or parameters that do not go together.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A number outside its range.
+    #[non_exhaustive]
+    Range {
+        /// The parameter, as in a tissue file.
+        name: &'static str,
+        /// The number.
+        value: f64,
+        /// The range in words.
+        allowed: &'static str,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// Two elements with the same order: together they are one.
+    SameOrder(f64),
+    /// The first element has the lower order: α, β.
+    OrdersExchanged(f64, f64),
+    /// Another number of parameters than the model has.
+    Count(ModelKind, usize),
+    /// A generalised Maxwell model without a spring and without a branch.
+    Empty,
+}
+
+impl fmt::Display for ModelError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range {
+                name,
+                value,
+                allowed,
+                unit,
+            } => {
+                let space = if unit.is_empty() { "" } else { " " };
+                write!(f, "{name} = {value}{space}{unit} is not {allowed}")
+            }
+            Self::SameOrder(order) => write!(
+                f,
+                "both elements have the order {}: together they are one spring-pot; take that model, or two orders \
+                 that differ",
+                Shown(*order)
+            ),
+            Self::OrdersExchanged(order, second_order) => write!(
+                f,
+                "order = {} is below second_order = {}: exchange the two elements",
+                Shown(*order),
+                Shown(*second_order)
+            ),
+            Self::Count(kind, given) => {
+                let names: Vec<&str> = kind.parameters().iter().map(|one| one.name).collect();
+                let names = names.join(", ");
+                write!(
+                    f,
+                    "{given} parameters are not those of the model {kind}, which has {names}"
+                )
+            }
+            Self::Empty => f.write_str(
+                "a generalised Maxwell model needs `elastic_modulus_pa` above 0 Pa or at least one branch",
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ModelError {}
+
+/// A viscoelastic model, valid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model(Form);
+
+impl Model {
+    /// A model by its kind and the values of [`ModelKind::parameters`], in that order.
+    ///
+    /// ```
+    /// use haptic_tissue::{Model, ModelKind};
+    ///
+    /// let muscle = Model::from_parameters(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.110])?;
+    /// assert_eq!(muscle.kind().name(), "fractional-maxwell");
+    /// let error = Model::from_parameters(ModelKind::Maxwell, &[876e3, -1.0]).unwrap_err();
+    /// assert_eq!(error.to_string(), "viscosity_pa_s = -1 Pa·s is not above 0 and finite");
+    /// # Ok::<(), haptic_tissue::ModelError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Another number of values, a value outside its range, orders that do not fall, times of branches that do not rise.
+    pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {
+        let fits = match kind {
+            ModelKind::Prony => values.len() % 2 == 1,
+            _ => values.len() == kind.parameters().len(),
+        };
+        if !fits {
+            return Err(ModelError::Count(kind, values.len()));
+        }
+        for (place, &value) in values.iter().enumerate() {
+            if let Some(parameter) = kind.parameter(place)
+                && !parameter.range.contains(value)
+            {
+                return Err(out_of_range(parameter, value, parameter.range.words()));
+            }
+        }
+        let joint = kind.joint();
+        let two = |first: (f64, f64), second: (f64, f64), spring_pa| {
+            let (first, second) = (
+                SpringPot::new(first.0, first.1),
+                SpringPot::new(second.0, second.1),
+            );
+            Form::Two(Two {
+                joint,
+                first,
+                second,
+                spring_pa,
+            })
+        };
+        let form = match *values {
+            [spring_pa, ref rest @ ..] if joint == Joint::Branches => {
+                let branch = |&[elastic_modulus_pa, relaxation_time_s]: &[f64; 2]| MaxwellBranch {
+                    elastic_modulus_pa,
+                    relaxation_time_s,
+                };
+                Form::Branches(spring_pa, rest.as_chunks().0.iter().map(branch).collect())
+            }
+            [viscosity] if kind == ModelKind::Dashpot => Form::One(SpringPot::new(viscosity, 1.0)),
+            [modulus] => Form::One(SpringPot::new(modulus, 0.0)),
+            [v, alpha] if joint == Joint::None => Form::One(SpringPot::new(v, alpha)),
+            [spring, dashpot] => two((dashpot, 1.0), (spring, 0.0), 0.0),
+            [third, spring, dashpot] => two((dashpot, 1.0), (spring, 0.0), third),
+            [v, alpha, g, beta] => two((v, alpha), (g, beta), 0.0),
+            [v, alpha, g, beta, third] => two((v, alpha), (g, beta), third),
+            _ => return Err(ModelError::Count(kind, values.len())),
+        };
+        check(&form)?;
+        Ok(Self(form))
+    }
+
+    /// The kind: the classical name where the orders are exactly 1 and 0.
+    #[must_use]
+    pub fn kind(&self) -> ModelKind {
+        match &self.0 {
+            Form::One(one) if one.is_spring() => ModelKind::Spring,
+            Form::One(one) if one.is_dashpot() => ModelKind::Dashpot,
+            Form::One(_) => ModelKind::SpringPot,
+            Form::Two(two) => {
+                ModelKind::of_two(two.joint, two.first.is_dashpot() && two.second.is_spring())
+            }
+            Form::Branches(..) => ModelKind::Prony,
+        }
+    }
+
+    /// The parameters of [`Model::kind`] with their values.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<(&'static Parameter, f64)> {
+        let kind = self.kind();
+        let values = match &self.0 {
+            Form::One(one) if kind == ModelKind::SpringPot => vec![one.size, one.order],
+            Form::One(one) => vec![one.size],
+            Form::Two(two) => {
+                let (first, second) = (two.first, two.second);
+                let classical = vec![two.spring_pa, second.size, first.size];
+                match kind.parameters().len() {
+                    2 => classical[1..].to_vec(),
+                    3 => classical,
+                    count => [
+                        first.size,
+                        first.order,
+                        second.size,
+                        second.order,
+                        two.spring_pa,
+                    ][..count]
+                        .to_vec(),
+                }
+            }
+            Form::Branches(spring_pa, branches) => {
+                let branches = branches.iter();
+                let pairs =
+                    branches.flat_map(|one| [one.elastic_modulus_pa, one.relaxation_time_s]);
+                std::iter::once(*spring_pa).chain(pairs).collect()
+            }
+        };
+        let values = values.into_iter().enumerate();
+        values
+            .filter_map(|(place, value)| Some((kind.parameter(place)?, value)))
+            .collect()
+    }
+
+    /// The numbers of each parameter: one, or one for each branch of a Prony series.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static Parameter, Vec<f64>)> {
+        let values = self.parameters();
+        self.kind().parameters().iter().map(move |parameter| {
+            let own = values.iter().filter(|(known, _)| *known == parameter);
+            (parameter, own.map(|(_, value)| *value).collect())
+        })
+    }
+
+    pub(crate) const fn form(&self) -> &Form {
+        &self.0
+    }
+
+    /// M(s) = σ/ε at the complex frequency s, Pa. At s = iω the complex modulus; on the negative axis from above.
+    #[must_use]
+    pub fn modulus(&self, s: Complex64) -> Complex64 {
+        self.0.joined(
+            |one| one.modulus(s),
+            |branch| {
+                let st = s * branch.relaxation_time_s;
+                st / (st + 1.0) * branch.elastic_modulus_pa
+            },
+        )
+    }
+
+    /// G(t), Pa: stress over a step of strain, a time after it. 0 for t < 0, [`Model::instantaneous_modulus`] at 0.
+    ///
+    /// ```text
+    /// spring-pot                    V·t^(−α)/Γ(1−α)
+    /// fractional Kelvin–Voigt       V·t^(−α)/Γ(1−α) + G·t^(−β)/Γ(1−β)
+    /// fractional Maxwell            G·t^(−β)·E_{α−β,1−β}(−(G/V)·t^(α−β))
+    /// fractional Zener              E + that of the fractional Maxwell model
+    /// fractional Poynting–Thomson   no closed form; the integral over its relaxation spectrum
+    /// Prony series                  E + Σ E_i·e^(−t/τ_i)
+    /// ```
+    /// `E_{a,b}` is the Mittag-Leffler function, summed as exponentials. Relative error below 1e-10 for 10⁻⁶ ≤ t/τ ≤ 10⁶,
+    /// τ = (V/G)^(1/(α−β)). A dashpot beside the rest has an impulse at t = 0 only.
+    /// Cost: 20 µs; many times at once, [`Model::relaxation_moduli`], 0.2 µs each.
+    ///
+    /// ```
+    /// use haptic_tissue::{Model, ModelKind};
+    ///
+    /// let muscle = Model::from_parameters(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.110])?;
+    /// let (fast, slow) = (muscle.relaxation_modulus(0.014), muscle.relaxation_modulus(981.0));
+    /// assert!((fast / 33e3 - 1.0).abs() < 0.05 && slow < 4e3);
+    /// # Ok::<(), haptic_tissue::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn relaxation_modulus(&self, time_s: f64) -> f64 {
+        self.relaxation_moduli(&[time_s])[0]
+    }
+
+    /// [`Model::relaxation_modulus`] at many times, in any order.
+    #[must_use]
+    pub fn relaxation_moduli(&self, time_s: &[f64]) -> Vec<f64> {
+        let at_zero = self.instantaneous_modulus();
+        match &self.0 {
+            Form::One(one) => each(time_s, at_zero, |t| one.relaxation(t)),
+            Form::Two(two) if two.joint == Joint::KelvinVoigt => each(time_s, at_zero, |t| {
+                two.first.relaxation(t) + two.second.relaxation(t)
+            }),
+            form => by_modes(form, Response::Relaxation, time_s, at_zero),
+        }
+    }
+
+    /// J(t), 1/Pa: strain over a step of stress, a time after it. 0 for t < 0, 1 over [`Model::instantaneous_modulus`] at 0.
+    ///
+    /// ```text
+    /// spring-pot                    t^α/(V·Γ(1+α))
+    /// fractional Kelvin–Voigt       (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β))
+    /// fractional Maxwell            t^α/(V·Γ(1+α)) + t^β/(G·Γ(1+β))
+    /// fractional Zener              no closed form; the integral over its retardation spectrum
+    /// fractional Poynting–Thomson   1/E + that of the fractional Kelvin–Voigt model
+    /// Prony series                  exponentials at the zeros of its modulus
+    /// ```
+    /// Error and cost as for [`Model::relaxation_modulus`].
+    #[must_use]
+    pub fn creep_compliance(&self, time_s: f64) -> f64 {
+        self.creep_compliances(&[time_s])[0]
+    }
+
+    /// [`Model::creep_compliance`] at many times, in any order.
+    #[must_use]
+    pub fn creep_compliances(&self, time_s: &[f64]) -> Vec<f64> {
+        let at_zero = 1.0 / self.instantaneous_modulus();
+        match &self.0 {
+            Form::One(one) => each(time_s, at_zero, |t| one.creep(t)),
+            Form::Two(two) if two.joint == Joint::Maxwell => each(time_s, at_zero, |t| {
+                two.first.creep(t) + two.second.creep(t)
+            }),
+            form => by_modes(form, Response::Creep, time_s, at_zero),
+        }
+    }
+
+    /// M(iω), Pa: storage modulus + i·loss modulus, ω ≥ 0 in rad/s.
+    #[must_use]
+    pub fn complex_modulus(&self, omega_rad_s: f64) -> Complex64 {
+        let ln = libm::log(omega_rad_s);
+        let branch = |one: &MaxwellBranch| {
+            let x = omega_rad_s * one.relaxation_time_s;
+            let share = if x > 1.0 {
+                let y = 1.0 / x;
+                Complex64::new(1.0, y) / (1.0 + y * y)
+            } else {
+                Complex64::new(x * x, x) / (1.0 + x * x)
+            };
+            share * one.elastic_modulus_pa
+        };
+        self.0.joined(|one| at_frequency(one, ln), branch)
+    }
+
+    /// G(0), Pa: infinite where a sudden strain has no finite stress.
+    #[must_use]
+    pub fn instantaneous_modulus(&self) -> f64 {
+        self.0.instantaneous_pa()
+    }
+
+    /// G(∞), Pa: 0 for a fluid and for a spring-pot.
+    #[must_use]
+    pub fn equilibrium_modulus(&self) -> f64 {
+        self.0.equilibrium_pa()
+    }
+}
+
+/// Orders that fall, branches with rising times and at least one element.
+fn check(form: &Form) -> Result<(), ModelError> {
+    match form {
+        Form::One(_) => {}
+        Form::Two(two) => {
+            let (order, second_order) = (two.first.order, two.second.order);
+            if order < second_order {
+                return Err(ModelError::OrdersExchanged(order, second_order));
+            }
+            if order <= second_order {
+                return Err(ModelError::SameOrder(order));
+            }
+        }
+        Form::Branches(spring_pa, branches) => {
+            if *spring_pa == 0.0 && branches.is_empty() {
+                return Err(ModelError::Empty);
+            }
+            for pair in branches.windows(2) {
+                let value = pair[1].relaxation_time_s;
+                if value <= pair[0].relaxation_time_s {
+                    let times = &ModelKind::Prony.parameters()[2];
+                    return Err(out_of_range(times, value, "above the one before it"));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+const fn out_of_range(parameter: &Parameter, value: f64, allowed: &'static str) -> ModelError {
+    ModelError::Range {
+        name: parameter.name,
+        value,
+        allowed,
+        unit: parameter.unit,
+    }
+}
+
+/// V·(iω)^α; 0 Hz of a spring is a spring.
+fn at_frequency(one: &SpringPot, ln_omega: f64) -> Complex64 {
+    if one.is_spring() {
+        return Complex64::new(one.size, 0.0);
+    }
+    one.modulus_at(ln_omega, 0.5)
+}
+
+/// 0 before the step, `at_zero` at it, `value` after it.
+fn each(time_s: &[f64], at_zero: f64, mut value: impl FnMut(f64) -> f64) -> Vec<f64> {
+    let one = |&t: &f64| {
+        if t > 0.0 {
+            value(t)
+        } else if t == 0.0 {
+            at_zero
+        } else if t < 0.0 {
+            0.0
+        } else {
+            f64::NAN
+        }
+    };
+    time_s.iter().map(one).collect()
+}
+
+fn by_modes(form: &Form, response: Response, time_s: &[f64], at_zero: f64) -> Vec<f64> {
+    let real = |t: &&f64| **t > 0.0 && t.is_finite();
+    let (shortest, longest) = (time_s.iter().filter(real))
+        .fold((f64::INFINITY, 0.0), |(low, high), &t| {
+            (f64::min(low, t), f64::max(high, t))
+        });
+    if shortest > longest {
+        return each(time_s, at_zero, |_| f64::NAN);
+    }
+    let spectrum = Spectrum::new(form, response, shortest, longest);
+    each(time_s, at_zero, |t| spectrum.at(t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example(kind: ModelKind) -> Vec<f64> {
+        match kind {
+            ModelKind::Prony => vec![0.0, 5.0, 0.1, 3.0, 2.0],
+            _ => {
+                let mut order = 0.9;
+                let one = |parameter: &Parameter| {
+                    if parameter.range == ParameterRange::Order {
+                        order -= 0.3;
+                        order
+                    } else {
+                        7.0
+                    }
+                };
+                kind.parameters().iter().map(one).collect()
+            }
+        }
+    }
+
+    #[test]
+    fn every_kind_comes_back_from_its_parameters_and_its_name() {
+        for kind in ModelKind::ALL {
+            let values = example(kind);
+            let model = Model::from_parameters(kind, &values).expect("valid");
+            assert_eq!(model.kind(), kind);
+            assert_eq!(ModelKind::from_name(kind.name()), Some(kind));
+            let back: Vec<f64> = model.parameters().iter().map(|(_, value)| *value).collect();
+            assert_eq!(back, values, "{kind}");
+        }
+        assert_eq!(ModelKind::from_name("jelly"), None);
+    }
+
+    #[test]
+    fn every_value_outside_its_range_is_refused_by_its_name() {
+        for kind in ModelKind::ALL {
+            let values = example(kind);
+            for place in 0..values.len() {
+                for wrong in [-1.0, f64::NAN, f64::INFINITY, 1.5] {
+                    let name = kind.parameter(place).expect("known");
+                    if name.range.contains(wrong) {
+                        continue;
+                    }
+                    let mut values = values.clone();
+                    values[place] = wrong;
+                    let error = Model::from_parameters(kind, &values).expect_err("refused");
+                    let start = format!("{} = ", name.name);
+                    assert!(error.to_string().starts_with(&start), "{error}");
+                }
+            }
+            let error = Model::from_parameters(kind, &values[1..]).expect_err("a count");
+            assert!(error.to_string().contains(kind.name()), "{error}");
+        }
+        let error = |values: &[f64]| {
+            let model = Model::from_parameters(ModelKind::FractionalMaxwell, values);
+            model.expect_err("orders").to_string()
+        };
+        assert!(error(&[1.0, 0.2, 1.0, 0.5]).ends_with("exchange the two elements"));
+        assert!(error(&[1.0, 0.5, 1.0, 0.5]).contains("together they are one spring-pot"));
+    }
+}

@@ -8,10 +8,9 @@
 //! input, modes that are at rest after each step (r·Δ > 60) by its slope or value. Cost: about 60 modes and 3 for each
 //! doubling of T/Δ, four operations each: 0.3 µs a sample, 0.5 µs at uneven distances (release, 566 and 10^5 samples).
 
-use super::exponentials::{LANES, Modes, Pair, Response, Spectrum, decayed};
-use super::form::{Model, inverse};
-use super::pole::real_product;
-use super::spectrum::spectrum;
+use super::Model;
+use super::exponentials::{LANES, Modes, Pair, Response, Spectrum, decayed, real_product};
+use super::form::inverse;
 use num_complex::Complex64;
 
 /// r·T of modes that are taken by their Taylor series: the third term is below rounding.
@@ -30,9 +29,9 @@ impl Model {
     /// Error against the closed form of a ramp 5e-15. Cost: 30 µs, and 0.3 to 0.5 µs a sample.
     ///
     /// ```
-    /// use haptic_tissue::{Form, Model, SpringPot};
+    /// use haptic_tissue::{Model, ModelKind};
     ///
-    /// let gel = Model::new(Form::SpringPot(SpringPot::new(8650.0, 0.2247)?))?;
+    /// let gel = Model::from_parameters(ModelKind::SpringPot, &[8650.0, 0.2247])?;
     /// // To 10 % within 1 s, then held.
     /// let stress = gel.stress(&[0.0, 1.0, 200.0], &[0.0, 0.1, 0.1]);
     /// assert!(stress[1] > 3.0 * stress[2]);
@@ -57,7 +56,7 @@ impl Model {
         };
         let at_zero = match response {
             Response::Relaxation => self.instantaneous_modulus(),
-            Response::Creep => self.instantaneous_compliance(),
+            Response::Creep => 1.0 / self.instantaneous_modulus(),
         };
         let mut output = vec![f64::NAN; count];
         if !start.is_finite() {
@@ -72,7 +71,7 @@ impl Model {
         }
         let steps = time_s[..=rising].windows(2).map(|pair| pair[1] - pair[0]);
         let shortest = steps.fold(f64::INFINITY, f64::min);
-        let spectrum = spectrum(self.form(), response, shortest, time_s[rising] - start);
+        let spectrum = Spectrum::new(self.form(), response, shortest, time_s[rising] - start);
         let mut state = State::new(&spectrum, shortest, time_s[rising] - start, first);
         for at in 1..=rising {
             output[at] = state.advance(time_s[at] - time_s[at - 1], input[at]);

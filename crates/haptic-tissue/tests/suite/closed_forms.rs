@@ -1,31 +1,22 @@
 //! Relaxation modulus and creep compliance of every model against mpmath (`golden/make_golden.py`).
 
-use haptic_tissue::{Form, Model, SpringPot};
+use haptic_tissue::{Model, ModelKind};
 use std::collections::BTreeMap;
 
 /// The issue asks for 1e-10; what remains is rounding and the step of the trapezoid rule.
 const TOLERANCE: f64 = 1e-10;
 
+/// The models of two spring-pots.
+const KINDS: [&str; 4] = [
+    "fractional-kelvin-voigt",
+    "fractional-maxwell",
+    "fractional-zener",
+    "fractional-poynting-thomson",
+];
+
 fn model(kind: &str, numbers: &[f64]) -> Model {
-    let first = SpringPot::new(numbers[0], numbers[1]).expect("valid");
-    let second = SpringPot::new(numbers[2], numbers[3]).expect("valid");
-    let elastic_modulus_pa = numbers[4];
-    Model::new(match kind {
-        "fractional-kelvin-voigt" => Form::FractionalKelvinVoigt { first, second },
-        "fractional-maxwell" => Form::FractionalMaxwell { first, second },
-        "fractional-zener" => Form::FractionalZener {
-            first,
-            second,
-            elastic_modulus_pa,
-        },
-        "fractional-poynting-thomson" => Form::FractionalPoyntingThomson {
-            first,
-            second,
-            elastic_modulus_pa,
-        },
-        _ => panic!("{kind}"),
-    })
-    .expect("valid")
+    let kind = ModelKind::from_name(kind).expect("known");
+    testkit::tissue::model(kind, &numbers[..kind.parameters().len()])
 }
 
 #[test]
@@ -67,11 +58,7 @@ fn many_times_at_once_are_the_same_as_each_alone() {
     let times: Vec<f64> = (0..60)
         .map(|i| libm::pow(10.0, f64::from(i) * 0.2 - 6.0))
         .collect();
-    for kind in [
-        "fractional-maxwell",
-        "fractional-zener",
-        "fractional-poynting-thomson",
-    ] {
+    for kind in KINDS {
         let model = model(kind, &[876e3, 0.675, 22.1e3, 0.11, 3e4]);
         let (moduli, compliances) = (
             model.relaxation_moduli(&times),
@@ -107,12 +94,7 @@ fn before_at_and_far_from_the_step() {
 /// M(iω) = iω ∫ G(t) e^(−iωt) dt: the same by the modulus at the complex frequency.
 #[test]
 fn the_complex_modulus_is_the_modulus_at_i_omega() {
-    for kind in [
-        "fractional-kelvin-voigt",
-        "fractional-maxwell",
-        "fractional-zener",
-        "fractional-poynting-thomson",
-    ] {
+    for kind in KINDS {
         for orders in [(1.0, 0.0), (0.675, 0.11), (0.5, 0.0)] {
             let model = model(kind, &[876e3, orders.0, 22.1e3, orders.1, 3e4]);
             for omega in [1e-4, 1.0, 7.0, 1e5] {
@@ -138,12 +120,6 @@ fn extreme_parameters_give_moduli_and_compliances() {
     let times: Vec<f64> = (0..25)
         .map(|i| libm::pow(10.0, f64::from(i) * 0.5 - 6.0))
         .collect();
-    let kinds = [
-        "fractional-kelvin-voigt",
-        "fractional-maxwell",
-        "fractional-zener",
-        "fractional-poynting-thomson",
-    ];
     let orders = [
         (1.0, 0.0),
         (1.0, 1e-9),
@@ -155,7 +131,7 @@ fn extreme_parameters_give_moduli_and_compliances() {
         (0.6667, 0.0001),
     ];
     let mut checked = 0;
-    for kind in kinds {
+    for kind in KINDS {
         for (order, second_order) in orders {
             for ratio in [1e-12, 1.0, 1e12] {
                 for spring in [1e-8, 1.0, 1e8] {

@@ -1,10 +1,7 @@
 //! Prony series of models, and their text for finite-element programs, read back.
 
-use haptic_tissue::{ExportFormat, Form, Library, MaxwellBranch, Model, ModelKind, PronyFit};
-
-fn model(kind: ModelKind, values: &[f64]) -> Model {
-    Model::from_parameters(kind, values).expect("valid")
-}
+use haptic_tissue::{ExportFormat, Library, Model, ModelKind, PronyFit};
+use testkit::tissue::model;
 
 fn muscle() -> Model {
     let library = Library::load(None).expect("valid");
@@ -72,23 +69,8 @@ fn more_branches_are_closer() {
 
 #[test]
 fn a_prony_series_stays_as_it_is() {
-    let branches = vec![
-        MaxwellBranch {
-            elastic_modulus_pa: 7.0,
-            relaxation_time_s: 0.1,
-        },
-        MaxwellBranch {
-            elastic_modulus_pa: 3.0,
-            relaxation_time_s: 5.0,
-        },
-    ];
-    let own = Model::new(Form::Prony {
-        elastic_modulus_pa: 2.0,
-        branches: branches.clone(),
-    })
-    .expect("valid");
+    let own = model(ModelKind::Prony, &[2.0, 7.0, 0.1, 3.0, 5.0]);
     let fit = PronyFit::new(&own, 2, 1e-3, 1e3).expect("fits");
-    assert_eq!(fit.branches, branches);
     assert_eq!(fit.model().expect("valid"), own);
 }
 
@@ -167,25 +149,18 @@ fn read_back(format: ExportFormat, text: &str, fit: &PronyFit) -> Model {
             )
         }
     };
-    let branches = pairs.iter().map(|[modulus, time]| MaxwellBranch {
-        elastic_modulus_pa: modulus * unit,
-        relaxation_time_s: *time,
-    });
     // In relative terms, what the branches leave of 1 is the spring.
-    let branches: Vec<MaxwellBranch> = branches.collect();
-    let sum = branches
-        .iter()
-        .fold(0.0, |sum, one| sum + one.elastic_modulus_pa);
-    let elastic_modulus_pa = match format {
+    let sum: f64 = pairs.iter().map(|[modulus, _]| modulus * unit).sum();
+    let spring = match format {
         ExportFormat::Table => lines[0][1],
         ExportFormat::Ansys | ExportFormat::Abaqus => (instantaneous - sum).max(0.0),
         _ => fit.elastic_modulus_pa,
     };
-    Model::new(Form::Prony {
-        elastic_modulus_pa,
-        branches,
-    })
-    .expect("valid")
+    let branches = pairs
+        .iter()
+        .flat_map(|[modulus, time]| [modulus * unit, *time]);
+    let values: Vec<f64> = std::iter::once(spring).chain(branches).collect();
+    model(ModelKind::Prony, &values)
 }
 
 #[test]

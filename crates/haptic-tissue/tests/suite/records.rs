@@ -1,39 +1,10 @@
 //! Stress and strain of records: closed forms of ramps from mpmath, sums of ramps, records that make no sense.
 
-use haptic_tissue::{Form, MaxwellBranch, Model, SpringPot};
+use haptic_tissue::{Model, ModelKind};
 
-fn models(numbers: &[f64]) -> Vec<(&'static str, Model)> {
-    let first = SpringPot::new(numbers[0], numbers[1]).expect("valid");
-    let second = SpringPot::new(numbers[2], numbers[3]).expect("valid");
-    let elastic_modulus_pa = numbers[4];
-    [
-        (
-            "fractional-kelvin-voigt",
-            Form::FractionalKelvinVoigt { first, second },
-        ),
-        (
-            "fractional-maxwell",
-            Form::FractionalMaxwell { first, second },
-        ),
-        (
-            "fractional-zener",
-            Form::FractionalZener {
-                first,
-                second,
-                elastic_modulus_pa,
-            },
-        ),
-        (
-            "fractional-poynting-thomson",
-            Form::FractionalPoyntingThomson {
-                first,
-                second,
-                elastic_modulus_pa,
-            },
-        ),
-    ]
-    .map(|(name, form)| (name, Model::new(form).expect("valid")))
-    .into()
+fn model(kind: &str, numbers: &[f64]) -> Model {
+    let kind = ModelKind::from_name(kind).expect("known");
+    testkit::tissue::model(kind, &numbers[..kind.parameters().len()])
 }
 
 /// Golden ramps: parameters, and (time, stress, strain) of a unit ramp.
@@ -47,10 +18,7 @@ fn golden() -> Vec<(String, Model, Vec<[f64; 3]>)> {
         match ramps.iter_mut().find(|(known, ..)| *known == label) {
             Some((.., rows)) => rows.push(row),
             None => {
-                let found = models(&numbers)
-                    .into_iter()
-                    .find(|(name, _)| *name == cells[0]);
-                ramps.push((label, found.expect("known").1, vec![row]));
+                ramps.push((label, model(cells[0], &numbers), vec![row]));
             }
         }
     }
@@ -126,7 +94,7 @@ fn a_ramp_and_hold_is_a_difference_of_ramps_and_a_step_is_the_modulus() {
 
 #[test]
 fn stress_undoes_strain() {
-    let (_, muscle) = models(&[876e3, 0.675, 22.1e3, 0.11, 1e5]).swap_remove(2);
+    let muscle = model("fractional-zener", &[876e3, 0.675, 22.1e3, 0.11, 1e5]);
     // Creep under a smooth load, then the stress of that strain; straight lines between samples differ by their curvature.
     let mut errors = Vec::new();
     for samples in [201, 401, 801] {
@@ -146,20 +114,14 @@ fn stress_undoes_strain() {
 
 #[test]
 fn a_prony_series_is_exact() {
-    let branch = |elastic_modulus_pa, relaxation_time_s| MaxwellBranch {
-        elastic_modulus_pa,
-        relaxation_time_s,
-    };
     for elastic_modulus_pa in [0.0, 500.0] {
-        let branches = vec![branch(2000.0, 0.01), branch(900.0, 0.5), branch(50.0, 30.0)];
-        let model = Model::new(Form::Prony {
-            elastic_modulus_pa,
-            branches: branches.clone(),
-        })
-        .expect("valid");
+        let branches = [[2000.0, 0.01], [900.0, 0.5], [50.0, 30.0]];
+        let values = [&[elastic_modulus_pa], branches.as_flattened()].concat();
+        let model = testkit::tissue::model(ModelKind::Prony, &values);
         let modulus = |t: f64| {
-            branches.iter().fold(elastic_modulus_pa, |sum, one| {
-                sum + one.elastic_modulus_pa * libm::exp(-t / one.relaxation_time_s)
+            let branches = branches.iter();
+            branches.fold(elastic_modulus_pa, |sum, [e, tau]| {
+                sum + e * libm::exp(-t / tau)
             })
         };
         for t in [0.0, 1e-3, 0.1, 5.0, 100.0] {
@@ -175,10 +137,11 @@ fn a_prony_series_is_exact() {
             .fold(0.0_f64, |most, s| most.max((s - 1.0).abs()));
         assert!(worst < 0.02, "{worst}");
         let at_ramp = |t: f64| {
-            branches.iter().fold(elastic_modulus_pa * t, |sum, one| {
-                let tau = one.relaxation_time_s;
-                sum - one.elastic_modulus_pa * tau * libm::expm1(-t / tau)
-            })
+            branches
+                .iter()
+                .fold(elastic_modulus_pa * t, |sum, [e, tau]| {
+                    sum - e * tau * libm::expm1(-t / tau)
+                })
         };
         let ramp = model.stress(&times, &times);
         assert!((ramp[4000] / at_ramp(20.0) - 1.0).abs() < 1e-13);
@@ -187,7 +150,7 @@ fn a_prony_series_is_exact() {
 
 #[test]
 fn records_that_make_no_sense_give_no_numbers() {
-    let (_, model) = models(&[876e3, 0.675, 22.1e3, 0.11, 1e5]).swap_remove(1);
+    let model = model("fractional-maxwell", &[876e3, 0.675, 22.1e3, 0.11]);
     assert!(model.stress(&[], &[]).is_empty());
     assert_eq!(model.stress(&[0.0], &[0.0]), [0.0]);
     assert!(model.stress(&[0.0, 1.0], &[0.1, 0.1])[0].is_infinite());

@@ -4,41 +4,22 @@
 
 use fracdiff::full_memory::{Design, Kernel, MemoryWeights};
 use fracdiff::{Differintegrator, FrequencyResponse, FullMemory, Real, Seconds};
-use haptic_tissue::{Form, FullHistory, MaxwellBranch, Model, SampledModel};
-use testkit::tissue::{KINDS, of_two, pot};
+use haptic_tissue::{FullHistory, Model, ModelKind, SampledModel};
+use testkit::tissue::{KINDS, model, of_two};
 
 const T: Seconds = Seconds(1e-3);
-
-fn model(form: Form) -> Model {
-    Model::new(form).expect("valid")
-}
 
 fn sampled(model: &Model) -> SampledModel {
     SampledModel::new(model, T).expect("valid")
 }
 
-/// Every form with spring-pots, with a spring, with a dashpot, and classical.
+/// Every model with spring-pots, with a spring, with a dashpot, and classical.
 fn models() -> Vec<(String, Model)> {
     let close = [
         ("nearly classical", 0.999, 0.001),
         ("nearly the same", 0.6, 0.599),
     ];
-    let kinds = [&KINDS[..], &close].concat();
-    let mut all: Vec<(String, Model)> = (testkit::tissue::forms(876e3, 22.1e3, &kinds))
-        .into_iter()
-        .map(|(name, form)| (name, model(form)))
-        .collect();
-    let branch = |relaxation_time_s| MaxwellBranch {
-        elastic_modulus_pa: 3e3,
-        relaxation_time_s,
-    };
-    let branches = [0.01, 0.3, 7.0, 120.0].map(branch).to_vec();
-    let prony = Form::Prony {
-        elastic_modulus_pa: 5e3,
-        branches,
-    };
-    all.push(("Prony".to_owned(), model(prony)));
-    all
+    testkit::tissue::models(876e3, 22.1e3, &[&KINDS[..], &close].concat())
 }
 
 /// A ramp to 5 % in a second, then held; as `f32` has it.
@@ -94,9 +75,9 @@ fn random_models_are_the_sums_of_their_elements() {
         let mut decades = |low: f64, high: f64| 10_f64.powf(random.between(low, high));
         let [v, g, elastic_modulus_pa] = [decades(2.0, 6.0), decades(2.0, 6.0), decades(2.0, 6.0)];
         let beta = random.between(0.0, 0.8);
-        let (first, second) = (pot(v, random.between(beta + 0.02, 1.0)), pot(g, beta));
-        let (_, form) = of_two(first, second, elastic_modulus_pa)[case % 4].clone();
-        let model = sampled(&model(form));
+        let first = (v, random.between(beta + 0.02, 1.0));
+        let (_, model) = &of_two(first, (g, beta), elastic_modulus_pa)[case % 4];
+        let model = sampled(model);
         let mut sums = FullHistory::new(&model, 3000).expect("valid");
         let mut one_way = sums.clone();
         let mut law = law::<f64>(&model, 1e5);
@@ -190,11 +171,11 @@ fn a_model_of_one_spring_pot_has_the_bits_of_its_kernel() {
     let order = fracdiff::Order::new(0.2247).expect("valid");
     let own = Design::<16, 112>::pruned(Kernel::Grunwald, order, 1e-6, 2.1e5).expect("modes");
     for model in [
-        model(Form::SpringPot(pot(8650.0, 0.2247))),
-        model(Form::FractionalKelvinVoigt {
-            first: pot(8650.0, 0.2247),
-            second: pot(700.0, 0.0),
-        }),
+        model(ModelKind::SpringPot, &[8650.0, 0.2247]),
+        model(
+            ModelKind::FractionalKelvinVoigt,
+            &[8650.0, 0.2247, 700.0, 0.0],
+        ),
     ] {
         let sampled = sampled(&model);
         assert_eq!(sampled.design(1e-6, 2.1e5).expect("modes"), own);
@@ -204,18 +185,15 @@ fn a_model_of_one_spring_pot_has_the_bits_of_its_kernel() {
 
 #[test]
 fn what_cannot_be_sampled_is_refused() {
-    let muscle = model(Form::FractionalMaxwell {
-        first: pot(876e3, 0.675),
-        second: pot(22.1e3, 0.11),
-    });
+    let muscle = model(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.11]);
     for t in [0.0, -1e-3, f64::NAN, 1e7] {
         let error = SampledModel::new(&muscle, Seconds(t)).expect_err("no sample time");
         assert!(error.to_string().contains("sample_time_s"), "{error}");
     }
-    let slow = model(Form::SpringPot(pot(1e3, 1e-7)));
+    let slow = model(ModelKind::SpringPot, &[1e3, 1e-7]);
     let error = SampledModel::new(&slow, T).expect_err("neither spring nor spring-pot");
     assert!(error.to_string().contains("at least 1e-6"), "{error}");
-    let spring = sampled(&model(Form::SpringPot(pot(1e3, 0.0))));
+    let spring = sampled(&model(ModelKind::Spring, &[1e3]));
     assert_eq!(
         (spring.elastic_modulus_pa(), spring.viscosity_pa_s_mu()),
         (1e3, 0.0)

@@ -5,8 +5,7 @@ use crate::column;
 use crate::output::Output;
 use crate::within::within;
 use clap::Args;
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch};
+use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::Time;
@@ -115,26 +114,19 @@ fn differintegrate(
     x: &[f64],
     reference: f64,
 ) -> Result<Vec<f64>, SchemeError> {
-    let shifted = || -> Vec<f64> { x.iter().map(|x| x - reference).collect() };
-    match scheme {
+    let by_fft = match scheme {
         // No filter is exact, but the sum over a whole record is.
-        Scheme::Exact => Ok(batch::full_history(
-            Kernel::Grunwald,
-            order,
-            sample_time,
-            &shifted(),
-        )?),
-        Scheme::Grunwald { length } if length.min(x.len()) > DIRECT_MOST => {
-            Ok(batch::short_memory(order, length, sample_time, &shifted())?)
-        }
-        _ => {
-            let operator: Operator<f64> =
-                scheme.build(order, sample_time, 1.05 * x.len() as f64)?;
-            let mut channel = Channel::new(operator);
-            channel.reset_to(reference);
-            Ok(x.iter().map(|&x| channel.step(x)).collect())
-        }
+        Scheme::Exact => true,
+        Scheme::Grunwald { length } => length.min(x.len()) > DIRECT_MOST,
+        _ => false,
+    };
+    if by_fft && let Some(sum) = scheme.batch(order, sample_time)? {
+        return Ok(sum.relative_to(reference).run(x));
     }
+    let operator: Operator<f64> = scheme.build(order, sample_time, 1.05 * x.len() as f64)?;
+    let mut channel = Channel::new(operator);
+    channel.reset_to(reference);
+    Ok(x.iter().map(|&x| channel.step(x)).collect())
 }
 
 #[cfg(test)]

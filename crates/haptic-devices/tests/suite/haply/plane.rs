@@ -1,8 +1,9 @@
 //! Both axes: a shape in the plane against the exact sum over the depth along its normal, and the plane itself.
 
 use super::wire::{Running, TICK_US, stroking};
+use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
-use fracdiff::{Operator, Order, Scheme, Seconds, batch};
+use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_devices::haply::{Plane, Unreachable, Version, configuration};
 use haptic_emulator::AtLine as _;
 use haptic_link::State;
@@ -106,7 +107,9 @@ fn the_force_is_the_sum_over_the_depth_along_the_normal() {
             assert!(off < 0.01 * force.norm() + 1e-6, "{off} of {force}");
         }
         let depths: Vec<f64> = places.iter().map(|at| shape.depth(at).max(0.0)).collect();
-        let rates = batch::full_history(Kernel::Grunwald, order, t, &depths).expect("sums");
+        let rates = Batch::full_history(Kernel::Grunwald, order, t)
+            .expect("a sum")
+            .run(&depths);
         let (mut largest, mut error) = (0.0_f64, 0.0_f64);
         let (mut touched, mut left) = (0, 0);
         for (((at, depth), rate), have) in places.iter().zip(&depths).zip(rates).zip(&forces) {

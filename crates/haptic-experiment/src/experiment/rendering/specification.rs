@@ -126,18 +126,10 @@ impl Rendering {
         crate::run::schedule::samples(duration_s, self.sample_time_s, &SAMPLES)
     }
 
-    /// Memory of the operator, s; `None` for all of the past. For the recursive forms the time that
-    /// their slowest part takes to fade, about one period of the lower corner or N samples.
+    /// Memory of the operator, s; `None` for all of the past.
     #[must_use]
     pub(crate) fn memory_s(&self) -> Option<f64> {
-        let t = self.sample_time_s;
-        match self.scheme {
-            Scheme::Grunwald { length } => Some(length as f64 * t),
-            Scheme::Muir { degree } => Some((degree + 1) as f64 * t),
-            Scheme::TustinMuir { degree } => Some(degree as f64 * t),
-            Scheme::Oustaloup { band, .. } => Some(1.0 / band.low_hz),
-            _ => None,
-        }
+        self.scheme.memory_s(Seconds(self.sample_time_s))
     }
 
     /// The rig with this drive.

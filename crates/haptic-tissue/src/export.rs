@@ -1,10 +1,14 @@
-//! A Prony series of few branches for any model, over a band of times.
+//! Models for programs that know Prony series only: finite-element programs, above all.
+//!
+//! ```text
+//! G(t) ≈ E + Σ E_i·e^(−t/τ_i),   E, E_i ≥ 0,   shortest ≤ t ≤ horizon
+//! ```
 
-use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
+use crate::model::{Form, Joint, MaxwellBranch, Model, ModelError, ModelKind, Two};
 use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
 use haptic_quantity::Key;
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::ops::RangeInclusive;
 
 /// Arguments that sentences name.
@@ -39,29 +43,14 @@ pub struct PronyFit {
 pub enum ExportError {
     /// A number of branches out of range.
     Branches(usize),
-    /// Times that are no band.
-    #[non_exhaustive]
-    Band {
-        /// s.
-        shortest_s: f64,
-        /// s.
-        horizon_s: f64,
-    },
+    /// Times that are no band: shortest and longest, s.
+    Band(f64, f64),
     /// A dashpot beside the rest: its stress is an impulse, which no branch has.
-    Impulse(&'static str),
-    /// G has fallen to nothing within the band.
-    Vanished {
-        /// The time, s.
-        time_s: f64,
-    },
-    /// More terms than the format has.
-    #[non_exhaustive]
-    Terms {
-        /// The number of them.
-        given: usize,
-        /// The largest number.
-        most: usize,
-    },
+    Impulse(ModelKind),
+    /// G has fallen to nothing within the band, at this time, s.
+    Vanished(f64),
+    /// More terms than the format has: their number, and the most.
+    Terms(usize, usize),
     /// A format that refers to the long-term modulus, and a series without one.
     NoLongTermModulus,
     /// A series that is no model.
@@ -77,34 +66,30 @@ impl fmt::Display for ExportError {
                 PronyFit::BRANCHES.start(),
                 PronyFit::BRANCHES.end()
             ),
-            Self::Band {
-                shortest_s,
-                horizon_s,
-            } => write!(
+            Self::Band(shortest_s, horizon_s) => write!(
                 f,
-                "times from {SHORTEST} {shortest_s} s to {HORIZON} {horizon_s} s are no band: both above 0 s, the \
-                 second larger, at most {DECADES_MOST} decades",
-                shortest_s = Shown(*shortest_s),
-                horizon_s = Shown(*horizon_s)
+                "times from {SHORTEST} {} s to {HORIZON} {} s are no band: both above 0 s, the second larger, at most \
+                 {DECADES_MOST} decades",
+                Shown(*shortest_s),
+                Shown(*horizon_s)
             ),
             Self::Impulse(kind) => write!(
                 f,
                 "the model {kind} has a dashpot beside the rest, whose stress is an impulse at a step of strain; no Prony series has that: give \
                  the dashpot to the other program by itself"
             ),
-            Self::Vanished { time_s } => write!(
+            Self::Vanished(time_s) => write!(
                 f,
-                "the modulus has fallen to nothing at {time_s} s: take a {HORIZON} below it",
-                time_s = Shown(*time_s)
+                "the modulus has fallen to nothing at {} s: take a {HORIZON} below it",
+                Shown(*time_s)
             ),
-            Self::Terms { given, most } => write!(
+            Self::Terms(given, most) => write!(
                 f,
                 "the format takes {most} branches, the series has {given}: take {}",
                 BRANCHES.set_to(most)
             ),
-            Self::NoLongTermModulus => write!(
-                f,
-                "the series has no long-term modulus, to which this format refers: take the format table"
+            Self::NoLongTermModulus => f.write_str(
+                "the series has no long-term modulus, to which this format refers: take the format table",
             ),
             Self::Model(error) => error.fmt(f),
         }
@@ -146,13 +131,10 @@ impl PronyFit {
         let decades = libm::log10(horizon_s / shortest_s);
         let is_band = shortest_s > 0.0 && horizon_s.is_finite();
         if !(is_band && decades > 0.0 && decades <= DECADES_MOST) {
-            return Err(ExportError::Band {
-                shortest_s,
-                horizon_s,
-            });
+            return Err(ExportError::Band(shortest_s, horizon_s));
         }
         if has_impulse(model) {
-            return Err(ExportError::Impulse(model.kind().name()));
+            return Err(ExportError::Impulse(model.kind()));
         }
         if let Some((elastic_modulus_pa, own)) = exact(model)
             && own.len() <= branches
@@ -174,11 +156,12 @@ impl PronyFit {
     /// # Errors
     /// Without a spring and a branch.
     pub fn model(&self) -> Result<Model, ExportError> {
-        Model::new(Form::Prony {
-            elastic_modulus_pa: self.elastic_modulus_pa,
-            branches: self.branches.clone(),
-        })
-        .map_err(ExportError::Model)
+        let branches = self.branches.iter();
+        let pairs = branches.flat_map(|one| [one.elastic_modulus_pa, one.relaxation_time_s]);
+        let values: Vec<f64> = std::iter::once(self.elastic_modulus_pa)
+            .chain(pairs)
+            .collect();
+        Model::from_parameters(ModelKind::Prony, &values).map_err(ExportError::Model)
     }
 
     /// G(0) of the series, Pa.
@@ -191,9 +174,9 @@ impl PronyFit {
 
 fn has_impulse(model: &Model) -> bool {
     match model.form() {
-        Form::SpringPot(one) => one.order() >= 1.0,
-        Form::FractionalKelvinVoigt { first, .. } => first.order() >= 1.0,
-        _ => false,
+        Form::One(one) => one.is_dashpot(),
+        Form::Two(two) => two.joint == Joint::KelvinVoigt && two.first.is_dashpot(),
+        Form::Branches(..) => false,
     }
 }
 
@@ -205,32 +188,31 @@ fn has_impulse(model: &Model) -> bool {
 /// Poynting–Thomson   E₁·E/(E₁ + E) + E₁²/(E₁ + E)·e^(−t/τ),   τ = η/(E₁ + E)
 /// ```
 fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
-    let values: Vec<f64> = (model.parameters().iter())
-        .map(|(_, value)| *value)
-        .collect();
     let one = |elastic_modulus_pa, relaxation_time_s| {
         vec![MaxwellBranch {
             elastic_modulus_pa,
             relaxation_time_s,
         }]
     };
-    match (model.kind(), values.as_slice()) {
-        (ModelKind::Maxwell, &[spring, dashpot]) => Some((0.0, one(spring, dashpot / spring))),
-        (ModelKind::Zener, &[beside, spring, dashpot]) => {
-            Some((beside, one(spring, dashpot / spring)))
+    match model.form() {
+        Form::Two(Two {
+            joint,
+            first,
+            second,
+            spring_pa: third,
+        }) if first.is_dashpot() && second.is_spring() => {
+            let (spring, dashpot, sum) = (second.size, first.size, third + second.size);
+            match joint {
+                Joint::Maxwell | Joint::Zener => Some((*third, one(spring, dashpot / spring))),
+                Joint::PoyntingThomson => Some((
+                    third * spring / sum,
+                    one(third * third / sum, dashpot / sum),
+                )),
+                _ => None,
+            }
         }
-        (ModelKind::PoyntingThomson, &[before, spring, dashpot]) => {
-            let sum = before + spring;
-            let (rest, falls) = (before * spring / sum, before * before / sum);
-            Some((rest, one(falls, dashpot / sum)))
-        }
-        _ => match model.form() {
-            Form::Prony {
-                elastic_modulus_pa,
-                branches,
-            } => Some((*elastic_modulus_pa, branches.clone())),
-            _ => None,
-        },
+        Form::Branches(spring_pa, branches) => Some((*spring_pa, branches.clone())),
+        _ => None,
     }
 }
 
@@ -261,9 +243,7 @@ impl Band {
         let fine_moduli = model.relaxation_moduli(&fine_times);
         let vanished = |g: &f64| !(*g > 1e-250 && g.is_finite());
         if let Some(at) = fine_moduli.iter().position(vanished) {
-            return Err(ExportError::Vanished {
-                time_s: fine_times[at],
-            });
+            return Err(ExportError::Vanished(fine_times[at]));
         }
         Ok(Self {
             shortest_s,
@@ -353,5 +333,173 @@ impl Band {
                 });
             f64::max(most, (sum / g - 1.0).abs())
         })
+    }
+}
+
+/// FEBio's material `viscoelastic` has parameters up to `g6`, `t6`.
+const FEBIO_TERMS: usize = 6;
+
+/// The programs whose conventions are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ExportFormat {
+    /// A table in SI units: modulus and relaxation time of each branch, the spring as branch 0.
+    Table,
+    /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR`: relative moduli `α_i = E_i/G(0)` and `τ_i`; the elastic modulus is the
+    /// instantaneous one.
+    Ansys,
+    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = E_i/G(0)`, `k_i = 0` (no relaxation in bulk), `τ_i`, with
+    /// `MODULI=INSTANTANEOUS`.
+    Abaqus,
+    /// FEBio, material `viscoelastic`: `g0 = 1`, `g_i = E_i/E`, `t_i`, up to six; the elastic material inside has the long-term
+    /// modulus E. Source: `FEViscoElasticMaterial.cpp` of FEBio.
+    Febio,
+}
+
+impl ExportFormat {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Table, Self::Ansys, Self::Abaqus, Self::Febio];
+
+    /// The branches of a series for it, unless more or fewer are asked for: 12, or the most that it takes.
+    #[must_use]
+    pub const fn branches(self) -> usize {
+        match self {
+            Self::Febio => FEBIO_TERMS,
+            _ => 12,
+        }
+    }
+
+    /// The name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Table => "table",
+            Self::Ansys => "ansys",
+            Self::Abaqus => "abaqus",
+            Self::Febio => "febio",
+        }
+    }
+}
+
+impl PronyFit {
+    /// The series in the convention of a program, with comments that say what it is. `title` is one line for people.
+    ///
+    /// # Errors
+    /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.
+    pub fn text(&self, format: ExportFormat, title: &str) -> Result<String, ExportError> {
+        if format == ExportFormat::Febio {
+            if self.branches.len() > FEBIO_TERMS {
+                return Err(ExportError::Terms(self.branches.len(), FEBIO_TERMS));
+            }
+            if self.elastic_modulus_pa <= 0.0 {
+                return Err(ExportError::NoLongTermModulus);
+            }
+        }
+        let body = match format {
+            ExportFormat::Table => self.table(),
+            ExportFormat::Ansys => self.ansys(),
+            ExportFormat::Abaqus => self.abaqus(),
+            ExportFormat::Febio => self.febio(),
+        };
+        Ok(self.comments(format, title) + &body)
+    }
+
+    fn comments(&self, format: ExportFormat, title: &str) -> String {
+        let instantaneous = self.instantaneous_modulus_pa();
+        let (before, after, convention) = match format {
+            ExportFormat::Table => ("# ", "", "branch 0 is the spring E".to_owned()),
+            ExportFormat::Ansys => (
+                "! ",
+                "",
+                format!(
+                    "alpha_i = E_i/G(0) and tau_i in s; the elastic modulus is the instantaneous one, G(0) = {instantaneous:?} Pa"
+                ),
+            ),
+            ExportFormat::Abaqus => (
+                "** ",
+                "",
+                format!(
+                    "g_i = E_i/G_0, k_i = 0 (no relaxation in bulk), tau_i in s; use with *ELASTIC, MODULI=INSTANTANEOUS, \
+                     G_0 = {instantaneous:?} Pa"
+                ),
+            ),
+            ExportFormat::Febio => (
+                "<!-- ",
+                " -->",
+                format!(
+                    "g_i = E_i/E and t_i in s; put the elastic material inside, with the long-term modulus E = {:?} Pa",
+                    self.elastic_modulus_pa
+                ),
+            ),
+        };
+        let lines = [
+            title.replace('\n', " "),
+            format!(
+                "G(t) = E + sum E_i exp(-t/tau_i), {} branches, for t from {} s to {} s",
+                self.branches.len(),
+                self.shortest_s,
+                self.horizon_s
+            ),
+            format!(
+                "largest relative error of G over this band: {:.2e}; beyond it the series is no model of the tissue",
+                self.max_relative_error
+            ),
+            "G is stress over strain as in the tissue's source, in simple shear or along one axis"
+                .to_owned(),
+            convention,
+        ];
+        // No comment of XML has two hyphens.
+        let line = |line: &String| format!("{before}{}{after}\n", line.replace("--", "- -"));
+        lines.iter().map(line).collect()
+    }
+
+    /// `E_i` over a modulus, and `τ_i`.
+    fn relative(&self, modulus_pa: f64) -> Vec<(f64, f64)> {
+        let each = self.branches.iter();
+        each.map(|one| (one.elastic_modulus_pa / modulus_pa, one.relaxation_time_s))
+            .collect()
+    }
+
+    fn table(&self) -> String {
+        let mut text = format!(
+            "branch,modulus_pa,relaxation_time_s\n0,{:?},inf\n",
+            self.elastic_modulus_pa
+        );
+        for (at, one) in self.branches.iter().enumerate() {
+            let (modulus, time) = (one.elastic_modulus_pa, one.relaxation_time_s);
+            let _ = writeln!(text, "{},{modulus:?},{time:?}", at + 1);
+        }
+        text
+    }
+
+    fn ansys(&self) -> String {
+        let mut text = format!("TB,PRONY,1,1,{},SHEAR\n", self.branches.len());
+        // TBDATA takes six constants a line.
+        let relative = self.relative(self.instantaneous_modulus_pa());
+        for (line, three) in relative.chunks(3).enumerate() {
+            let _ = write!(text, "TBDATA,{}", 1 + 6 * line);
+            for (alpha, tau) in three {
+                let _ = write!(text, ",{alpha:.12e},{tau:.12e}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    fn abaqus(&self) -> String {
+        let mut text = "*VISCOELASTIC, TIME=PRONY\n".to_owned();
+        for (g, tau) in self.relative(self.instantaneous_modulus_pa()) {
+            let _ = writeln!(text, "{g:.12e}, 0., {tau:.12e}");
+        }
+        text
+    }
+
+    fn febio(&self) -> String {
+        let mut text = "<g0>1</g0>\n".to_owned();
+        for (at, (g, t)) in self.relative(self.elastic_modulus_pa).iter().enumerate() {
+            let n = at + 1;
+            let _ = writeln!(text, "<g{n}>{g:.12e}</g{n}><t{n}>{t:.12e}</t{n}>");
+        }
+        text
     }
 }

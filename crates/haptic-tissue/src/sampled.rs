@@ -1,7 +1,6 @@
 //! A model sampled: a spring, and one memory of increments of strain, whatever its elements.
 
-use super::branch::Branch;
-use crate::model::{Form, Model, ModelError, SpringPot};
+use crate::model::{Form, Joint, Model, ModelError, SpringPot};
 use core::f64::consts::PI;
 use fracdiff::full_memory::{Design, DesignError, Kernel, Memory, Mode};
 use fracdiff::{FrequencyResponse, Order, Seconds};
@@ -27,11 +26,10 @@ use num_complex::Complex64;
 ///
 /// ```
 /// use fracdiff::{Differintegrator, FullMemory, Seconds};
-/// use haptic_tissue::{Form, Model, SampledModel, SpringPot};
+/// use haptic_tissue::{Model, ModelKind, SampledModel};
 ///
-/// // Fish muscle: a fractional Maxwell model.
-/// let (first, second) = (SpringPot::new(876e3, 0.675)?, SpringPot::new(22.1e3, 0.110)?);
-/// let muscle = Model::new(Form::FractionalMaxwell { first, second })?;
+/// // Fish muscle.
+/// let muscle = Model::from_parameters(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.110])?;
 /// let sampled = SampledModel::new(&muscle, Seconds(1e-3))?;
 /// assert_eq!((sampled.elastic_modulus_pa(), sampled.viscosity_pa_s_mu()), (0.0, 876e3));
 /// // 200 s at 1 kHz, within 1e-6.
@@ -49,7 +47,7 @@ pub struct SampledModel {
     elastic_modulus_pa: f64,
     viscosity_pa_s_mu: f64,
     order: Order,
-    pub(super) branches: Vec<Branch>,
+    pub(crate) branches: Vec<Branch>,
     /// B·T^(−μ); 1 where B is 0.
     scale_pa: f64,
 }
@@ -62,9 +60,7 @@ impl SampledModel {
     pub fn new(model: &Model, sample_time: Seconds) -> Result<Self, ModelError> {
         let (elastic_modulus_pa, branches) = branches(model.form())?;
         let slowest = branches.iter().map(Branch::slow);
-        let order = slowest
-            .clone()
-            .fold(1.0, |least, pot| pot.order().min(least));
+        let order = slowest.clone().fold(1.0, |least, pot| pot.order.min(least));
         if order < Self::ORDER_MIN {
             return Err(ModelError::Range {
                 name: "order",
@@ -74,8 +70,8 @@ impl SampledModel {
             });
         }
         let viscosity_pa_s_mu = slowest
-            .filter(|pot| pot.order() <= order)
-            .map(|pot| pot.viscosity_pa_s_alpha())
+            .filter(|pot| pot.order <= order)
+            .map(|pot| pot.size)
             .sum();
         let outside = |_| ModelError::Range {
             name: "sample_time_s",
@@ -213,66 +209,162 @@ const LEGENDRE_8: [(f64, f64); 4] = [
 
 /// E, and what is beside it.
 fn branches(form: &Form) -> Result<(f64, Vec<Branch>), ModelError> {
-    let side_by_side = |pots: &[SpringPot], spring: f64| {
-        let is_spring = |pot: &&SpringPot| pot.order() == 0.0;
-        let springs = pots.iter().filter(is_spring);
-        let sum: f64 = springs.map(SpringPot::viscosity_pa_s_alpha).sum();
-        let others = pots.iter().filter(|pot| !is_spring(pot)).copied();
-        (spring + sum, others.map(Branch::Pot).collect())
+    let side_by_side = |pots: &[SpringPot]| {
+        let springs = pots.iter().filter(|pot| pot.is_spring());
+        let others = pots.iter().filter(|pot| !pot.is_spring()).copied();
+        let spring_pa = springs.fold(0.0, |sum, pot| sum + pot.size);
+        (spring_pa, others.map(Branch::Pot).collect())
     };
     Ok(match form {
-        Form::SpringPot(one) => side_by_side(&[*one], 0.0),
-        Form::FractionalKelvinVoigt { first, second } => side_by_side(&[*first, *second], 0.0),
-        Form::FractionalMaxwell { first, second } => (0.0, vec![Branch::series(*first, *second)]),
-        Form::FractionalZener {
-            first,
-            second,
-            elastic_modulus_pa,
-        } => (*elastic_modulus_pa, vec![Branch::series(*first, *second)]),
-        Form::FractionalPoyntingThomson {
-            first,
-            second,
-            elastic_modulus_pa,
-        } if second.order() == 0.0 => standing(*first, second, *elastic_modulus_pa)?,
-        Form::FractionalPoyntingThomson {
-            first,
-            second,
-            elastic_modulus_pa,
-        } => {
-            let branch = Branch::Standing {
-                spring_pa: *elastic_modulus_pa,
-                first: *first,
-                second: *second,
-            };
-            (0.0, vec![branch])
+        Form::One(one) => side_by_side(&[*one]),
+        Form::Two(two) => {
+            let (first, second, e) = (two.first, two.second, two.spring_pa);
+            match two.joint {
+                Joint::Maxwell | Joint::Zener => (e, vec![Branch::Series(first, second)]),
+                // A spring E in series with a spring G beside V·s^α is a spring beside two elements in series:
+                // E·G/(E + G) beside V·k²·s^α in series with E²/(E + G), k = E/(E + G).
+                Joint::PoyntingThomson if second.is_spring() => {
+                    let k = e / (e + second.size);
+                    let pot = element(first.size * k * k, first.order)?;
+                    (
+                        second.size * k,
+                        vec![Branch::Series(pot, element(e * k, 0.0)?)],
+                    )
+                }
+                Joint::PoyntingThomson => (0.0, vec![Branch::Standing(e, first, second)]),
+                _ => side_by_side(&[first, second]),
+            }
         }
-        Form::Prony {
-            elastic_modulus_pa,
-            branches,
-        } => {
+        Form::Branches(spring_pa, branches) => {
             let maxwell = branches.iter().map(|branch| {
-                let (e, tau) = (branch.elastic_modulus_pa, branch.relaxation_time_s);
-                let (dashpot, spring) = (SpringPot::dashpot(e * tau)?, SpringPot::spring(e)?);
-                Ok(Branch::series(dashpot, spring))
+                let e = branch.elastic_modulus_pa;
+                let dashpot = element(e * branch.relaxation_time_s, 1.0)?;
+                Ok(Branch::Series(dashpot, SpringPot::new(e, 0.0)))
             });
-            let maxwell: Result<_, ModelError> = maxwell.collect();
-            (*elastic_modulus_pa, maxwell?)
+            (*spring_pa, maxwell.collect::<Result<_, ModelError>>()?)
         }
     })
 }
 
-/// A spring E in series with a spring G beside V·s^α is a spring beside two elements in series:
-///
-/// ```text
-/// E·G/(E + G)  beside  V·k²·s^α in series with E²/(E + G),     k = E/(E + G)
-/// ```
-fn standing(
-    first: SpringPot,
-    second: &SpringPot,
-    e: f64,
-) -> Result<(f64, Vec<Branch>), ModelError> {
-    let g = second.viscosity_pa_s_alpha();
-    let k = e / (e + g);
-    let pot = SpringPot::new(first.viscosity_pa_s_alpha() * k * k, first.order())?;
-    Ok((g * k, vec![Branch::series(pot, SpringPot::spring(e * k)?)]))
+/// An element made from others, which may leave the range of numbers.
+fn element(size: f64, order: f64) -> Result<SpringPot, ModelError> {
+    if size > 0.0 && size.is_finite() {
+        return Ok(SpringPot::new(size, order));
+    }
+    Err(ModelError::Range {
+        name: "viscosity_pa_s_alpha",
+        value: size,
+        allowed: "above 0 and finite",
+        unit: "Pa·s^α",
+    })
+}
+
+/// Elements that give way to a slow motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Branch {
+    /// A spring-pot or dashpot, α > 0.
+    Pot(SpringPot),
+    /// Two in series, α > β.
+    Series(SpringPot, SpringPot),
+    /// A spring, Pa, in series with two side by side, α > β > 0.
+    Standing(f64, SpringPot, SpringPot),
+}
+
+impl Branch {
+    /// M(s), Pa, on the principal branch; 0 at s = 0.
+    fn modulus(&self, s: Complex64) -> Complex64 {
+        match self {
+            Self::Pot(one) => one.modulus(s),
+            Self::Series(first, second) => {
+                // a·b/(a + b) = a/(1 + a/b), with a and b 0 at rest
+                let ratio = power(s, first.order - second.order) * (first.size / second.size);
+                first.modulus(s) / (ratio + 1.0)
+            }
+            Self::Standing(spring_pa, first, second) => {
+                let beside = first.modulus(s) + second.modulus(s);
+                beside / (beside / *spring_pa + 1.0)
+            }
+        }
+    }
+
+    /// Im M(−r + i0) ≥ 0, Pa, without the pole. All that is added up is positive, but the sum of two elements itself.
+    fn on_cut(&self, r: f64) -> f64 {
+        match self {
+            Self::Pot(one) => Cut::of(one, r).value().im,
+            Self::Series(first, second) => {
+                // Im ab/(a + b) = |a||b|(|a| sin πβ + |b| sin πα)/|a + b|²
+                let (a, b) = (Cut::of(first, r), Cut::of(second, r));
+                let unit = a.size.max(b.size);
+                let (a, b) = (a.over(unit), b.over(unit));
+                let above = a.size * b.size * (a.size * b.sin + b.size * a.sin);
+                if above == 0.0 {
+                    // A spring and a dashpot: a pole, no cut.
+                    return 0.0;
+                }
+                unit * above / (a.value() + b.value()).norm_sqr()
+            }
+            Self::Standing(spring_pa, first, second) => {
+                let beside = Cut::of(first, r).value() + Cut::of(second, r).value();
+                let unit = spring_pa.max(beside.norm());
+                let (spring, beside) = (spring_pa / unit, beside / unit);
+                unit * spring * spring * beside.im / (beside + spring).norm_sqr()
+            }
+        }
+    }
+
+    /// E in Pa and r in 1/s of E·s/(s + r), what a spring and a dashpot in series are.
+    fn pole(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Series(first, second) if first.is_dashpot() && second.is_spring() => {
+                Some((second.size, second.size / first.size))
+            }
+            _ => None,
+        }
+    }
+
+    /// The element that carries a slow motion: M(s) → V·s^α for s → 0.
+    const fn slow(&self) -> SpringPot {
+        match self {
+            Self::Pot(one) | Self::Series(one, _) | Self::Standing(_, _, one) => *one,
+        }
+    }
+}
+
+/// s^p.
+fn power(s: Complex64, p: f64) -> Complex64 {
+    let (size, angle) = (libm::hypot(s.re, s.im), libm::atan2(s.im, s.re));
+    Complex64::from_polar(libm::pow(size, p), p * angle)
+}
+
+/// V·(−r + i0)^α = V·r^α·e^(iπα).
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    size: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl Cut {
+    fn of(pot: &SpringPot, r: f64) -> Self {
+        let order = pot.order;
+        // sin πα = sin π(1 − α), and 1 − α is exact where α is near 1; exactly 0 at both ends.
+        let near = order.min(1.0 - order);
+        let (sin, cos) = (libm::sin(PI * near), libm::cos(PI * near));
+        Self {
+            size: pot.size * libm::pow(r, order),
+            sin,
+            cos: if order > 0.5 { -cos } else { cos },
+        }
+    }
+
+    fn over(self, unit: f64) -> Self {
+        Self {
+            size: self.size / unit,
+            ..self
+        }
+    }
+
+    fn value(self) -> Complex64 {
+        Complex64::new(self.size * self.cos, self.size * self.sin)
+    }
 }

@@ -1,8 +1,7 @@
 //! A model by the sums of its elements: slow and certain.
 
-use super::branch::Branch;
-use super::sampled::SampledModel;
 use crate::model::SpringPot;
+use crate::sampled::{Branch, SampledModel};
 use fracdiff::{Channel, Order, ParameterError, PartitionedMemory, Seconds};
 
 /// The stress of a [`SampledModel`], element by element, each by its defining sum over all of the past.
@@ -19,11 +18,10 @@ use fracdiff::{Channel, Order, ParameterError, PartitionedMemory, Seconds};
 ///
 /// ```
 /// use fracdiff::Seconds;
-/// use haptic_tissue::{Form, FullHistory, Model, SampledModel, SpringPot};
+/// use haptic_tissue::{FullHistory, Model, ModelKind, SampledModel};
 ///
 /// // A Maxwell element of 1 kPa and 2 s: after n samples of a held strain (1 + T/τ)^(−n−1) of it is left.
-/// let (first, second) = (SpringPot::dashpot(2e3)?, SpringPot::spring(1e3)?);
-/// let model = Model::new(Form::FractionalMaxwell { first, second })?;
+/// let model = Model::from_parameters(ModelKind::Maxwell, &[1e3, 2e3])?;
 /// let mut history = FullHistory::new(&SampledModel::new(&model, Seconds(0.1))?, 100)?;
 /// let stress = (0..=40).map(|_| history.step(0.01)).last().unwrap_or_default();
 /// assert!((stress - 10.0 * 1.05_f64.powi(-41)).abs() < 1e-12);
@@ -98,37 +96,21 @@ impl FullHistory {
 enum Sums {
     Pot(Sum),
     Series(Sum, Sum),
-    Standing {
-        spring_pa: f64,
-        first: Sum,
-        second: Sum,
-        /// Strain of the two side by side.
-        inner: f64,
-    },
+    /// The spring, Pa; the two side by side, and their strain.
+    Standing(f64, Sum, Sum, f64),
 }
 
 impl Sums {
     fn of(branch: &Branch, t: Seconds, samples: usize) -> Result<Self, ParameterError> {
         // V·D^α ε = (V/T)·I^(1−α) Δε,    ε = (1/V)·I^α σ
-        let stress = |pot: &SpringPot| {
-            let factor = pot.viscosity_pa_s_alpha() / t.0;
-            Sum::new(factor, pot.order() - 1.0, t, samples)
-        };
-        let strain =
-            |pot: &SpringPot| Sum::new(1.0 / pot.viscosity_pa_s_alpha(), -pot.order(), t, samples);
+        let stress = |pot: &SpringPot| Sum::new(pot.size / t.0, pot.order - 1.0, t, samples);
+        let strain = |pot: &SpringPot| Sum::new(1.0 / pot.size, -pot.order, t, samples);
         Ok(match branch {
             Branch::Pot(one) => Self::Pot(stress(one)?),
-            Branch::Series { first, second } => Self::Series(strain(first)?, strain(second)?),
-            Branch::Standing {
-                spring_pa,
-                first,
-                second,
-            } => Self::Standing {
-                spring_pa: *spring_pa,
-                first: stress(first)?,
-                second: stress(second)?,
-                inner: 0.0,
-            },
+            Branch::Series(first, second) => Self::Series(strain(first)?, strain(second)?),
+            Branch::Standing(e, first, second) => {
+                Self::Standing(*e, stress(first)?, stress(second)?, 0.0)
+            }
         })
     }
 
@@ -136,14 +118,9 @@ impl Sums {
         match self {
             Self::Pot(one) => one.gain,
             Self::Series(first, second) => 1.0 / (first.gain + second.gain),
-            Self::Standing {
-                spring_pa,
-                first,
-                second,
-                ..
-            } => {
+            Self::Standing(e, first, second, _) => {
                 let beside = first.gain + second.gain;
-                spring_pa * beside / (spring_pa + beside)
+                e * beside / (e + beside)
             }
         }
     }
@@ -154,22 +131,17 @@ impl Sums {
             Self::Series(first, second) => {
                 (strain - (first.past() + second.past())) / (first.gain + second.gain)
             }
-            Self::Standing { spring_pa, .. } => spring_pa * (strain - self.inner(strain)),
+            Self::Standing(e, ..) => e * (strain - self.inner(strain)),
         }
     }
 
     /// ε₂ of σ = E·(ε − ε₂) = g·(ε₂ − ε₂\[n−1\]) + S.
     fn inner(&self, strain: f64) -> f64 {
         match self {
-            Self::Standing {
-                spring_pa,
-                first,
-                second,
-                inner,
-            } => {
+            Self::Standing(e, first, second, inner) => {
                 let beside = first.gain + second.gain;
                 let past = first.past() + second.past();
-                (spring_pa * strain + beside * inner - past) / (spring_pa + beside)
+                (e * strain + beside * inner - past) / (e + beside)
             }
             _ => strain,
         }
@@ -183,12 +155,7 @@ impl Sums {
                 first.advance(stress);
                 second.advance(stress);
             }
-            Self::Standing {
-                first,
-                second,
-                inner,
-                ..
-            } => {
+            Self::Standing(_, first, second, inner) => {
                 first.advance(next - *inner);
                 second.advance(next - *inner);
                 *inner = next;

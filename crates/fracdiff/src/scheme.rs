@@ -11,23 +11,33 @@
 //! exact                          (1 − w)^μ, for analysis only                 ExactDifference
 //! ```
 
-mod operator;
-mod sizes;
-
 use crate::batch::Batch;
+use crate::differintegrator::one_of;
 use crate::error::check_length;
-use crate::full_memory::{Design, DesignError, Kernel};
+use crate::full_memory::{Design, DesignError, HORIZON_MIN, Kernel, check_tolerance};
+use crate::portable::Form;
 use crate::{
-    Band, Bdf2Memory, FullMemory, MuirPolynomial, Order, Oustaloup, ParameterError,
-    PartitionedMemory, Real, Seconds, ShortMemoryVec, TustinMuir,
+    Band, Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory,
+    FullMemoryHistory, MuirHistory, MuirPolynomial, Order, Oustaloup, OustaloupHistory,
+    ParameterError, PartitionedHistory, PartitionedMemory, Real, Seconds, ShortHistoryVec,
+    ShortMemoryVec, TustinMuir, TustinMuirHistory,
 };
 use core::fmt;
 use core::str::FromStr;
-pub use operator::{Operator, OperatorHistory, OperatorList};
-pub use sizes::{DEGREE_MAX, FULL_MODES, FULL_TAPS, SHORT_MOST};
+use num_complex::Complex;
 use std::boxed::Box;
 use std::string::{String, ToString};
+use std::vec::Vec;
 
+/// Longest `grunwald:N` that is summed directly, to the bit like [`ShortMemory`](crate::ShortMemory); from the
+/// next on it is a [`PartitionedMemory`](crate::PartitionedMemory), which agrees to rounding and takes a fraction of the time.
+pub const SHORT_MOST: usize = 2048;
+/// Largest degree or number of sections a scheme accepts.
+pub const DEGREE_MAX: usize = 64;
+/// Recent samples that a full memory keeps as they are.
+pub const FULL_TAPS: usize = 16;
+/// Room for modes: enough for a tolerance of 1e-11 over 1e12 samples.
+pub const FULL_MODES: usize = 112;
 /// Default tolerance of `full`, `piecewise-linear` and `full-bdf2`.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
@@ -84,6 +94,30 @@ pub enum Scheme {
     Exact,
 }
 
+/// Each scheme as it is written, and a few words.
+const GRAMMAR: [(&str, &str); 8] = [
+    (
+        "full[:TOLERANCE]",
+        "full memory, Gruenwald kernel (default, tolerance 1e-6)",
+    ),
+    (
+        "piecewise-linear[:TOLERANCE]",
+        "full memory, Caputo L1 kernel",
+    ),
+    (
+        "full-bdf2[:TOLERANCE]",
+        "full memory of second order in the sample time; not on a device",
+    ),
+    ("grunwald:N", "ring buffer of the last N samples"),
+    ("tustin-muir:N", "recursive filter of degree N"),
+    (
+        "oustaloup:N:LOW_HZ:HIGH_HZ",
+        "N first-order sections in a frequency band",
+    ),
+    ("muir:N", "the dissertation's numerator alone"),
+    ("exact", "(1 - w)^mu itself, for analysis only"),
+];
+
 /// Error of reading or building a scheme.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -118,18 +152,14 @@ impl From<DesignError> for SchemeError {
 impl fmt::Display for SchemeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unknown(text) => write!(
-                f,
-                "scheme \"{text}\" is not one of grunwald:N, muir:N, tustin-muir:N, \
-                 oustaloup:N:LOW_HZ:HIGH_HZ, full[:TOLERANCE], piecewise-linear[:TOLERANCE], \
-                 full-bdf2[:TOLERANCE], exact"
-            ),
-            Self::NotANumber(text) => {
-                write!(
-                    f,
-                    "\"{text}\" in the scheme is not a number of the kind asked for"
-                )
+            Self::Unknown(text) => {
+                let known = GRAMMAR.map(|(written, _)| written).join(", ");
+                write!(f, "scheme \"{text}\" is not one of {known}")
             }
+            Self::NotANumber(text) => write!(
+                f,
+                "\"{text}\" in the scheme is not a number of the kind asked for"
+            ),
             Self::Parameter(error) => error.fmt(f),
             Self::Design(error) => error.fmt(f),
             Self::AnalysisOnly => {
@@ -148,20 +178,21 @@ impl FromStr for Scheme {
         let mut parts = text.split(':');
         let name = parts.next().unwrap_or_default();
         let parameters: std::vec::Vec<&str> = parts.collect();
+        let degree = |text| {
+            Ok(check_length(
+                "polynomial degree",
+                number(text)?,
+                DEGREE_MAX,
+            )?)
+        };
         match (name, parameters.as_slice()) {
-            ("grunwald", [length]) => Ok(Self::Grunwald {
-                length: check_length(
-                    "memory length",
-                    number(length)?,
-                    ShortMemoryVec::<f64>::MOST,
-                )?,
-            }),
-            ("muir", [degree]) => Ok(Self::Muir {
-                degree: check_length("polynomial degree", number(degree)?, DEGREE_MAX)?,
-            }),
-            ("tustin-muir", [degree]) => Ok(Self::TustinMuir {
-                degree: check_length("polynomial degree", number(degree)?, DEGREE_MAX)?,
-            }),
+            ("grunwald", [length]) => {
+                let most = ShortMemoryVec::<f64>::MOST;
+                let length = check_length("memory length", number(length)?, most)?;
+                Ok(Self::Grunwald { length })
+            }
+            ("muir", [text]) => degree(text).map(|degree| Self::Muir { degree }),
+            ("tustin-muir", [text]) => degree(text).map(|degree| Self::TustinMuir { degree }),
             ("oustaloup", [sections, low_hz, high_hz]) => Ok(Self::Oustaloup {
                 sections: check_length("number of sections", number(sections)?, DEGREE_MAX)?,
                 band: Band {
@@ -169,18 +200,25 @@ impl FromStr for Scheme {
                     high_hz: number(high_hz)?,
                 },
             }),
-            ("full", rest @ ([] | [_])) => Ok(Self::Full {
-                kernel: Kernel::Grunwald,
-                tolerance: tolerance(rest)?,
-            }),
-            ("piecewise-linear", rest @ ([] | [_])) => Ok(Self::Full {
-                kernel: Kernel::PiecewiseLinear,
-                tolerance: tolerance(rest)?,
-            }),
-            ("full-bdf2", rest @ ([] | [_])) => Ok(Self::FullBdf2 {
-                tolerance: tolerance(rest)?,
-            }),
             ("exact", []) => Ok(Self::Exact),
+            (name, rest @ ([] | [_])) => {
+                let tolerance = |rest: &[&str]| match rest {
+                    [text] => Ok(check_tolerance(number(text)?)?),
+                    _ => Ok(DEFAULT_TOLERANCE),
+                };
+                let full = |kernel| {
+                    Ok(Self::Full {
+                        kernel,
+                        tolerance: tolerance(rest)?,
+                    })
+                };
+                match name {
+                    "full" => full(Kernel::Grunwald),
+                    "piecewise-linear" => full(Kernel::PiecewiseLinear),
+                    "full-bdf2" => tolerance(rest).map(|tolerance| Self::FullBdf2 { tolerance }),
+                    _ => Err(SchemeError::Unknown(text.to_string())),
+                }
+            }
             _ => Err(SchemeError::Unknown(text.to_string())),
         }
     }
@@ -189,20 +227,6 @@ impl FromStr for Scheme {
 fn number<T: FromStr>(text: &str) -> Result<T, SchemeError> {
     let parsed = text.trim().parse();
     parsed.map_err(|_| SchemeError::NotANumber(text.to_string()))
-}
-
-/// The optional parameter of a full memory.
-fn tolerance(parameters: &[&str]) -> Result<f64, SchemeError> {
-    use crate::full_memory::{TOLERANCE_MAX, TOLERANCE_MIN};
-    let tolerance = match parameters {
-        [tolerance] => number(tolerance)?,
-        _ => DEFAULT_TOLERANCE,
-    };
-    if (TOLERANCE_MIN..=TOLERANCE_MAX).contains(&tolerance) {
-        Ok(tolerance)
-    } else {
-        Err(ParameterError::Tolerance(tolerance).into())
-    }
 }
 
 impl fmt::Display for Scheme {
@@ -215,14 +239,13 @@ impl fmt::Display for Scheme {
                 sections,
                 band: Band { low_hz, high_hz },
             } => write!(f, "oustaloup:{sections}:{low_hz}:{high_hz}"),
-            Self::Full {
-                kernel: Kernel::Grunwald,
-                tolerance,
-            } => write!(f, "full:{tolerance:e}"),
-            Self::Full {
-                kernel: Kernel::PiecewiseLinear,
-                tolerance,
-            } => write!(f, "piecewise-linear:{tolerance:e}"),
+            Self::Full { kernel, tolerance } => {
+                let name = match kernel {
+                    Kernel::Grunwald => "full",
+                    Kernel::PiecewiseLinear => "piecewise-linear",
+                };
+                write!(f, "{name}:{tolerance:e}")
+            }
             Self::FullBdf2 { tolerance } => write!(f, "full-bdf2:{tolerance:e}"),
             Self::Exact => f.write_str("exact"),
         }
@@ -236,11 +259,32 @@ fn pruned(
     tolerance: f64,
     horizon: f64,
 ) -> Result<Design<FULL_TAPS, FULL_MODES>, DesignError> {
-    let horizon = horizon.max(crate::full_memory::HORIZON_MIN);
+    let horizon = horizon.max(HORIZON_MIN);
     Design::pruned(kernel, order, tolerance, horizon)
 }
 
 impl Scheme {
+    /// A line for each scheme: how it is written, and a few words.
+    #[must_use]
+    pub fn help() -> String {
+        let line = |(written, words): &(&str, &str)| std::format!("  {written:<28}  {words}\n");
+        GRAMMAR.iter().map(line).collect()
+    }
+
+    /// How much of the past counts, s: `None` for all of it. Of the recursive forms the time that their slowest part takes
+    /// to fade, about one period of the lower corner or N samples.
+    #[must_use]
+    pub fn memory_s(self, sample_time: Seconds) -> Option<f64> {
+        let t = sample_time.0;
+        match self {
+            Self::Grunwald { length } => Some(length as f64 * t),
+            Self::Muir { degree } => Some((degree + 1) as f64 * t),
+            Self::TustinMuir { degree } => Some(degree as f64 * t),
+            Self::Oustaloup { band, .. } => Some(1.0 / band.low_hz),
+            Self::Full { .. } | Self::FullBdf2 { .. } | Self::Exact => None,
+        }
+    }
+
     /// Builds the operator. A full memory is designed for `horizon` samples, at least 100, with the fewest modes
     /// that the tolerance allows.
     ///
@@ -319,5 +363,131 @@ impl Scheme {
         };
         let design = pruned(kernel, order, tolerance, horizon)?;
         Ok(Some(design.error_bound()))
+    }
+}
+
+/// Any operator, chosen at run time; on the heap.
+///
+/// A history belongs to the operator that made it. Given the history of another kind, `output` is
+/// NaN and `advance` does nothing: no panic in a sample path, and nothing that looks like a result.
+///
+/// ```
+/// use fracdiff::{Differintegrator, Operator, Order, Scheme, Seconds};
+///
+/// let scheme: Scheme = "grunwald:100".parse()?;
+/// let operator: Operator<f64> = scheme.build(Order::new(1.0)?, Seconds(0.5), 1e3)?;
+/// let mut history = operator.at_rest();
+/// operator.advance(&mut history, 1.0);
+/// assert_eq!(operator.output(&history, 2.0), 2.0); // (2 − 1)/0.5 s
+/// # Ok::<(), fracdiff::SchemeError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Operator<F> {
+    /// `grunwald:N`, N up to [`SHORT_MOST`](SHORT_MOST).
+    ShortMemory(ShortMemoryVec<F>),
+    /// `grunwald:N`, N beyond.
+    PartitionedMemory(PartitionedMemory<F>),
+    /// `muir:N`.
+    MuirPolynomial(Box<MuirPolynomial<F, DEGREE_MAX>>),
+    /// `tustin-muir:N`.
+    TustinMuir(Box<TustinMuir<F, DEGREE_MAX>>),
+    /// `oustaloup:N:LOW_HZ:HIGH_HZ`.
+    Oustaloup(Box<Oustaloup<F, DEGREE_MAX>>),
+    /// `full` and `piecewise-linear`.
+    FullMemory(Box<FullMemory<F, FULL_TAPS, FULL_MODES>>),
+    /// `full-bdf2`.
+    Bdf2Memory(Box<Bdf2Memory<F, FULL_TAPS, FULL_MODES>>),
+}
+
+/// History of [`Operator`].
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
+#[non_exhaustive]
+pub enum OperatorHistory<F> {
+    /// Of `grunwald:N`, short.
+    ShortMemory(ShortHistoryVec<F>),
+    /// Of `grunwald:N`, long.
+    PartitionedMemory(PartitionedHistory<F>),
+    /// Of `muir:N`.
+    MuirPolynomial(Box<MuirHistory<F, DEGREE_MAX>>),
+    /// Of `tustin-muir:N`.
+    TustinMuir(Box<TustinMuirHistory<F, DEGREE_MAX>>),
+    /// Of `oustaloup:N:LOW_HZ:HIGH_HZ`.
+    Oustaloup(Box<OustaloupHistory<F, DEGREE_MAX>>),
+    /// Of `full` and `piecewise-linear`.
+    FullMemory(Box<FullMemoryHistory<F, FULL_TAPS, FULL_MODES>>),
+    /// Of `full-bdf2`.
+    Bdf2Memory(Box<Bdf2History<F, FULL_TAPS, FULL_MODES>>),
+}
+
+/// An operator as numbers, see [`portable`](crate::portable).
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct OperatorList<F> {
+    /// The meaning of the values.
+    pub form: Form,
+    /// Differences (> 0) or sums (< 0) around them.
+    pub integer: i8,
+    /// The values.
+    pub values: Vec<F>,
+}
+
+impl<F: Real> OperatorList<F> {
+    /// Number of modes, fastest first, that are run without a compensation word, padding included; 0 for other forms.
+    /// Whoever runs a list with other code needs it for the same bits.
+    #[must_use]
+    pub fn plain_modes(&self) -> usize {
+        match self.form {
+            Form::Modes => crate::full_memory::plain_modes(&self.values, self.integer.into()),
+            _ => 0,
+        }
+    }
+}
+
+impl<F: Real> Operator<F> {
+    /// The operator as numbers, for [`PortableOperator`](crate::PortableOperator). `None` for `full-bdf2`: no form of
+    /// list holds its two parts.
+    #[must_use]
+    pub fn list(&self) -> Option<OperatorList<F>> {
+        let (form, (integer, values)) = match self {
+            Self::ShortMemory(o) => (Form::Taps, (0, o.list())),
+            Self::PartitionedMemory(o) => (Form::Taps, (0, o.list())),
+            Self::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
+            Self::TustinMuir(o) => (Form::Recursion, o.list()),
+            Self::Oustaloup(o) => (Form::Sections, o.list()),
+            Self::FullMemory(o) => (Form::Modes, o.list()),
+            Self::Bdf2Memory(_) => return None,
+        };
+        Some(OperatorList {
+            form,
+            // −2 to 2, as orders are.
+            integer: integer as i8,
+            values,
+        })
+    }
+}
+
+impl<F: Real> Differintegrator<F> for Operator<F> {
+    type History = OperatorHistory<F>;
+
+    one_of!(
+        OperatorHistory, Differintegrator::advance:
+        ShortMemory PartitionedMemory MuirPolynomial TustinMuir Oustaloup FullMemory Bdf2Memory
+    );
+}
+
+impl<F: Real> FrequencyResponse for Operator<F> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        match self {
+            Self::ShortMemory(o) => o.response(theta),
+            Self::PartitionedMemory(o) => o.response(theta),
+            Self::MuirPolynomial(o) => o.response(theta),
+            Self::TustinMuir(o) => o.response(theta),
+            Self::Oustaloup(o) => o.response(theta),
+            Self::FullMemory(o) => o.response(theta),
+            Self::Bdf2Memory(o) => o.response(theta),
+        }
     }
 }

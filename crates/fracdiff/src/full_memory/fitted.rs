@@ -1,15 +1,65 @@
-//! The modes that stand for any memory that only fades.
+//! Fewer modes for the same tolerance: weights fitted by non-negative least squares, to a kernel or to any memory that only
+//! fades.
 
-use super::design::{Design, NOTHING, OWN_SWING, check_lags};
-use super::design_error::DesignError;
-use super::grid::{Grid, gauss_pair};
+use super::design::{
+    Design, DesignError, Mode, NOTHING, OWN_SWING, POINTS_A_SWING, check_lags, check_tolerance,
+};
+use super::kernel::{Core, Grid, Kernel, gauss_pair};
 use super::memory::{Memory, MemoryWeights};
-use super::mode::Mode;
-use super::prune::fit;
+use super::nnls::non_negative_least_squares;
 use crate::Order;
 use std::vec::Vec;
 
 impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
+    /// The fewest modes that the tolerance allows: on ever finer grids of rates, the weights that fit
+    /// the kernel best in the least-squares sense of the relative error, none negative.
+    ///
+    /// ```text
+    /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/c_j − 1)²,   w_q ≥ 0
+    /// ```
+    /// Most weights of such a fit come out as exactly zero; their modes are dropped. At 1e-6 over a
+    /// day at 1 kHz this leaves about nine tenths of
+    /// [`closed_form`](Self::closed_form), which is returned where it is no worse.
+    /// Parameters and errors as there. *Cost*: some ten milliseconds.
+    ///
+    /// Source: C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23.
+    ///
+    /// # Errors
+    /// As [`closed_form`](Self::closed_form).
+    pub fn pruned(
+        kernel: Kernel,
+        order: Order,
+        tolerance: f64,
+        horizon: f64,
+    ) -> Result<Self, DesignError> {
+        let closed = Self::closed_form(kernel, order, tolerance, horizon);
+        let core = Core::new(kernel, order);
+        let mut fitted = Self::empty(core, order, tolerance, horizon)?;
+        if core.is_finite() {
+            return closed;
+        }
+        let fine = Grid::step_for(core, tolerance);
+        // Coarse grids, so few modes, first.
+        for twentieths in (12..=32).rev() {
+            let step = fine * f64::from(twentieths) / 20.0;
+            let grid = Grid::new(core, TAPS, tolerance, horizon, step);
+            let candidates: Vec<Mode> = grid.modes().collect();
+            let weight = |lag| core.weight(lag);
+            let modes = fit(&candidates, &[], weight, TAPS, horizon, tolerance, step);
+            if modes.len() > MODES {
+                continue;
+            }
+            fitted.refill(core, &modes, step);
+            if fitted.error_bound() <= tolerance {
+                return match closed {
+                    Ok(closed) if closed.modes().len() <= modes.len() => Ok(closed),
+                    _ => Ok(fitted),
+                };
+            }
+        }
+        closed
+    }
+
     /// The fewest modes that stand for a [`Memory`] within a tolerance.
     ///
     /// ```text
@@ -52,9 +102,14 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         tolerance: f64,
         horizon: f64,
     ) -> Result<Self, DesignError> {
-        super::design::check_tolerance(tolerance)?;
+        check_tolerance(tolerance)?;
         let weights = MemoryWeights::new(memory, horizon)?;
-        let mut design = Self::with_head(order, |lag| weights.at(lag as f64), horizon)?;
+        let mut design = Self::from_modes(
+            order,
+            |lag| weights.at(lag as f64),
+            &[],
+            horizon.max(TAPS as f64),
+        )?;
         let checked: Vec<(f64, f64)> = check_lags(TAPS, horizon, OWN_SWING_POINT)
             .map(|lag| (lag, weights.at(lag)))
             .collect();
@@ -76,7 +131,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
                 needed = needed.or(Some(modes.len()));
                 continue;
             }
-            design.take_measured(&modes, &checked);
+            design.take_measured(&modes, checked.iter().copied());
             if design.error_bound() <= tolerance {
                 return Ok(design);
             }
@@ -92,8 +147,51 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     }
 }
 
+/// The candidates with weights fitted to what others leave of the true weights; those with the weight zero are left out.
+/// `step` is that of their grid in ln s. Lags of weight 0 do not count.
+fn fit(
+    candidates: &[Mode],
+    others: &[Mode],
+    weight: impl Fn(f64) -> f64,
+    taps: usize,
+    horizon: f64,
+    tolerance: f64,
+    step: f64,
+) -> Vec<Mode> {
+    // The taps cover lags below `taps`, whatever the modes give there. But a fast mode that is all
+    // but gone at the first lag that counts must not take a huge weight, which the taps would have to
+    // cancel and single precision would lose: a miss by the whole weight counts as the tolerance.
+    let early = (1..taps).map(|lag| (lag as f64, tolerance));
+    let late = check_lags(taps, horizon, step / 8.0).map(|lag| (lag, 1.0));
+    // Lag, importance, true weight.
+    let lags: Vec<(f64, f64, f64)> = early
+        .chain(late)
+        .map(|(lag, importance)| (lag, importance, weight(lag)))
+        .filter(|&(_, _, weight)| weight > 0.0)
+        .collect();
+    // Columns in units of the closed-form weight, so that a solution near 1 is expected.
+    let relative = |row: usize, mode: &Mode| {
+        let (lag, importance, weight) = lags[row];
+        importance * mode.weight * libm::exp(-lag * mode.rate) / weight
+    };
+    let columns = candidates
+        .iter()
+        .map(|mode| (0..lags.len()).map(|row| relative(row, mode)).collect());
+    let left = |row: usize| {
+        let others = others.iter().map(|mode| relative(row, mode));
+        lags[row].1 - others.sum::<f64>()
+    };
+    let target = (0..lags.len()).map(left).collect();
+    let factors = non_negative_least_squares(columns.collect(), target);
+    let scaled = candidates.iter().zip(factors).map(|(mode, factor)| Mode {
+        rate: mode.rate,
+        weight: mode.weight * factor,
+    });
+    scaled.filter(|mode| mode.weight > 0.0).collect()
+}
+
 /// Points of the check grid, in ln j.
-const OWN_SWING_POINT: f64 = OWN_SWING / super::design::POINTS_A_SWING;
+const OWN_SWING_POINT: f64 = OWN_SWING / POINTS_A_SWING;
 
 /// The way from a step in ln s to modes.
 struct Search<'a, M> {

@@ -1,0 +1,507 @@
+//! Tissues: a model, where its parameters come from, and where they hold; and their files, TOML with units in the names.
+
+use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS};
+use crate::text_file::read_text;
+use fracdiff::parameter::Shown;
+use serde::{Deserialize, Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// A tissue by name, with its source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name on the command line: lower-case letters, digits and hyphens.
+    pub name: String,
+    /// A few words for people.
+    pub description: String,
+    /// The model with its parameters.
+    pub model: Model,
+    /// Where the parameters hold.
+    pub range: ValidRange,
+    /// The origin of the numbers.
+    pub source: Source,
+    /// The text of its file.
+    pub text: String,
+    /// E₀, η and α as a file without `model` has them.
+    two_elements: Option<[f64; 3]>,
+}
+
+/// The times, frequencies and strains of the measurement; `None` where the source says nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValidRange {
+    /// Shortest time, s.
+    pub time_from_s: Option<f64>,
+    /// Longest time, s.
+    pub time_to_s: Option<f64>,
+    /// Lowest angular frequency, rad/s.
+    pub omega_from_rad_s: Option<f64>,
+    /// Highest angular frequency, rad/s.
+    pub omega_to_rad_s: Option<f64>,
+    /// Largest strain.
+    pub strain_to: Option<f64>,
+}
+
+/// The origin of a material's parameters.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// Author, title, year, and where in it.
+    pub citation: String,
+    /// The conditions of the measurement.
+    pub conditions: String,
+    /// True if the numbers were compared with the cited source itself.
+    pub checked: bool,
+    /// Anything else.
+    #[serde(default)]
+    pub note: String,
+    /// The day of the measurement or of the fit; empty where unknown, as all below.
+    #[serde(default)]
+    pub date: String,
+    /// The specimen: kind, number, size, preparation.
+    #[serde(default)]
+    pub sample: String,
+    /// Its temperature, with unit.
+    #[serde(default)]
+    pub temperature: String,
+    /// How far the model is from the record.
+    #[serde(default)]
+    pub residual: String,
+}
+
+/// A material that cannot be used.
+#[derive(Debug)]
+pub enum MaterialError {
+    /// A file that is wrong: file, line, reason.
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// The mistake in it.
+        reason: String,
+    },
+    /// A file or folder that cannot be read.
+    Unreadable(PathBuf, std::io::Error),
+    /// A folder of tissue files that cannot be read.
+    Folder(PathBuf, std::io::Error),
+    /// A name that is not in the library, and all that are.
+    Unknown(String, Vec<String>),
+    /// A name that is not made of lower-case letters, digits and hyphens.
+    Name(String),
+    /// Two files with the same name for a material.
+    Twice(String, PathBuf),
+}
+
+impl fmt::Display for MaterialError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File { path, line, reason } => {
+                write!(f, "{}:{line}: {reason}", path.display())
+            }
+            Self::Unreadable(path, error) => write!(
+                f,
+                "cannot read the material file `{}`: {error}; give the name of a material or a path \
+                 to its TOML file",
+                path.display()
+            ),
+            Self::Folder(path, error) => write!(
+                f,
+                "cannot read the library folder `{}`: {error}; give a folder of tissue files (*.toml)",
+                path.display()
+            ),
+            Self::Unknown(name, known) => write!(
+                f,
+                "tissue \"{name}\" is not in the library: take one of {}, or give the path of a TOML \
+                 file (`host-cli materials show {}` prints one to start from)",
+                known.join(", "),
+                known.first().map_or("NAME", String::as_str),
+            ),
+            Self::Name(name) => write!(
+                f,
+                "name \"{name}\" is not made of lower-case letters, digits and hyphens"
+            ),
+            Self::Twice(name, path) => write!(
+                f,
+                "{}: the library has a material \"{name}\" already; choose another name",
+                path.display()
+            ),
+        }
+    }
+}
+
+impl std::error::Error for MaterialError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Unreadable(_, error) | Self::Folder(_, error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+impl Material {
+    /// A tissue of a model.
+    ///
+    /// # Errors
+    /// A name that is not made of lower-case letters, digits and hyphens.
+    pub fn new(
+        name: &str,
+        description: &str,
+        model: Model,
+        source: Source,
+    ) -> Result<Self, MaterialError> {
+        check_name(name)?;
+        let material = Self {
+            name: name.to_owned(),
+            description: description.to_owned(),
+            model,
+            range: ValidRange::default(),
+            source,
+            text: String::new(),
+            two_elements: None,
+        };
+        Ok(material.with_range(ValidRange::default()))
+    }
+
+    /// The same with where it holds.
+    #[must_use]
+    pub fn with_range(mut self, range: ValidRange) -> Self {
+        self.range = range;
+        self.text = self.to_toml();
+        self
+    }
+
+    /// E₀, η and α of a spring beside a spring-pot.
+    fn kelvin_voigt(&self) -> Option<[f64; 3]> {
+        self.two_elements.or_else(|| match self.model.form() {
+            Form::One(one) => Some([0.0, one.size, one.order]),
+            Form::Two(two) if two.joint == Joint::KelvinVoigt && two.second.is_spring() => {
+                Some([two.second.size, two.first.size, two.first.order])
+            }
+            _ => None,
+        })
+    }
+
+    /// E₀ in Pa, if the model is a spring beside a spring-pot; 0 without the spring.
+    #[must_use]
+    pub fn elastic_modulus_pa(&self) -> Option<f64> {
+        self.kelvin_voigt().map(|[modulus, ..]| modulus)
+    }
+
+    /// η in Pa·s^α, if the model is a spring beside a spring-pot.
+    #[must_use]
+    pub fn viscosity_pa_s_alpha(&self) -> Option<f64> {
+        self.kelvin_voigt().map(|[_, viscosity, _]| viscosity)
+    }
+
+    /// α, if the model is a spring beside a spring-pot.
+    #[must_use]
+    pub fn order(&self) -> Option<f64> {
+        self.kelvin_voigt().map(|[.., order]| order)
+    }
+
+    /// Reads one material from the text of its file; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`MaterialError::File`] with line and reason.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, MaterialError> {
+        parse(text).map_err(|(offset, reason)| MaterialError::File {
+            path: path.to_owned(),
+            line: 1 + text[..offset.min(text.len())].matches('\n').count(),
+            reason,
+        })
+    }
+
+    /// Reads a material file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is wrong.
+    pub fn read(path: &Path) -> Result<Self, MaterialError> {
+        let text =
+            read_text(path).map_err(|error| MaterialError::Unreadable(path.to_owned(), error))?;
+        Self::parse(path, &text)
+    }
+
+    /// The text of a file of it, which reads back to the same numbers to the bit. Comments of the file that it was read
+    /// from are not in it; [`Material::text`] has them.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let quoted = |words: &str| toml::Value::from(words).to_string();
+        let mut text = format!("name = {}\n", quoted(&self.name));
+        text += &format!("description = {}\n", quoted(&self.description));
+        // `{:?}` of a number is the shortest text that reads back to the same bits.
+        let line = |name: &str, value: f64| format!("{name} = {value:?}\n");
+        if let Some(values) = self.two_elements {
+            text += "\n[parameters]\n";
+            text.extend(
+                (TWO_ELEMENTS.iter().zip(values)).map(|(one, value)| line(one.name, value)),
+            );
+        } else {
+            let _ = write!(text, "model = \"{}\"\n\n[parameters]\n", self.model.kind());
+            text.extend(self.model.columns().map(|(parameter, own)| match own[..] {
+                [value] if !parameter.for_each_branch => line(parameter.name, value),
+                _ => format!("{} = {own:?}\n", parameter.name),
+            }));
+        }
+        if self.range != ValidRange::default() {
+            text += "\n[range]\n";
+            let known = self.range.named();
+            text.extend(
+                known.map(|(name, value)| value.map_or(String::new(), |it| line(name, it))),
+            );
+        }
+        let source = &self.source;
+        text += "\n[source]\n";
+        text += &format!("citation = {}\n", quoted(&source.citation));
+        text += &format!("conditions = {}\n", quoted(&source.conditions));
+        text += &format!("checked = {}\n", source.checked);
+        for (name, words) in [
+            ("note", &source.note),
+            ("date", &source.date),
+            ("sample", &source.sample),
+            ("temperature", &source.temperature),
+            ("residual", &source.residual),
+        ] {
+            if !words.is_empty() {
+                text += &format!("{name} = {}\n", quoted(words));
+            }
+        }
+        text
+    }
+}
+
+impl ValidRange {
+    /// By name, each pair of ends side by side.
+    fn named(&self) -> [(&'static str, Option<f64>); 5] {
+        [
+            ("time_from_s", self.time_from_s),
+            ("time_to_s", self.time_to_s),
+            ("omega_from_rad_s", self.omega_from_rad_s),
+            ("omega_to_rad_s", self.omega_to_rad_s),
+            ("strain_to", self.strain_to),
+        ]
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let known = self.named();
+        for (name, value) in known {
+            if let Some(value) = value.filter(|value| !(*value >= 0.0 && value.is_finite())) {
+                let value = Shown(value);
+                return Err(format!(
+                    "{name} = {value} is not a finite number of at least 0"
+                ));
+            }
+        }
+        for pair in known.as_chunks::<2>().0 {
+            if let [(from_name, Some(from)), (to_name, Some(to))] = *pair
+                && from > to
+            {
+                let (from, to) = (Shown(from), Shown(to));
+                return Err(format!(
+                    "{to_name} = {to} is below {from_name} = {from}: exchange them"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `model` by name, `parameters` by name and number, those of branches as lists; and E₀, η and α of a spring beside a
+/// spring-pot, null for other models.
+impl Serialize for Material {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Report<'a> {
+            name: &'a str,
+            description: &'a str,
+            elastic_modulus_pa: Option<f64>,
+            viscosity_pa_s_alpha: Option<f64>,
+            order: Option<f64>,
+            model: &'a str,
+            #[serde(serialize_with = "parameters")]
+            parameters: &'a Model,
+            range: &'a ValidRange,
+            source: &'a Source,
+        }
+        let report = Report {
+            name: &self.name,
+            description: &self.description,
+            elastic_modulus_pa: self.elastic_modulus_pa(),
+            viscosity_pa_s_alpha: self.viscosity_pa_s_alpha(),
+            order: self.order(),
+            model: self.model.kind().name(),
+            parameters: &self.model,
+            range: &self.range,
+            source: &self.source,
+        };
+        report.serialize(serializer)
+    }
+}
+
+fn parameters<S: Serializer>(model: &&Model, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(model.columns().map(|(parameter, own)| match own[..] {
+        [value] if !parameter.for_each_branch => (parameter.name, Numbers::One(value)),
+        _ => (parameter.name, Numbers::Many(own)),
+    }))
+}
+
+/// A number or a list of them.
+#[derive(Deserialize, Serialize)]
+#[serde(untagged, expecting = "expected a number or a list of numbers")]
+enum Numbers {
+    One(f64),
+    Many(Vec<f64>),
+}
+
+/// A tissue file as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: Spanned<String>,
+    description: String,
+    model: Option<Spanned<String>>,
+    parameters: Spanned<BTreeMap<String, Spanned<Numbers>>>,
+    range: Option<Spanned<ValidRange>>,
+    source: Source,
+}
+
+/// Place in the text, and reason.
+type Wrong = (usize, String);
+
+fn parse(text: &str) -> Result<Material, Wrong> {
+    let file: File = toml::from_str(text).map_err(|error| {
+        let offset = error.span().map_or(0, |span| span.start);
+        // One line; TOML's own message may have several.
+        (
+            offset,
+            error.message().lines().collect::<Vec<_>>().join("; "),
+        )
+    })?;
+    let name = file.name.get_ref();
+    check_name(name).map_err(|error| (file.name.span().start, error.to_string()))?;
+    let kind = match &file.model {
+        None => None,
+        Some(name) => Some(ModelKind::from_name(name.get_ref()).ok_or_else(|| {
+            let known = ModelKind::ALL.map(ModelKind::name).join(", ");
+            let reason = format!(
+                "model \"{}\" is not known: take one of {known}",
+                name.get_ref()
+            );
+            (name.span().start, reason)
+        })?),
+    };
+    let columns = columns(&file, kind)?;
+    let block = file.parameters.span().start;
+    let (kind, values, two_elements) = match (kind, &columns[..]) {
+        (None, [modulus, viscosity, order]) => {
+            let written = [modulus[0], viscosity[0], order[0]];
+            let (kind, values) = two_elements(written);
+            (kind, values, Some(written))
+        }
+        (Some(ModelKind::Prony), [spring, moduli, times]) => {
+            if moduli.len() != times.len() {
+                let [first, second] = [1, 2].map(|at| ModelKind::Prony.parameters()[at].name);
+                let (one, other) = (moduli.len(), times.len());
+                let counts = format!("{first} has {one} numbers and {second} {other}");
+                return Err((block, format!("{counts}: each branch has one of each")));
+            }
+            let pairs = moduli.iter().zip(times).flat_map(|(e, tau)| [*e, *tau]);
+            (
+                ModelKind::Prony,
+                spring.iter().copied().chain(pairs).collect(),
+                None,
+            )
+        }
+        (kind, columns) => (kind.unwrap_or(ModelKind::SpringPot), columns.concat(), None),
+    };
+    let model =
+        Model::from_parameters(kind, &values).map_err(|error| (block, error.to_string()))?;
+    let range = match &file.range {
+        None => ValidRange::default(),
+        Some(range) => {
+            let checked = range.get_ref().check();
+            checked.map_err(|reason| (range.span().start, reason))?;
+            *range.get_ref()
+        }
+    };
+    Ok(Material {
+        name: name.clone(),
+        description: file.description,
+        model,
+        range,
+        source: file.source,
+        text: text.to_owned(),
+        two_elements,
+    })
+}
+
+/// E₀, η and α as the model that they are: either element may be missing, and D⁰ is the identity.
+fn two_elements([modulus, viscosity, alpha]: [f64; 3]) -> (ModelKind, Vec<f64>) {
+    if viscosity == 0.0 {
+        (ModelKind::Spring, vec![modulus])
+    } else if modulus == 0.0 {
+        (ModelKind::SpringPot, vec![viscosity, alpha])
+    } else if alpha == 0.0 {
+        (ModelKind::Spring, vec![modulus + viscosity])
+    } else {
+        let values = vec![viscosity, alpha, modulus, 0.0];
+        (ModelKind::FractionalKelvinVoigt, values)
+    }
+}
+
+/// The numbers of each parameter of a kind, or of E₀, η and α, within their ranges: one, or one for each branch.
+fn columns(file: &File, kind: Option<ModelKind>) -> Result<Vec<Vec<f64>>, Wrong> {
+    let known = kind.map_or(&TWO_ELEMENTS[..], ModelKind::parameters);
+    let whose = kind.map_or_else(
+        || "a tissue without `model`".to_owned(),
+        |kind| format!("the model {kind}"),
+    );
+    let given = file.parameters.get_ref();
+    for (name, value) in given {
+        if !known.iter().any(|one| one.name == name) {
+            let names: Vec<&str> = known.iter().map(|one| one.name).collect();
+            let names = names.join(", ");
+            let reason = format!("{name} is no parameter of {whose}, which has {names}");
+            return Err((value.span().start, reason));
+        }
+    }
+    let column = |parameter: &Parameter| {
+        let name = parameter.name;
+        let block = file.parameters.span().start;
+        let missing = || (block, format!("missing field `{name}` of {whose}"));
+        let value = given.get(name).ok_or_else(missing)?;
+        let wrong = |reason: String| (value.span().start, reason);
+        let numbers = match value.get_ref() {
+            Numbers::One(number) if !parameter.for_each_branch => vec![*number],
+            Numbers::Many(numbers) if parameter.for_each_branch => numbers.clone(),
+            Numbers::One(_) => {
+                let remedy = "is not a list: give one number for each branch";
+                return Err(wrong(format!("{name} {remedy}")));
+            }
+            Numbers::Many(_) => return Err(wrong(format!("{name} is a list: give one number"))),
+        };
+        let outside = numbers
+            .iter()
+            .find(|number| !parameter.range.contains(**number));
+        if let Some(number) = outside {
+            let space = if parameter.unit.is_empty() { "" } else { " " };
+            let (number, unit, range) = (Shown(*number), parameter.unit, parameter.range.words());
+            return Err(wrong(format!(
+                "{name} = {number}{space}{unit} is not {range}"
+            )));
+        }
+        Ok(numbers)
+    };
+    known.iter().map(column).collect()
+}
+
+/// Accepts lower-case letters, digits and hyphens.
+fn check_name(name: &str) -> Result<(), MaterialError> {
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if !name.is_empty() && name.chars().all(plain) {
+        return Ok(());
+    }
+    Err(MaterialError::Name(name.to_owned()))
+}
