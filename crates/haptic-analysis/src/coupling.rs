@@ -1,7 +1,7 @@
 //! The virtual coupler as a two port: hybrid matrix, Llewellyn's conditions, least device damping.
 
-use crate::environment::finite;
 use crate::least_damping::{LeastDamping, SampledHold, Shares, TustinHold, exact, hold};
+use crate::transparency::finite;
 use crate::{AnalysisError, ForcePath};
 use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{FrequencyResponse, Order};

@@ -1,8 +1,8 @@
 //! Least device damping of a coupled port: the supremum of Llewellyn's third condition over θ, and
 //! the cases that have none.
 
-use crate::environment::finite;
 use crate::extremum::{Grid, Maximum};
+use crate::transparency::finite;
 use crate::{AnalysisError, ForcePath};
 use fracdiff::FrequencyResponse;
 use num_complex::Complex;

@@ -1,6 +1,6 @@
 //! A simulated object behind a virtual coupler: the loop that a sampled device really closes over both.
 
-use crate::behind::Behind;
+use crate::characteristic::Behind;
 use crate::characteristic::Characteristic;
 use crate::jury::poles;
 use crate::operator::multiply;

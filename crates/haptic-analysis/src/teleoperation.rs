@@ -8,7 +8,7 @@ pub use line::{HandCoupler, HandLine, HandMass};
 pub use search::{BestCoupler, CouplerSearch, Transparency};
 pub use stability::{AbsoluteStability, LargestDelay};
 
-use crate::environment::{finite, turned};
+use crate::transparency::{finite, turned};
 use crate::{AnalysisError, HybridMatrix};
 use fracdiff::parameter::{not_negative, positive};
 use line::Ports;

@@ -2,8 +2,8 @@
 
 use super::Teleoperation;
 use crate::AnalysisError;
-use crate::environment::turned;
 use crate::extremum::Grid;
+use crate::transparency::turned;
 
 /// Llewellyn's conditions over all frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
