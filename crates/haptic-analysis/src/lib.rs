@@ -13,7 +13,6 @@ mod functions;
 mod jury;
 mod largest;
 mod lateness;
-mod least_damping;
 mod linear;
 mod margin;
 mod noise;
@@ -30,12 +29,11 @@ mod stability;
 mod teleoperation;
 mod transparency;
 
-pub use coupling::{Coupler, HybridMatrix, Llewellyn};
+pub use coupling::Coupler;
+pub use coupling::LeastDamping;
 pub use error::AnalysisError;
 pub use fracdiff::parameter::RangeError;
-pub use jury::{Jury, jury};
 pub use largest::Largest;
-pub use least_damping::LeastDamping;
 pub use margin::AtAngle;
 pub use margin::Margins;
 pub use noise::{exact_noise_gain, noise_gain};
@@ -43,7 +41,7 @@ pub use object::{CoupledLoop, CoupledObject, CouplerOperator};
 pub use operator::LoopOperator;
 pub use outline::{BoundaryPoint, Polygon};
 pub use parameters::Dynamics;
-pub use parameters::{Loop, Nondimensional};
+pub use parameters::Nondimensional;
 pub use passivity::OnePort;
 pub use passivity::corollary_delta;
 pub use passivity::{RequiredDamping, RequiredDelta};
@@ -55,7 +53,7 @@ pub use teleoperation::{
     AbsoluteStability, BestCoupler, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay,
     Teleoperation, Transparency,
 };
-pub use transparency::{ClosedLoop, DelayedLoop};
+pub use transparency::ClosedLoop;
 pub use transparency::{Effective, Environment};
 
 /// Complex numbers: [`num_complex::Complex`].

@@ -11,127 +11,7 @@ use crate::{
 use fracdiff::Order;
 use fracdiff::parameter::{not_negative, positive, range};
 
-/// A haptic loop with units: device (with the hand, when coupled), sampling, virtual environment.
-///
-/// ```
-/// use fracdiff::Order;
-/// use haptic_analysis::Loop;
-///
-/// let testbed = Loop {
-///     mass_kg: 0.065,
-///     damping_n_s_per_m: 3.5,
-///     hand_stiffness_n_per_m: 0.0,
-///     sample_time_s: 2e-3,
-///     order: Order::new(1.0)?,
-///     stiffness_n_per_m: 1000.0,
-///     dissipation_n_s_mu_per_m: 10.0,
-/// };
-/// let without_units = testbed.nondimensional()?;
-/// assert!((without_units.delta - 0.10769).abs() < 1e-5);
-/// assert!((without_units.alpha - 0.06154).abs() < 1e-5);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loop {
-    /// m, kg, above 0.
-    pub mass_kg: f64,
-    /// b, N·s/m, at least 0.
-    pub damping_n_s_per_m: f64,
-    /// k of the hand, N/m, at least 0; 0 without a hand.
-    pub hand_stiffness_n_per_m: f64,
-    /// T, s, above 0.
-    pub sample_time_s: f64,
-    /// μ.
-    pub order: Order,
-    /// K, N/m, at least 0.
-    pub stiffness_n_per_m: f64,
-    /// B, at least 0. Its unit depends on μ: N·s^μ/m, so N/m at μ = 0, N·s/m at 1, kg at 2.
-    pub dissipation_n_s_mu_per_m: f64,
-}
-
-/// The same loop without units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nondimensional {
-    /// α = K·T²/m, 0 to 1e12.
-    pub alpha: f64,
-    /// β = B·T^(2−μ)/m, 0 to 1e12.
-    pub beta: f64,
-    /// δ = b·T/m, 0 to 1e6.
-    pub delta: f64,
-    /// γ = k·T²/m, 0 to 1e12.
-    pub gamma: f64,
-}
-
-impl Loop {
-    /// α, β, δ, γ.
-    ///
-    /// # Errors
-    /// A parameter outside the range given with it.
-    pub fn nondimensional(&self) -> Result<Nondimensional, AnalysisError> {
-        let m = positive("mass", self.mass_kg, "kg")?;
-        let t = positive("sample time", self.sample_time_s, "s")?;
-        let b = not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
-        let k = not_negative("hand stiffness", self.hand_stiffness_n_per_m, "N/m")?;
-        let stiffness = not_negative("stiffness", self.stiffness_n_per_m, "N/m")?;
-        let dissipation = not_negative("dissipation", self.dissipation_n_s_mu_per_m, "N·s^μ/m")?;
-        Nondimensional {
-            alpha: stiffness * t * t / m,
-            beta: dissipation * libm::pow(t, 2.0 - self.order.get()) / m,
-            delta: b * t / m,
-            gamma: k * t * t / m,
-        }
-        .checked()
-    }
-}
-
-impl Nondimensional {
-    /// Largest α and β.
-    pub const WALL_MAX: f64 = 1e12;
-
-    /// Itself, if all four are within their ranges.
-    ///
-    /// # Errors
-    /// The first that is not.
-    pub fn checked(self) -> Result<Self, AnalysisError> {
-        let (wall, allowed) = (Self::WALL_MAX, "from 0 to 1e12");
-        let (damping, hand) = (SampledPlant::DELTA_MAX, SampledPlant::GAMMA_MAX);
-        for (what, value, most, allowed) in [
-            ("alpha", self.alpha, wall, allowed),
-            ("beta", self.beta, wall, allowed),
-            ("delta", self.delta, damping, "from 0 to 1e6"),
-            ("gamma", self.gamma, hand, allowed),
-        ] {
-            range(what, value, (0.0..=most).contains(&value), allowed, "")?;
-        }
-        Ok(self)
-    }
-
-    /// The loop that has these parameters with a given mass, sample time and order.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub fn with_units(
-        self,
-        mass_kg: f64,
-        sample_time_s: f64,
-        order: Order,
-    ) -> Result<Loop, AnalysisError> {
-        self.checked()?;
-        let m = positive("mass", mass_kg, "kg")?;
-        let t = positive("sample time", sample_time_s, "s")?;
-        Ok(Loop {
-            mass_kg: m,
-            damping_n_s_per_m: self.delta * m / t,
-            hand_stiffness_n_per_m: self.gamma * m / (t * t),
-            sample_time_s: t,
-            order,
-            stiffness_n_per_m: self.alpha * m / (t * t),
-            dissipation_n_s_mu_per_m: self.beta * m / libm::pow(t, 2.0 - order.get()),
-        })
-    }
-}
-
-/// A device as every analysis takes it.
+/// A device as every analysis takes it, with its hand, its delay and its motor.
 ///
 /// ```text
 /// m·x'' + b·x' + k·x = f,     τ·f' = u(t − delay) − f,   or f = u(t − delay) if τ = 0
@@ -165,8 +45,7 @@ pub struct Dynamics {
     pub damping_n_s_per_m: f64,
     /// k of the hand, N/m, at least 0.
     pub hand_stiffness_n_per_m: f64,
-    /// From a measurement to the force that answers it, beside the hold: s, 0 to 10 000 sample times,
-    /// not necessarily whole.
+    /// From a measurement to the force that answers it, beside the hold: s, 0 to 10 000 sample times.
     pub delay_s: f64,
     /// τ, time constant of the motor current, s, 0 to 1e6 sample times.
     pub current_lag_s: f64,
@@ -229,16 +108,18 @@ impl Dynamics {
     /// # Errors
     /// A parameter outside its range.
     pub fn nondimensional(&self, wall: &Environment) -> Result<Nondimensional, AnalysisError> {
-        crate::Loop {
-            mass_kg: self.mass_kg,
-            damping_n_s_per_m: self.damping_n_s_per_m,
-            hand_stiffness_n_per_m: self.hand_stiffness_n_per_m,
-            sample_time_s: wall.sample_time_s,
-            order: wall.order,
-            stiffness_n_per_m: wall.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: wall.dissipation_n_s_mu_per_m,
+        let m = positive("mass", self.mass_kg, "kg")?;
+        let t = positive("sample time", wall.sample_time_s, "s")?;
+        let b = not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
+        let k = not_negative("hand stiffness", self.hand_stiffness_n_per_m, "N/m")?;
+        wall.checked()?;
+        Nondimensional {
+            alpha: wall.stiffness_n_per_m * t * t / m,
+            beta: wall.dissipation_n_s_mu_per_m * libm::pow(t, 2.0 - wall.order.get()) / m,
+            delta: b * t / m,
+            gamma: k * t * t / m,
         }
-        .nondimensional()
+        .checked()
     }
 
     /// The loop of this device and a wall, for stability and margins. `operator` is the one that runs, for
@@ -266,5 +147,62 @@ impl Dynamics {
     ) -> Result<OnePort<'a, LoopOperator>, AnalysisError> {
         let port = OnePort::new(operator, operator.order())?.through(self.path(sample_time_s)?)?;
         Ok(port.with_memory(operator.memory()))
+    }
+}
+
+/// Device and wall without units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nondimensional {
+    /// α = K·T²/m, 0 to 1e12.
+    pub alpha: f64,
+    /// β = B·T^(2−μ)/m, 0 to 1e12.
+    pub beta: f64,
+    /// δ = b·T/m, 0 to 1e6.
+    pub delta: f64,
+    /// γ = k·T²/m, 0 to 1e12.
+    pub gamma: f64,
+}
+
+impl Nondimensional {
+    /// Largest α and β.
+    pub const WALL_MAX: f64 = 1e12;
+
+    /// Itself, if all four are within their ranges.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn checked(self) -> Result<Self, AnalysisError> {
+        let (wall, allowed) = (Self::WALL_MAX, "from 0 to 1e12");
+        let (damping, hand) = (SampledPlant::DELTA_MAX, SampledPlant::GAMMA_MAX);
+        for (what, value, most, allowed) in [
+            ("alpha", self.alpha, wall, allowed),
+            ("beta", self.beta, wall, allowed),
+            ("delta", self.delta, damping, "from 0 to 1e6"),
+            ("gamma", self.gamma, hand, allowed),
+        ] {
+            range(what, value, (0.0..=most).contains(&value), allowed, "")?;
+        }
+        Ok(self)
+    }
+
+    /// The wall that has these α and β on a device of this mass.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn with_units(
+        self,
+        mass_kg: f64,
+        sample_time_s: f64,
+        order: Order,
+    ) -> Result<Environment, AnalysisError> {
+        self.checked()?;
+        let m = positive("mass", mass_kg, "kg")?;
+        let t = positive("sample time", sample_time_s, "s")?;
+        Ok(Environment {
+            stiffness_n_per_m: self.alpha * m / (t * t),
+            dissipation_n_s_mu_per_m: self.beta * m / libm::pow(t, 2.0 - order.get()),
+            order,
+            sample_time_s: t,
+        })
     }
 }

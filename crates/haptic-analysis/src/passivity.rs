@@ -69,9 +69,6 @@ pub struct OnePort<'a, P: ?Sized> {
 const REST_NOISE: f64 = 1e-4;
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
-    /// The longest extra delay, in samples.
-    pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
-
     /// Without extra delay. `order` is the one the operator was made for.
     ///
     /// # Errors
@@ -93,17 +90,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         port.deficit = if at_rest < -REST_NOISE { -at_rest } else { 0.0 };
         port.prepare()?;
         Ok(port)
-    }
-
-    /// With d whole samples between measuring and acting.
-    ///
-    /// # Errors
-    /// d above [`DELAY_MAX`](Self::DELAY_MAX).
-    pub fn with_delay(self, samples: usize) -> Result<Self, AnalysisError> {
-        let short = samples <= Self::DELAY_MAX;
-        range("delay", samples as f64, short, "at most 10000", "samples")?;
-        let path = ForcePath::whole(samples)?;
-        self.through(path)
     }
 
     /// With the delay, whole or not, and the current lag of an actuator.
@@ -138,8 +124,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         Ok(())
     }
 
-    /// The right side of Theorem 1 at one frequency, α·u(θ) + β·v(θ) for whole samples of delay, for
-    /// 0 < θ ≤ π.
+    /// The right side of Theorem 1 at one frequency, 0 < θ ≤ π: α·u(θ) + β·v(θ) for whole samples of delay.
     ///
     /// # Errors
     /// α, β or θ outside its range.
@@ -397,13 +382,6 @@ impl RequiredDelta {
     #[must_use]
     pub fn passive(&self, delta: f64) -> bool {
         delta > self.delta && !self.negative_at_rest
-    }
-
-    /// Ratio to the damping that the corollary promises; `None` where that is 0.
-    #[must_use]
-    pub fn excess(&self) -> Option<f64> {
-        let ratio = self.delta / self.corollary_delta;
-        ratio.is_finite().then_some(ratio)
     }
 }
 

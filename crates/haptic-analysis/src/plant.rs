@@ -50,7 +50,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 /// use haptic_analysis::SampledPlant;
 ///
 /// let free = SampledPlant::new(0.0, 0.0)?; // a mass without damper or hand: (w + w²)/2/(1 − w)²
-/// assert_eq!((free.n1(), free.n0()), (0.5, 0.5));
+/// assert_eq!(free.numerator(), [0.5, 0.5]);
 /// # Ok::<(), haptic_analysis::AnalysisError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,9 +90,9 @@ impl SampledPlant {
     /// Largest δ: a motion that dies out a million times faster than a sample is sampled wrongly.
     pub const DELTA_MAX: f64 = 1e6;
     /// Largest γ.
-    pub const GAMMA_MAX: f64 = 1e12;
+    pub(crate) const GAMMA_MAX: f64 = 1e12;
     /// Most states of a plant given by matrices.
-    pub const STATES_MAX: usize = linear::STATES_MAX;
+    pub(crate) const STATES_MAX: usize = linear::STATES_MAX;
 
     /// Mass, damper and hand, from δ and γ, with an actuator that acts at once.
     ///
@@ -160,7 +160,7 @@ impl SampledPlant {
 
     /// Any linear plant ẋ = Ax + Bu(t − (d + h)T), y = Cx, its input held between samples.
     ///
-    /// - `a`, n×n in 1/s, `b` and `c`, n long: n from 1 to [`STATES_MAX`](Self::STATES_MAX). u in N, y in m.
+    /// - `a`, n×n in 1/s, `b` and `c`, n long: n from 1 to 8. u in N, y in m.
     /// - `mass_kg`: the mass in α = KT²/m and β = BT^(2−μ)/m. It only scales; 1 kg does.
     /// - `path`: delay, and a current lag if A has none; it takes a state of its own.
     /// - *Accuracy*: the sampled plant is compared with C(1 − wΦ)⁻¹Γ solved directly at eight angles, and
@@ -174,7 +174,7 @@ impl SampledPlant {
     /// let a = [0.0, 1.0, 0.0, -b / m];
     /// let plant = SampledPlant::linear(&a, &[0.0, 1.0 / m], &[1.0, 0.0], t, m, ForcePath::NONE)?;
     /// let named = SampledPlant::new(b * t / m, 0.0)?;
-    /// assert!((plant.n1() - named.n1()).abs() < 1e-12);
+    /// assert!((plant.numerator()[0] - named.numerator()[0]).abs() < 1e-12);
     /// # Ok::<(), haptic_analysis::AnalysisError>(())
     /// ```
     ///
@@ -228,42 +228,10 @@ impl SampledPlant {
         self.numerator.get()
     }
 
-    /// n₁, the first coefficient of the numerator: where a unit force has moved the device to one
-    /// sample after its whole samples of delay, from rest.
-    #[must_use]
-    pub fn n1(&self) -> f64 {
-        self.numerator.values[0]
-    }
-
-    /// n₀, the second coefficient of the numerator.
-    #[must_use]
-    pub fn n0(&self) -> f64 {
-        self.numerator.values[1]
-    }
-
     /// The numerator at w = 1; for an ideal actuator n₁ + n₀ = φ₁(s₂)φ₁(s₃). For a plant from matrices,
     /// whose numerator may vanish there, the sum of the sizes of its coefficients.
-    #[must_use]
-    pub fn numerator_sum(&self) -> f64 {
+    pub(crate) fn numerator_sum(&self) -> f64 {
         self.sum
-    }
-
-    /// The sum of the poles in z: c₂ + c₃ for an ideal actuator.
-    #[must_use]
-    pub fn pole_sum(&self) -> f64 {
-        -self.denominator.values[1]
-    }
-
-    /// The coefficient of w² in A: e^(−δ) = c₂c₃, the product of the poles, for an ideal actuator.
-    #[must_use]
-    pub fn pole_product(&self) -> f64 {
-        self.denominator.values[2]
-    }
-
-    /// A(1), without cancellation: γ·(n₁ + n₀) for an ideal actuator.
-    #[must_use]
-    pub fn denominator_at_rest(&self) -> f64 {
-        self.denominator_in_v.values[0]
     }
 
     /// A in powers of v = 1 − w, of v⁰ first.

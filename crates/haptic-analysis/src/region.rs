@@ -140,12 +140,6 @@ impl StabilityRegion {
         Ok(summary(loops, searched, at_rest))
     }
 
-    /// True if it is empty.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        matches!(self, Self::Empty { .. })
-    }
-
     /// The area, unless it is empty.
     #[must_use]
     pub fn bounded(&self) -> Option<&StableArea> {
@@ -200,7 +194,8 @@ fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
         own(power) + sum
     };
     let power = plant.path().whole_samples() + 1;
-    let (n1, n0) = (plant.n1(), plant.n0());
+    let n = |power: usize| plant.numerator().get(power).copied().unwrap_or(0.0);
+    let (n1, n0) = (n(0), n(1));
     let first = largest_root(|reach| coefficient(power, reach) / n1).filter(|_| n1 > 0.0);
     // A force that arrives late in its sample hardly moves the plant before the next: there
     // [w^(p+1)] + c·[w^p] of w^p(n₁ + n₀w)(α + βP), with c = sup|P|/p₀ ≥ |p₁|/p₀, is at least n₀(α + p₀β).

@@ -157,7 +157,7 @@ fn taps_and_modes<const TAPS: usize, const MODES: usize>(design: &Design<TAPS, M
 
 impl LoopOperator {
     /// Longest memory that [`from_response`](Self::from_response) can take apart, samples.
-    pub const MEMORY_MAX: usize = 4096;
+    const MEMORY_MAX: usize = 4096;
 
     /// A recursive filter, P = Σ `b_j` w^j/Σ `a_j` w^j, without its factor T^(−μ).
     ///
@@ -242,7 +242,7 @@ impl LoopOperator {
     /// ```text
     /// c_j = (1/M)·Σ_k P(e^(−2πjk/M))·e^(2πjk/M),   M doubled until all of c from M/2 on is below 1e-12·Σ|c_j|
     /// ```
-    /// - *Exact* to some 1e-15 for a finite memory of up to [`MEMORY_MAX`](Self::MEMORY_MAX)/2 samples; what a fading one
+    /// - *Exact* to some 1e-15 for a finite memory of up to 2048 samples; what a fading one
     ///   leaves out is 1e-12 of its weights.
     /// - *Not for* weights that fall like a power, as those of (1 − w)^μ: give its [`Scheme`](fracdiff::Scheme) or its
     ///   modes. A pole close to the circle wants [`from_polynomials`](Self::from_polynomials).
@@ -262,7 +262,7 @@ impl LoopOperator {
     ///
     /// # Errors
     /// An order below 1e-6 or above 2; a response that is not finite, as that of an integral at rest; a memory that has
-    /// not faded after [`MEMORY_MAX`](Self::MEMORY_MAX)/2 samples; a direct gain not above 0.
+    /// not faded after 2048 samples; a direct gain not above 0.
     pub fn from_response(
         order: Order,
         operator: &(impl FrequencyResponse + ?Sized),

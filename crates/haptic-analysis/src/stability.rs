@@ -1,9 +1,9 @@
 //! Stability of the sampled loop: three ways that must agree.
 
 use crate::characteristic::{Characteristic, Node, Span};
-use crate::jury::{Jury, jury, poles};
+use crate::jury::poles;
 use crate::operator::multiply;
-use crate::{AnalysisError, ForcePath, LoopOperator, Nondimensional, SampledPlant};
+use crate::{AnalysisError, LoopOperator, Nondimensional, SampledPlant};
 use certified_count::{Count, Curve, Sample};
 use core::f64::consts::PI;
 use fracdiff::parameter::range;
@@ -15,8 +15,7 @@ use num_complex::Complex;
 /// F(w) = A(w) + w^(d+1)·N(w)·(α + βP(w)),   stable ⇔ F has no zero in |w| ≤ 1,  w = z^(−1)
 /// ```
 /// - α, β: stiffness and dissipation, at least 0; δ, γ: device and hand, see [`SampledPlant`].
-/// - d: whole samples of delay between measuring and acting, beside the one of the hold; up to
-///   [`DELAY_MAX`](Self::DELAY_MAX). A delay that is no whole number and a current lag belong to the plant:
+/// - d: whole samples of delay between measuring and acting, beside the one of the hold; up to 10 000. A delay that is no whole number and a current lag belong to the plant:
 ///   [`with_plant`](Self::with_plant).
 ///
 /// ```
@@ -57,10 +56,12 @@ pub struct StabilityVerdict {
     /// The angle at which that was, rad/sample.
     pub theta: f64,
     /// The largest |z| of a pole, that of a drift left out; for polynomial and rational operators with a characteristic
-    /// polynomial of degree up to [`EIGENVALUE_DEGREE`](SampledLoop::EIGENVALUE_DEGREE).
+    /// polynomial of degree up to 64.
     pub spectral_radius: Option<f64>,
 }
 
+/// Largest degree for which a verdict takes the trouble to find all poles.
+const EIGENVALUE_DEGREE: usize = 64;
 /// |F|/(n₁ + n₀) at which a loop is on the boundary.
 pub(crate) const BOUNDARY: f64 = 1e-9;
 
@@ -71,11 +72,6 @@ fn flushed(value: f64) -> f64 {
 }
 
 impl<'a> SampledLoop<'a> {
-    /// Longest delay, samples.
-    pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
-    /// Largest degree for which a verdict takes the trouble to find all poles.
-    pub const EIGENVALUE_DEGREE: usize = 64;
-
     /// Checks all parameters. An α or β below 1e-200 counts as 0.
     ///
     /// # Errors
@@ -185,8 +181,7 @@ impl<'a> SampledLoop<'a> {
 
     /// F·D in powers of w, of w⁰ first, where P = N/D is polynomial or rational; its zeros are those
     /// of F, since D has none in |w| ≤ 1.
-    #[must_use]
-    pub fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
+    fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
         let (above, below) = self.characteristic.operator.polynomials()?;
         let plant = &self.characteristic.plant;
         let mut sum = multiply(plant.denominator(), below);
@@ -204,13 +199,6 @@ impl<'a> SampledLoop<'a> {
         Some(sum)
     }
 
-    /// The verdict of the Schur–Cohn recursion, for polynomial and rational operators.
-    #[must_use]
-    pub fn jury(&self) -> Option<Jury> {
-        self.characteristic_polynomial()
-            .map(|polynomial| jury(&polynomial))
-    }
-
     /// The poles in z, for polynomial and rational operators; poles at z = 0 left out.
     #[must_use]
     pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
@@ -219,7 +207,7 @@ impl<'a> SampledLoop<'a> {
 
     fn spectral_radius(&self) -> Option<f64> {
         let polynomial = self.characteristic_polynomial()?;
-        if polynomial.len() > Self::EIGENVALUE_DEGREE + 1 {
+        if polynomial.len() > EIGENVALUE_DEGREE + 1 {
             return None;
         }
         let mut poles = poles(polynomial)?;
