@@ -114,13 +114,8 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
         let direct: F = function.direct_gain();
         let gain = direct.to_f64();
         let well = gain != 0.0 && (1.0 / gain).is_finite();
-        range(
-            "gain of the newest error",
-            gain,
-            well,
-            "finite and not 0",
-            "",
-        )?;
+        let allowed = "finite and not 0";
+        range("gain of the newest error", gain, well, allowed, "")?;
         Ok(Self {
             core: OfError {
                 function,

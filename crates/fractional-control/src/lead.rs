@@ -41,13 +41,8 @@ pub(crate) struct LeadPowerHistory<F, const MODES: usize> {
 fn corner(what: &'static str, omega: f64, sample_time: Seconds) -> Result<f64, ControlError> {
     positive(what, omega, "rad/s")?;
     let a = 2.0 / (omega * sample_time.0);
-    range(
-        what,
-        omega,
-        a >= 1.0,
-        "at most 2/T, twice the sample rate",
-        "rad/s",
-    )?;
+    let allowed = "at most 2/T, twice the sample rate";
+    range(what, omega, a >= 1.0, allowed, "rad/s")?;
     Ok((a - 1.0) / (a + 1.0))
 }
 

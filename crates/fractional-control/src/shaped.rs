@@ -164,13 +164,8 @@ impl<F: Real, const MODES: usize> Crone<F, MODES> {
             low_rad_s: low,
             high_rad_s: high,
         } = parameters;
-        range(
-            "lower corner",
-            low,
-            low < high,
-            "below the upper corner",
-            "rad/s",
-        )?;
+        let allowed = "below the upper corner";
+        range("lower corner", low, low < high, allowed, "rad/s")?;
         Ok(Self {
             core: Shaped::new(gain, (order, low, high), actuator, memory, sample_time)?,
         })

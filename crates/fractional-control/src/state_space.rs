@@ -48,13 +48,8 @@ impl StateSpace {
         let states = a.nrows() as f64;
         let fits = a.ncols() == a.nrows() && b.len() == a.nrows() && c.len() == a.nrows();
         let inside = fits && (1.0..=STATES_MAX).contains(&states);
-        range(
-            "number of states",
-            states,
-            inside,
-            "1 to 16, the same in A, B and C",
-            "",
-        )?;
+        let allowed = "1 to 16, the same in A, B and C";
+        range("number of states", states, inside, allowed, "")?;
         for value in a.iter().chain(b.iter()).chain(c.iter()) {
             let inside = value.abs() <= 1e60;
             range("element of a matrix", *value, inside, SIZE_MAX_IN_WORDS, "")?;

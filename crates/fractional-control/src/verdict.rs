@@ -2,7 +2,7 @@
 
 use crate::enclosure::Fraction;
 use crate::held_response::HeldResponse;
-use crate::peaks::Peaks;
+use crate::sampled_plant::Peaks;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
 use certified_count::{Arc, Count, Enclosed, count};
 use fracdiff::Seconds;

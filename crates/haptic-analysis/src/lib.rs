@@ -7,6 +7,7 @@ mod characteristic;
 mod coupling;
 mod curve;
 mod decomposition;
+mod dynamics;
 mod error;
 mod extremum;
 mod functions;
@@ -19,7 +20,6 @@ mod noise;
 mod object;
 mod operator;
 mod outline;
-mod parameters;
 mod passivity;
 mod path;
 mod plant;
@@ -31,6 +31,7 @@ mod transparency;
 
 pub use coupling::Coupler;
 pub use coupling::LeastDamping;
+pub use dynamics::Dynamics;
 pub use error::AnalysisError;
 pub use fracdiff::parameter::RangeError;
 pub use largest::Largest;
@@ -40,15 +41,13 @@ pub use noise::{exact_noise_gain, noise_gain};
 pub use object::{CoupledLoop, CoupledObject, CouplerOperator};
 pub use operator::LoopOperator;
 pub use outline::{BoundaryPoint, Polygon};
-pub use parameters::Dynamics;
-pub use parameters::Nondimensional;
 pub use passivity::OnePort;
 pub use passivity::corollary_delta;
 pub use passivity::{RequiredDamping, RequiredDelta};
 pub use path::ForcePath;
 pub use plant::SampledPlant;
 pub use region::{StabilityRegion, StableArea};
-pub use stability::{SampledLoop, StabilityVerdict};
+pub use stability::{Nondimensional, SampledLoop, StabilityVerdict};
 pub use teleoperation::{
     AbsoluteStability, BestCoupler, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay,
     Teleoperation, Transparency,

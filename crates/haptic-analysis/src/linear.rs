@@ -56,11 +56,12 @@ pub(crate) fn scaled(
     balance(&mut matrix, &mut input, &mut output);
     let fastest = matrix.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let kept = fastest <= FASTEST.max(rate);
+    let allowed = "at most 1e6";
     range(
         "fastest motion of the plant",
         fastest,
         kept,
-        "at most 1e6",
+        allowed,
         "per sample",
     )?;
     Ok((matrix, input, output))
@@ -251,22 +252,17 @@ impl Sampled {
     }
 }
 
-// transition: MERGED HEADER
-// Motion of a linear plant over part of a sample, by the matrix exponential, and its pulse transfer function.
-//
-// ```text
-// x' = Ax + Bu, u constant:   x(t) = x(0) + E·x(0) + Γ·u,     [E Γ; 0 0] = exp([A B; 0 0]·t) − 1
-// exp(2M) − 1 = 2E + E²
-// ```
-// The exponential less 1 keeps the digits of slow motions beside fast ones: what moves by 1e-9 in a
-// sample would be lost in a 1 + 1e-9. Taylor series for a norm below 1/2, then doublings.
-//
-// Source: N. J. Higham, *Functions of Matrices*, SIAM, 2008, ch. 10.
-
 /// Terms of the series: (1/2)^k/k! is below 1e-19 from here on.
 const TERMS: u32 = 16;
 
-/// E and Γ for one duration.
+/// Motion of a linear plant over part of a sample.
+///
+/// ```text
+/// x' = Ax + Bu, u constant:   x(t) = x(0) + E·x(0) + Γ·u,     [E Γ; 0 0] = exp([A B; 0 0]·t) − 1
+/// exp(2M) − 1 = 2E + E²
+/// ```
+/// The exponential less 1 keeps the digits of slow motions beside fast ones. Taylor series for a norm below 1/2, then
+/// doublings: N. J. Higham, *Functions of Matrices*, SIAM, 2008, ch. 10.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     /// exp(A·t) − 1.

@@ -62,13 +62,8 @@ impl ForcePath {
         let inside = (0.0..=Self::DELAY_MAX).contains(&delay_samples);
         range("delay", delay_samples, inside, "from 0 to 10000", "samples")?;
         let inside = (0.0..=Self::LAG_MAX).contains(&lag_samples);
-        range(
-            "current lag",
-            lag_samples,
-            inside,
-            "from 0 to 1e6",
-            "samples",
-        )?;
+        let allowed = "from 0 to 1e6";
+        range("current lag", lag_samples, inside, allowed, "samples")?;
         let nearest = libm::rint(delay_samples);
         let delay = if (delay_samples - nearest).abs() < 1e-9 {
             nearest

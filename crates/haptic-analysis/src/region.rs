@@ -102,13 +102,8 @@ impl StabilityRegion {
         let plant = plant.later(delay)?;
         let samples = plant.path().delay_samples();
         let short = samples <= Self::DELAY_MAX as f64;
-        range(
-            "delay of a region",
-            samples,
-            short,
-            "from 0 to 64",
-            "samples",
-        )?;
+        let allowed = "from 0 to 64";
+        range("delay of a region", samples, short, allowed, "samples")?;
         let order = operator.order().get();
         let kept = order <= 0.0 || order >= Self::ORDER_MIN;
         range("order of a region", order, kept, "0, or from 1e-6 to 2", "")?;

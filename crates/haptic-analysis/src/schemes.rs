@@ -290,13 +290,8 @@ impl LoopOperator {
     /// Itself, if the newest sample counts: what the search for a region begins with.
     fn with_direct_gain(self) -> Result<Self, AnalysisError> {
         let gain = self.direct_gain();
-        range(
-            "direct gain of the operator",
-            gain,
-            gain > 0.0,
-            "above 0",
-            "",
-        )?;
+        let allowed = "above 0";
+        range("direct gain of the operator", gain, gain > 0.0, allowed, "")?;
         Ok(self)
     }
 }
@@ -307,19 +302,15 @@ fn check(order: Order, coefficients: &[f64]) -> Result<(), AnalysisError> {
     let allowed = "from 1e-6 to 2: a constant is a spring, and an integral has a pole at rest";
     range("order", value, varies, allowed, "")?;
     let count = coefficients.len() as f64;
-    range(
-        "number of coefficients",
-        count,
-        count > 0.0,
-        "at least 1",
-        "",
-    )?;
+    let allowed = "at least 1";
+    range("number of coefficients", count, count > 0.0, allowed, "")?;
     for &coefficient in coefficients {
+        let allowed = "finite";
         range(
             "coefficient of the operator",
             coefficient,
             true,
-            "finite",
+            allowed,
             "",
         )?;
     }

@@ -3,11 +3,74 @@
 use crate::characteristic::{Characteristic, Node, Span};
 use crate::jury::poles;
 use crate::operator::multiply;
-use crate::{AnalysisError, LoopOperator, Nondimensional, SampledPlant};
+use crate::{AnalysisError, Environment, LoopOperator, SampledPlant};
 use certified_count::{Count, Curve, Sample};
 use core::f64::consts::PI;
-use fracdiff::parameter::range;
+use fracdiff::Order;
+use fracdiff::parameter::{positive, range};
 use num_complex::Complex;
+
+/// Device and wall without units.
+///
+/// ```text
+/// α = K·T²/m,   β = B·T^(2−μ)/m,   δ = b·T/m,   γ = k·T²/m
+/// ```
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.9.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nondimensional {
+    /// α, 0 to 1e12.
+    pub alpha: f64,
+    /// β, 0 to 1e12.
+    pub beta: f64,
+    /// δ, 0 to 1e6.
+    pub delta: f64,
+    /// γ, 0 to 1e12.
+    pub gamma: f64,
+}
+
+impl Nondimensional {
+    /// Largest α and β.
+    pub const WALL_MAX: f64 = 1e12;
+
+    /// Itself, if all four are within their ranges.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn checked(self) -> Result<Self, AnalysisError> {
+        let (wall, allowed) = (Self::WALL_MAX, "from 0 to 1e12");
+        let (damping, hand) = (SampledPlant::DELTA_MAX, SampledPlant::GAMMA_MAX);
+        for (what, value, most, allowed) in [
+            ("alpha", self.alpha, wall, allowed),
+            ("beta", self.beta, wall, allowed),
+            ("delta", self.delta, damping, "from 0 to 1e6"),
+            ("gamma", self.gamma, hand, allowed),
+        ] {
+            range(what, value, (0.0..=most).contains(&value), allowed, "")?;
+        }
+        Ok(self)
+    }
+
+    /// The wall that has these α and β on a device of this mass.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn with_units(
+        self,
+        mass_kg: f64,
+        sample_time_s: f64,
+        order: Order,
+    ) -> Result<Environment, AnalysisError> {
+        self.checked()?;
+        let m = positive("mass", mass_kg, "kg")?;
+        let t = positive("sample time", sample_time_s, "s")?;
+        Ok(Environment {
+            stiffness_n_per_m: self.alpha * m / (t * t),
+            dissipation_n_s_mu_per_m: self.beta * m / libm::pow(t, 2.0 - order.get()),
+            order,
+            sample_time_s: t,
+        })
+    }
+}
 
 /// A loop closed over a virtual environment, without units.
 ///
@@ -220,19 +283,15 @@ impl<'a> SampledLoop<'a> {
     }
 }
 
-// circle: MERGED HEADER
-// The certified count of the zeros of the characteristic function inside the unit circle.
-//
-// ```text
-// zeros in |w| < 1 = −(1/π)·Δarg F·D over 0 ≤ θ ≤ π
-// ```
-// Each way between two samples is proved by a bound of the length of F's path, from the travel of every factor or from |F′| at the ends and a bound
-// of |F″|, whichever is less, as [`Curve`] says.
-//
-// *A loop that drifts* has zeros at w = 1 itself, F ~ c·v^p with c > 0, v = 1 − w. They are left outside by an arc round them, on which F turns
-// by p·π/2 from v = ε to v = jε: F is judged beside them, as it is.
-
 /// Samples of the circle that all counts for one plant, operator and delay share.
+///
+/// ```text
+/// zeros in |w| < 1 = −(1/π)·Δarg F·D over 0 ≤ θ ≤ π
+/// ```
+/// Each way between two samples is proved by a bound of the length of F's path, as [`Curve`] says.
+///
+/// *A loop that drifts* has zeros at w = 1 itself, F ~ c·v^p with c > 0, v = 1 − w. They are left outside by an arc round
+/// them, on which F turns by p·π/2 from v = ε to v = jε: F is judged beside them, as it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Circle<'a> {
     pub(crate) characteristic: Characteristic<'a>,

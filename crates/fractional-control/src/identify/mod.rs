@@ -159,30 +159,15 @@ fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
     let t = positive("sample time", record.sample_time.0, "s")?;
     let late = record.late.0;
     let inside = (0.0..=t).contains(&late);
-    range(
-        "lateness of the input",
-        late,
-        inside,
-        "from 0 to the sample time",
-        "s",
-    )?;
+    let allowed = "from 0 to the sample time";
+    range("lateness of the input", late, inside, allowed, "s")?;
     let (inputs, outputs) = (record.input.len() as f64, record.output.len() as f64);
     let same = record.input.len() == record.output.len();
-    range(
-        "samples of the output",
-        outputs,
-        same,
-        "as many as of the input",
-        "",
-    )?;
+    let allowed = "as many as of the input";
+    range("samples of the output", outputs, same, allowed, "")?;
     let enough = record.input.len() > 2 * free;
-    range(
-        "samples of the record",
-        inputs,
-        enough,
-        "more than twice the free numbers",
-        "",
-    )?;
+    let allowed = "more than twice the free numbers";
+    range("samples of the record", inputs, enough, allowed, "")?;
     for sample in record.input.iter().chain(record.output) {
         range("sample of the record", *sample, true, "finite", "")?;
     }

@@ -1,15 +1,10 @@
-//! The parameters of a loop, with units and without.
-//!
-//! ```text
-//! α = K·T²/m,   β = B·T^(2−μ)/m,   δ = b·T/m,   γ = k·T²/m
-//! ```
-//! Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.9.
+//! A device with its hand, its delay and its motor, in SI units.
 
 use crate::{
-    AnalysisError, Environment, ForcePath, LoopOperator, OnePort, SampledLoop, SampledPlant,
+    AnalysisError, Environment, ForcePath, LoopOperator, Nondimensional, OnePort, SampledLoop,
+    SampledPlant,
 };
-use fracdiff::Order;
-use fracdiff::parameter::{not_negative, positive, range};
+use fracdiff::parameter::{not_negative, positive};
 
 /// A device as every analysis takes it, with its hand, its delay and its motor.
 ///
@@ -147,62 +142,5 @@ impl Dynamics {
     ) -> Result<OnePort<'a, LoopOperator>, AnalysisError> {
         let port = OnePort::new(operator, operator.order())?.through(self.path(sample_time_s)?)?;
         Ok(port.with_memory(operator.memory()))
-    }
-}
-
-/// Device and wall without units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nondimensional {
-    /// α = K·T²/m, 0 to 1e12.
-    pub alpha: f64,
-    /// β = B·T^(2−μ)/m, 0 to 1e12.
-    pub beta: f64,
-    /// δ = b·T/m, 0 to 1e6.
-    pub delta: f64,
-    /// γ = k·T²/m, 0 to 1e12.
-    pub gamma: f64,
-}
-
-impl Nondimensional {
-    /// Largest α and β.
-    pub const WALL_MAX: f64 = 1e12;
-
-    /// Itself, if all four are within their ranges.
-    ///
-    /// # Errors
-    /// The first that is not.
-    pub fn checked(self) -> Result<Self, AnalysisError> {
-        let (wall, allowed) = (Self::WALL_MAX, "from 0 to 1e12");
-        let (damping, hand) = (SampledPlant::DELTA_MAX, SampledPlant::GAMMA_MAX);
-        for (what, value, most, allowed) in [
-            ("alpha", self.alpha, wall, allowed),
-            ("beta", self.beta, wall, allowed),
-            ("delta", self.delta, damping, "from 0 to 1e6"),
-            ("gamma", self.gamma, hand, allowed),
-        ] {
-            range(what, value, (0.0..=most).contains(&value), allowed, "")?;
-        }
-        Ok(self)
-    }
-
-    /// The wall that has these α and β on a device of this mass.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub fn with_units(
-        self,
-        mass_kg: f64,
-        sample_time_s: f64,
-        order: Order,
-    ) -> Result<Environment, AnalysisError> {
-        self.checked()?;
-        let m = positive("mass", mass_kg, "kg")?;
-        let t = positive("sample time", sample_time_s, "s")?;
-        Ok(Environment {
-            stiffness_n_per_m: self.alpha * m / (t * t),
-            dissipation_n_s_mu_per_m: self.beta * m / libm::pow(t, 2.0 - order.get()),
-            order,
-            sample_time_s: t,
-        })
     }
 }
