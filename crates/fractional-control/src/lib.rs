@@ -15,7 +15,6 @@ pub mod design;
 #[cfg(feature = "std")]
 mod enclosure;
 mod error;
-mod function_controller;
 #[cfg(feature = "std")]
 mod held_response;
 #[cfg(feature = "std")]
@@ -63,13 +62,14 @@ mod wide;
 
 pub use controller::{Actuator, Controller, Mode, Station};
 pub use error::ControlError;
-pub use function_controller::{FunctionController, FunctionHistory};
 pub use memory::{Memory, Rule};
 pub use notation::factor_after_division;
-pub use parallel::ParallelHistory;
-pub use pid::{FractionalPid, PidParameters, SetPoint, Tid, TidParameters};
+pub use parallel::{FractionalPid, ParallelHistory};
+pub use pid::{PidParameters, SetPoint, TidParameters};
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
-pub use shaped::{Crone, CroneParameters, LeadLag, LeadLagParameters, ShapedHistory};
+pub use shaped::{
+    CroneParameters, FunctionController, LeadController, LeadLagParameters, OnError, OnErrorHistory,
+};
 pub use transfer::FractionalTransferFunction;
 pub use transfer::{FractionalPolynomial, Term};
 #[cfg(feature = "std")]

@@ -1,14 +1,11 @@
 //! PI^λD^μ and TID.
 
-use crate::controller::controller_from_its_core;
 use crate::notation::Quotient;
-use crate::parallel::{BranchParameters, Parallel, ParallelHistory};
 use crate::transfer::{short, size_or_0};
-use crate::{Actuator, ControlError, FractionalTransferFunction, Memory};
+use crate::{ControlError, FractionalTransferFunction};
 use core::fmt;
 use core::str::FromStr;
 use fracdiff::parameter::{RangeError, range};
-use fracdiff::{Real, Seconds};
 use num_complex::Complex;
 
 /// `K_p + K_i s^(−λ) + K_d s^μ`, as numbers.
@@ -34,6 +31,15 @@ pub struct PidParameters {
     pub derivative: f64,
     /// μ, above 0 and at most 2; without a meaning where `K_d` is 0.
     pub derivative_order: f64,
+}
+
+/// k·s^μ of (weight·r − y).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BranchParameters {
+    pub(crate) gain: f64,
+    /// μ, −2 to 2.
+    pub(crate) order: f64,
+    pub(crate) weight: f64,
 }
 
 impl PidParameters {
@@ -137,68 +143,12 @@ impl SetPoint {
         derivative: 1.0,
     };
 
-    fn checked(self) -> Result<Self, ControlError> {
+    pub(crate) fn checked(self) -> Result<Self, ControlError> {
         range("set-point weight b", self.proportional, true, "finite", "")?;
         range("set-point weight c", self.derivative, true, "finite", "")?;
         Ok(self)
     }
 }
-
-/// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
-///
-/// - *Units*: r and y \[y\], u \[u\], T s; gains as in [`PidParameters`]. *Start-up*: zero for ever before.
-/// - *Memory*: of integral and derivative, by the rule of [`Memory`]; MODES a multiple of 8.
-/// - *Limits, anti-windup, changes*: see [`Controller`](crate::Controller).
-/// - *Cost*: `output` three multiply-adds, `advance` as two full memories.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{
-///     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
-/// };
-///
-/// let gains = PidParameters {
-///     proportional: 2.0,
-///     integral: 1.0,
-///     integral_order: 0.8,
-///     derivative: 0.1,
-///     derivative_order: 0.6,
-/// };
-/// let memory = Memory::new(Rule::Grunwald, 1e-4, 200.0)?;
-/// let pid = FractionalPid::<f32>::new(gains, SetPoint::DEFAULT, Actuator::new(-3.0, 3.0)?, memory, Seconds(1e-3))?;
-/// let mut history = pid.at_rest();
-/// let command = pid.output(&history, 5.0, 0.0); // sends this at once,
-/// assert_eq!(command, 3.0);
-/// pid.advance(&mut history, 5.0, 0.0, command); // then does the history, which winds up by nothing
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
-/// Source: I. Podlubny, *Fractional-order systems and PI^λD^μ-controllers*, IEEE Trans. Automatic Control 44(1), 1999.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FractionalPid<F, const MODES: usize = 48> {
-    core: Parallel<F, MODES>,
-}
-
-impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
-    /// Coefficients in `f64`, rounded once.
-    ///
-    /// # Errors
-    /// A gain or weight that is not finite, an order outside its range, a memory that MODES modes do not reach, a sample
-    /// time outside 1e-9 s to 1e6 s.
-    pub fn new(
-        parameters: PidParameters,
-        set_point: SetPoint,
-        actuator: Actuator,
-        memory: Memory,
-        sample_time: Seconds,
-    ) -> Result<Self, ControlError> {
-        let branches = parameters.checked()?.branches(set_point.checked()?);
-        Ok(Self {
-            core: Parallel::new(branches, actuator, memory, sample_time)?,
-        })
-    }
-}
-
-controller_from_its_core!(FractionalPid, ParallelHistory);
 
 /// `K_t s^(−1/n) + K_i/s + K_d s`, as numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -256,45 +206,6 @@ impl TidParameters {
         ])
     }
 }
-
-/// Tilted-integral-derivative: `u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y)`, limited.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{Actuator, Controller, Memory, Rule, Tid, TidParameters};
-///
-/// let gains = TidParameters { tilt: 2.0, tilt_divisor: 3.0, integral: 0.5, derivative: 0.1 };
-/// let memory = Memory::new(Rule::Grunwald, 1e-4, 100.0)?;
-/// let tid = Tid::<f64>::new(gains, 0.0, Actuator::UNLIMITED, memory, Seconds(0.01))?;
-/// assert!(tid.output(&tid.at_rest(), 1.0, 0.0) > 0.0);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
-/// Source: B. J. Lurie, *Three-parameter tunable tilt-integral-derivative (TID) controller*, US patent 5 371 670, 1994.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Tid<F, const MODES: usize = 48> {
-    core: Parallel<F, MODES>,
-}
-
-impl<F: Real, const MODES: usize> Tid<F, MODES> {
-    /// `derivative_weight`: c, as in [`SetPoint`].
-    ///
-    /// # Errors
-    /// As [`FractionalPid::new`]; n below 1.
-    pub fn new(
-        parameters: TidParameters,
-        derivative_weight: f64,
-        actuator: Actuator,
-        memory: Memory,
-        sample_time: Seconds,
-    ) -> Result<Self, ControlError> {
-        let branches = parameters.branches(derivative_weight)?;
-        Ok(Self {
-            core: Parallel::new(branches, actuator, memory, sample_time)?,
-        })
-    }
-}
-
-controller_from_its_core!(Tid, ParallelHistory);
 
 /// Orders are read to so many parts of 1: 0.9 + 0.5 − 0.9 is 0.5 then.
 const ORDER_PARTS: f64 = 1e12;
