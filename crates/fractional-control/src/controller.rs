@@ -6,14 +6,6 @@ use fracdiff::parameter::{RangeError, positive};
 use fracdiff::{Real, Seconds};
 
 /// Limits of a command, and the time in which a bridged bump fades.
-///
-/// ```
-/// use fractional_control::Actuator;
-///
-/// let motor = Actuator::new(-3.3, 3.3)?.fading(0.5)?; // N, s
-/// assert!(Actuator::new(1.0, -1.0).is_err());
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuator {
     low: f64,

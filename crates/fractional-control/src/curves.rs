@@ -15,13 +15,6 @@ use std::vec;
 use std::vec::Vec;
 
 /// Parameters of any controller of this crate.
-///
-/// ```
-/// use fractional_control::{ControllerParameters, PidParameters};
-///
-/// let p = PidParameters { proportional: 2.0, ..PidParameters::NONE };
-/// assert_eq!(ControllerParameters::from(p).response(3.0).re, 2.0);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 #[expect(

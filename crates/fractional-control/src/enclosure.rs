@@ -1,6 +1,7 @@
 //! Sums of products as functions on the unit circle, enclosed on an arc, so that a count of their zeros is a proof.
 
 use crate::ControlError;
+use crate::records::largest;
 use certified_count::{Arc, Enclosed};
 use core::fmt::Debug;
 use fracdiff::parameter::range;
@@ -171,7 +172,7 @@ impl Fraction {
 /// log₂ of the largest product, about; `None` if there is none but 0.
 fn power(sum: &Sum) -> Option<i32> {
     let of_numbers = |numbers: &[f64]| {
-        let largest = numbers.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let largest = largest(numbers);
         (largest > 0.0).then(|| libm::ilogb(largest))
     };
     let of_product = |product: &Product| {

@@ -39,20 +39,6 @@ pub struct Crossing {
 
 /// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer where L moves. They say how far
 /// a loop is from the boundary, not on which side: that is the verdict's.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
-///
-/// let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-8, 100.0)?);
-/// let plant = SampledPlant::new(&"1/s^1.5".parse::<Plant>()?, memory, t)?;
-/// let p = PidParameters { proportional: 1.0, ..PidParameters::NONE };
-/// let margins = SampledLoop::new(p.into(), memory, &plant)?.margins();
-/// // |L| = ω^(−1.5) is 1 at 1 rad/s, with a phase of −135°, and half a sample of the hold.
-/// let phase = margins.phase.expect("a crossover");
-/// assert!((phase.omega_rad_s - 1.0).abs() < 1e-4 && (phase.value - 0.25 * core::f64::consts::PI).abs() < 1e-3);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
@@ -135,19 +121,6 @@ impl SampledLoop {
     }
 
     /// The gains, over the present one, at which L meets −1: the least first.
-    ///
-    /// ```
-    /// use fracdiff::Seconds;
-    /// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
-    ///
-    /// // An unstable plant behind a dead time is held by gains from 1 to about π/2 over 0.1 s.
-    /// let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-8, 100.0)?);
-    /// let plant = SampledPlant::new(&"exp(-0.1s)/(s-1)".parse::<Plant>()?, memory, t)?;
-    /// let p = PidParameters { proportional: 2.0, ..PidParameters::NONE };
-    /// let gains = SampledLoop::new(p.into(), memory, &plant)?.gain_crossings();
-    /// assert!((gains[0].value - 0.5).abs() < 1e-6 && gains[1].value > 6.0);
-    /// # Ok::<(), fractional_control::ControlError>(())
-    /// ```
     #[must_use]
     pub fn gain_crossings(&self) -> Vec<Crossing> {
         let mut gains = self.gains(&self.grid());
@@ -300,24 +273,6 @@ impl SampledLoop {
     ///
     /// The gain at which the loop is lost is that of the rule where the rule stands for its plant, else that of the response of the plant. A delay
     /// is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
-    ///
-    /// ```
-    /// use fracdiff::Seconds;
-    /// use fractional_control::{ControlError, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
-    ///
-    /// let (t, memory) = (Seconds(0.01), Memory::new(Rule::Bdf2, 1e-8, 100.0)?);
-    /// let plant: Plant = "1/s^1.5".parse()?;
-    /// let p = PidParameters { proportional: 1.0, ..PidParameters::NONE };
-    /// let later = |delay_s: f64| {
-    ///     let later = SampledPlant::new(&plant.clone().delayed(delay_s)?, memory, t)?;
-    ///     SampledLoop::new(p.into(), memory, &later)
-    /// };
-    /// let prompt = later(0.0)?;
-    /// // A margin of 45° at 1 rad/s, less half a sample of the hold.
-    /// let delay = prompt.margins_of_plant(prompt.margins(), later).delay_s.expect("a crossover");
-    /// assert!((delay.value - (core::f64::consts::FRAC_PI_4 - 0.005)).abs() < 1e-3);
-    /// # Ok::<(), ControlError>(())
-    /// ```
     pub fn margins_of_plant<E>(
         &self,
         own: Margins,
@@ -362,10 +317,6 @@ impl SampledLoop {
     ///
     /// ```text
     /// A_C·A_G + k·B_C·B_G is 0 nowhere on the circle for any of these k: the number of zeros within is the same for all
-    /// ```
-    /// *Cost*: that of two verdicts.
-    ///
-    /// ```
     /// use fracdiff::Seconds;
     /// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
     ///
@@ -377,8 +328,6 @@ impl SampledLoop {
     /// assert!(closed.is_stable_over(0.51, 90.0));
     /// assert!(!closed.is_stable_over(0.49, 1.0) && !closed.is_stable_over(1.0, 110.0));
     /// # Ok::<(), fractional_control::ControlError>(())
-    /// ```
-    #[must_use]
     pub fn is_stable_over(&self, low: f64, high: f64) -> bool {
         let gains = [self.gain() * low, self.gain() * high];
         let is_interval = gains[0] > 0.0 && low <= high && gains[1].is_finite();

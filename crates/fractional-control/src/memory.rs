@@ -25,15 +25,6 @@ pub enum Rule {
 ///
 /// - *Tolerance*: of each weight of a memory, relative, 1e-11 to 0.1.
 /// - *Horizon*: time up to which it holds, s. Beyond, a memory fades.
-///
-/// ```
-/// use fractional_control::{Memory, Rule};
-///
-/// // 200 s within 1e-6; the fewest modes are for where there is time to search.
-/// let memory = Memory::new(Rule::Bdf2, 1e-6, 200.0)?;
-/// assert!(Memory::new(Rule::Bdf2, 1e-6, -1.0).is_err());
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Memory {
     rule: Rule,

@@ -9,16 +9,6 @@ use fracdiff::parameter::{RangeError, range};
 use num_complex::Complex;
 
 /// `K_p + K_i s^(−λ) + K_d s^μ`, as numbers.
-///
-/// ```
-/// use fractional_control::PidParameters;
-///
-/// // Podlubny's PD^μ.
-/// let pd = PidParameters { proportional: 20.5, derivative: 3.7343, derivative_order: 1.15, ..PidParameters::NONE };
-/// assert!((pd.response(1e-9).re - 20.5).abs() < 1e-6);
-/// // Far above, the phase is μ·90°.
-/// assert!((pd.response(1e9).arg().to_degrees() - 1.15 * 90.0).abs() < 1e-6);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidParameters {
     /// `K_p`, \[u\]/\[y\].
@@ -40,6 +30,16 @@ pub(crate) struct BranchParameters {
     /// μ, −2 to 2.
     pub(crate) order: f64,
     pub(crate) weight: f64,
+}
+
+impl BranchParameters {
+    const fn new(gain: f64, order: f64, weight: f64) -> Self {
+        Self {
+            gain,
+            order,
+            weight,
+        }
+    }
 }
 
 impl PidParameters {
@@ -76,15 +76,11 @@ impl PidParameters {
         ] {
             size_or_0(what, gain)?;
         }
-        let orders = [
-            ("order of the integral", self.integral_order, self.integral),
-            (
-                "order of the derivative",
-                self.derivative_order,
-                self.derivative,
-            ),
-        ];
-        for (what, order, gain) in orders {
+        let (lambda, mu) = (self.integral_order, self.derivative_order);
+        for (what, order, gain) in [
+            ("order of the integral", lambda, self.integral),
+            ("order of the derivative", mu, self.derivative),
+        ] {
             let inside = gain == 0.0 || (order > 0.0 && order <= 2.0);
             range(what, order, inside, "above 0 and at most 2", "")?;
         }
@@ -92,22 +88,11 @@ impl PidParameters {
     }
 
     pub(crate) fn branches(&self, set_point: SetPoint) -> [BranchParameters; 3] {
+        let (lambda, mu) = (whole(self.integral_order), whole(self.derivative_order));
         [
-            BranchParameters {
-                gain: self.proportional,
-                order: 0.0,
-                weight: set_point.proportional,
-            },
-            BranchParameters {
-                gain: self.integral,
-                order: -whole(self.integral_order),
-                weight: 1.0,
-            },
-            BranchParameters {
-                gain: self.derivative,
-                order: whole(self.derivative_order),
-                weight: set_point.derivative,
-            },
+            BranchParameters::new(self.proportional, 0.0, set_point.proportional),
+            BranchParameters::new(self.integral, -lambda, 1.0),
+            BranchParameters::new(self.derivative, mu, set_point.derivative),
         ]
     }
 }
@@ -194,15 +179,10 @@ impl TidParameters {
             size_or_0(what, gain)?;
         }
         range("set-point weight c", derivative_weight, true, "finite", "")?;
-        let branch = |gain, order, weight| BranchParameters {
-            gain,
-            order,
-            weight,
-        };
         Ok([
-            branch(self.tilt, -1.0 / self.tilt_divisor, 1.0),
-            branch(self.integral, -1.0, 1.0),
-            branch(self.derivative, 1.0, derivative_weight),
+            BranchParameters::new(self.tilt, -1.0 / self.tilt_divisor, 1.0),
+            BranchParameters::new(self.integral, -1.0, 1.0),
+            BranchParameters::new(self.derivative, 1.0, derivative_weight),
         ])
     }
 }

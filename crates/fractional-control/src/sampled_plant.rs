@@ -34,18 +34,6 @@ const USUAL_SAMPLES: f64 = 1e6;
 /// - *Other transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
 ///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
 ///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{Memory, Plant, Rule, SampledPlant};
-///
-/// let oven: Plant = "exp(-0.27s)/(s+1)".parse()?;
-/// let oven = SampledPlant::new(&oven, Memory::new(Rule::Bdf2, 1e-8, 100.0)?, Seconds(0.05))?;
-/// let mut state = oven.at_rest();
-/// let y: Vec<f64> = (0..40).map(|_| oven.step(&mut state, 1.0)).collect();
-/// assert!((y[24] - (1.0 - f64::exp(-1.2 + 0.27))).abs() < 1e-3);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct SampledPlant {
     kind: Kind,

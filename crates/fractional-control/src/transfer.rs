@@ -174,15 +174,6 @@ impl Term {
 }
 
 /// `Σ a_i·s^(α_i)`, highest order first, each order once.
-///
-/// ```
-/// use fractional_control::{FractionalPolynomial, Term};
-///
-/// let a = FractionalPolynomial::new(&[Term::new(1.0, 0.0), Term::new(0.8, 2.2)])?;
-/// assert_eq!(a.degree(), 2.2);
-/// assert_eq!(a.to_string(), "0.8s^2.2+1");
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Copy, PartialEq)]
 pub struct FractionalPolynomial {
     terms: [Term; TERMS_MAX],

@@ -107,11 +107,6 @@ impl<'a> Coupler<'a> {
     /// ```text
     /// p₁₁ = m·(2/T)(1 − w)/(1 + w) + b,   p₁₂ = (1 + w)/2,   p₂₁ = −1,   p₂₂ = 1/Z_c,   velocity of the hand, force of the environment
     /// b ≥ 0,   Re(1/Z_c) ≥ 0,   2b·Re(1/Z_c) ≥ cos(θ/2)(1 − cos(θ/2)):   b = sup over θ of cos(θ/2)(1 − cos(θ/2))/(2 Re(1/Z_c))
-    /// ```
-    /// # Errors
-    /// An operator without a finite response.
-    ///
-    /// ```
     /// use fracdiff::Order;
     /// use haptic_analysis::{Coupler, LeastDamping};
     ///
@@ -122,7 +117,6 @@ impl<'a> Coupler<'a> {
     /// };
     /// assert!((damping_n_s_per_m - 0.125).abs() < 1e-12);
     /// # Ok::<(), haptic_analysis::AnalysisError>(())
-    /// ```
     pub fn least_damping(&self) -> Result<LeastDamping, AnalysisError> {
         let (scale, shares) = self.shares();
         let outcome = match self.operator {
@@ -137,22 +131,6 @@ impl<'a> Coupler<'a> {
     ///
     /// ```text
     /// b = sup over θ of h(θ)/(2 Re(1/Z_c)),   h = √(|M|² + V) − Re(wM),   h = 1 − cos((d + 1)θ) for d whole samples of delay
-    /// ```
-    /// M and V are mean and variance of the force within a sample. Llewellyn's h, cos(θ/2)(1 − cos(θ/2)), is less than a quarter
-    /// of it: his device is one under Tustin's rule, whose force acts half a sample earlier. So
-    /// [`least_damping`](Self::least_damping) is not enough for a sampled device: a spring (μ = 1) needs four times as much, `b_c·T/2`, and a damper
-    /// eight times, `k_c`.
-    ///
-    /// *Derivation*: passivity of a sampled port asks b ≥ (Re(cZ) + √(Re²(cZ) + V|Z|²))/2, c = −wM, at each θ (Theorem 1 with
-    /// the variance within a sample), which is |bY − c/2|² ≥ (|c|² + V)/4 for Y = 1/Z. With an object Y = 1/`Z_c` + 1/`Z_o`, and a
-    /// passive `Z_o` can make it any Y with Re Y ≥ Re(1/`Z_c`): the circle has to lie outside of that half-plane.
-    ///
-    /// *Delays* up to some hundred samples; beyond, the limit at rest of a coupler of order 1 is not resolved.
-    ///
-    /// # Errors
-    /// An operator without a finite response.
-    ///
-    /// ```
     /// use fracdiff::Order;
     /// use haptic_analysis::{Coupler, ForcePath, LeastDamping};
     ///
@@ -162,7 +140,6 @@ impl<'a> Coupler<'a> {
     /// };
     /// assert!((damping_n_s_per_m - 2.0).abs() < 1e-12); // Llewellyn says 0.25
     /// # Ok::<(), haptic_analysis::AnalysisError>(())
-    /// ```
     pub fn sampled_damping(&self, path: ForcePath) -> Result<LeastDamping, AnalysisError> {
         let (scale, shares) = self.shares();
         let exact = ExactInverse(self.order.get());

@@ -217,16 +217,6 @@ impl LoopOperator {
     /// A full memory of one's own, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered kernel, or of
     /// all elements of a tissue at once.
     ///
-    /// ```
-    /// use fracdiff::Order;
-    /// use fracdiff::full_memory::{Design, Kernel};
-    /// use haptic_analysis::LoopOperator;
-    ///
-    /// let design = Design::<16, 48>::closed_form(Kernel::Grunwald, Order::new(0.3)?, 1e-6, 1e5)?;
-    /// assert!((LoopOperator::from_design(&design)?.direct_gain() - 1.0).abs() < 1e-12);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
     /// # Errors
     /// As [`from_modes`](Self::from_modes).
     pub fn from_design<const TAPS: usize, const MODES: usize>(
@@ -241,14 +231,6 @@ impl LoopOperator {
     ///
     /// ```text
     /// c_j = (1/M)·Σ_k P(e^(−2πjk/M))·e^(2πjk/M),   M doubled until all of c from M/2 on is below 1e-12·Σ|c_j|
-    /// ```
-    /// - *Exact* to some 1e-15 for a finite memory of up to 2048 samples; what a fading one
-    ///   leaves out is 1e-12 of its weights.
-    /// - *Not for* weights that fall like a power, as those of (1 − w)^μ: give its [`Scheme`](fracdiff::Scheme) or its
-    ///   modes. A pole close to the circle wants [`from_polynomials`](Self::from_polynomials).
-    /// - *Cost*: M² multiply-adds.
-    ///
-    /// ```
     /// use fracdiff::{Order, Seconds, ShortMemory};
     /// use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop};
     ///
@@ -258,11 +240,6 @@ impl LoopOperator {
     /// let wall = Nondimensional { alpha: 0.2, beta: 0.5, delta: 0.1, gamma: 0.0 };
     /// assert!(SampledLoop::new(wall, &operator, 0)?.is_stable());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// An order below 1e-6 or above 2; a response that is not finite, as that of an integral at rest; a memory that has
-    /// not faded after 2048 samples; a direct gain not above 0.
     pub fn from_response(
         order: Order,
         operator: &(impl FrequencyResponse + ?Sized),

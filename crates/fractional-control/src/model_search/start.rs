@@ -1,6 +1,7 @@
 //! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
 
 use super::record::{Guess, InputOutput, bic, resolved, rounding};
+use crate::records::largest;
 use crate::{FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
 use std::vec;
 use std::vec::Vec;
@@ -221,10 +222,9 @@ const MOVES: f64 = 0.02;
 /// True if the output is still on its way at the end, though the input rests: the plant is slow for this record, or it adds up, or grows.
 fn moves_on(record: &InputOutput) -> bool {
     let moves = |signal: &[f64]| {
-        let largest = signal.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let tenth = (signal.len() / PARTS).max(1);
         let end = signal.last().zip(signal.iter().rev().nth(tenth));
-        end.is_some_and(|(last, before)| (last - before).abs() > MOVES * largest)
+        end.is_some_and(|(last, before)| (last - before).abs() > MOVES * largest(signal))
     };
     moves(&record.output) && !moves(&record.input)
 }

@@ -16,5 +16,5 @@ mod search;
 mod specification;
 
 pub use open_loop::Measures;
-pub use search::{Tuned, Unmet, tune, tune_integer};
-pub use specification::{Bound, GAINS, Sampling, Specification, steps};
+pub use search::{Tuned, tune, tune_integer};
+pub use specification::{Bound, GAINS, Sampling, Specification, Wish, WishName, steps};

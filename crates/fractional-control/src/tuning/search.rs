@@ -1,7 +1,7 @@
 //! Orders and slope by search, gains by three linear equations.
 
 use super::open_loop::{Measures, OpenLoop, at};
-use super::specification::{Sampling, Specification};
+use super::specification::{Sampling, Specification, Wish, WishName};
 use crate::{ControlError, PidParameters, Plant};
 use core::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
@@ -23,29 +23,7 @@ pub struct Tuned {
     /// The rest.
     pub measures: Measures,
     /// Wishes that are missed by more than 1 %; empty if all are met.
-    pub unmet: Vec<Unmet>,
-}
-
-/// A wish that was not met.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Unmet {
-    /// Field of the [`Specification`].
-    pub what: &'static str,
-    /// The wish.
-    pub wanted: f64,
-    /// The best that was found.
-    pub reached: f64,
-}
-
-impl core::fmt::Display for Unmet {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "`{}` {:.4} is not reached: {:.4} is the best that was found; allow more, or move the crossover",
-            self.what, self.wanted, self.reached
-        )
-    }
+    pub unmet: Vec<Wish>,
 }
 
 /// Tunes a PI^λD^μ: crossover, margin and flat phase exactly, the rest as well as can be.
@@ -140,8 +118,6 @@ const SLOPES: [f64; 11] = [
 const ORDERS: [f64; 2] = [0.02, 1.98];
 /// Starts that are refined.
 const STARTS: usize = 4;
-/// A wish missed by less than this share is met.
-const MET: f64 = 0.01;
 
 #[derive(Clone, Debug)]
 struct Search<'a> {
@@ -207,7 +183,7 @@ impl<'a> Search<'a> {
         let measures = self.open.measure(&gains, self.wishes);
         let missed: f64 = self
             .bounds(&measures)
-            .map(|(_, wanted, reached)| (reached / wanted - 1.0).max(0.0))
+            .map(|bound| (bound.reached / bound.wanted - 1.0).max(0.0))
             .sum();
         let margin = (1.0 - measures.other_margin_rad / self.wishes.phase_margin_rad).max(0.0);
         let mut cost = 100.0 * (missed + margin) + 0.01 * measures.margin_spread_rad;
@@ -229,22 +205,10 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Name, wish and what is reached, of each bound.
-    fn bounds(&self, measures: &Measures) -> impl Iterator<Item = (&'static str, f64, f64)> {
-        let wishes = self.wishes;
-        let noise = wishes.noise.zip(measures.noise);
-        let disturbance = wishes.disturbance.zip(measures.disturbance);
-        let peaks = [
-            wishes
-                .sensitivity_peak
-                .map(|peak| ("sensitivity_peak", peak, measures.sensitivity_peak)),
-            wishes
-                .complementary_peak
-                .map(|peak| ("complementary_peak", peak, measures.complementary_peak)),
-            noise.map(|(bound, reached)| ("noise", bound.at_most, reached)),
-            disturbance.map(|(bound, reached)| ("disturbance", bound.at_most, reached)),
-        ];
-        peaks.into_iter().flatten()
+    fn bounds(&self, measures: &Measures) -> impl Iterator<Item = Wish> {
+        let peaks = [measures.sensitivity_peak, measures.complementary_peak];
+        self.wishes
+            .bounds(peaks, [measures.noise, measures.disturbance])
     }
 
     /// Refines the best starts that are not neighbours, then the report.
@@ -311,35 +275,20 @@ impl<'a> Search<'a> {
         let open = own * response;
         let margin = (-open).arg();
         let least_margin = margin.min(best.measures.other_margin_rad);
-        let wishes = self.wishes;
-        let mut unmet: Vec<Unmet> = self
-            .bounds(&best.measures)
-            .filter(|(_, wanted, reached)| reached / wanted > 1.0 + MET)
-            .map(|(what, wanted, reached)| Unmet {
-                what,
-                wanted,
-                reached,
-            })
-            .collect();
+        let margin_wanted = self.wishes.phase_margin_rad;
         let exact = [
-            ("crossover_rad_s", 1.0, open.norm()),
-            ("phase_margin_rad", wishes.phase_margin_rad, least_margin),
+            Some(Wish::new(WishName::Crossover, 1.0, open.norm())),
+            Some(Wish::new(
+                WishName::PhaseMargin,
+                margin_wanted,
+                least_margin,
+            )),
+            (self.wishes.iso_damping).then(|| Wish::new(WishName::IsoDamping, 0.0, slope.im)),
         ];
-        let missed = exact
-            .into_iter()
-            .filter(|(_, wanted, reached)| (reached / wanted - 1.0).abs() > MET);
-        unmet.extend(missed.map(|(what, wanted, reached)| Unmet {
-            what,
-            wanted,
-            reached,
-        }));
-        if wishes.iso_damping && slope.im.abs() > MET {
-            unmet.push(Unmet {
-                what: "iso_damping",
-                wanted: 0.0,
-                reached: slope.im,
-            });
-        }
+        let all = self
+            .bounds(&best.measures)
+            .chain(exact.into_iter().flatten());
+        let unmet = all.filter(|wish| !wish.is_met()).collect();
         Tuned {
             parameters: best.gains,
             gain_at_crossover: open.norm(),

@@ -20,16 +20,6 @@ pub struct Bound {
 }
 
 /// Wishes for a loop of plant and PI^λD^μ.
-///
-/// ```
-/// use fractional_control::tuning::{Bound, Specification};
-///
-/// let wishes = Specification {
-///     noise: Some(Bound { omega_rad_s: 10.0, at_most: 0.2 }),
-///     ..Specification::new(0.5, 60_f64.to_radians())
-/// };
-/// assert!(wishes.iso_damping);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specification {
     /// `ω_c`, where |L| is 1, rad/s.
@@ -46,6 +36,83 @@ pub struct Specification {
     pub sensitivity_peak: Option<f64>,
     /// The largest |T|.
     pub complementary_peak: Option<f64>,
+}
+
+/// The wish of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum WishName {
+    /// `ω_c`, rad/s.
+    Crossover,
+    /// Phase margin, rad.
+    PhaseMargin,
+    /// dφ/d ln ω at `ω_c`, rad: 0 is flat.
+    IsoDamping,
+    /// Largest |S|.
+    SensitivityPeak,
+    /// Largest |T|.
+    ComplementaryPeak,
+    /// |T| from a frequency on.
+    Noise,
+    /// |S| up to a frequency.
+    Disturbance,
+}
+
+/// A wish and what is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Wish {
+    /// The wish.
+    pub name: WishName,
+    /// What is asked for.
+    pub wanted: f64,
+    /// What is there.
+    pub reached: f64,
+}
+
+/// A wish that is missed by less than this share is met.
+const MET: f64 = 0.01;
+
+impl Wish {
+    pub(crate) const fn new(name: WishName, wanted: f64, reached: f64) -> Self {
+        Self {
+            name,
+            wanted,
+            reached,
+        }
+    }
+
+    /// True if it is met within 1 %.
+    #[must_use]
+    pub fn is_met(&self) -> bool {
+        match self.name {
+            WishName::Crossover | WishName::PhaseMargin => {
+                (self.reached / self.wanted - 1.0).abs() <= MET
+            }
+            WishName::IsoDamping => self.reached.abs() <= MET,
+            _ => self.reached <= self.wanted * (1.0 + MET),
+        }
+    }
+}
+
+/// A wish that is not met, by the name of its field.
+impl core::fmt::Display for Wish {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let field = match self.name {
+            WishName::Crossover => "crossover_rad_s",
+            WishName::PhaseMargin => "phase_margin_rad",
+            WishName::IsoDamping => "iso_damping",
+            WishName::SensitivityPeak => "sensitivity_peak",
+            WishName::ComplementaryPeak => "complementary_peak",
+            WishName::Noise => "noise",
+            WishName::Disturbance => "disturbance",
+        };
+        write!(
+            f,
+            "`{field}` {:.4} is not reached: {:.4} is the best that was found; allow more, or move the crossover",
+            self.wanted, self.reached
+        )
+    }
 }
 
 /// The sample time for which a controller is tuned, with the rule of its powers. The hold is taken into account.
@@ -70,6 +137,33 @@ impl Specification {
             sensitivity_peak: None,
             complementary_peak: None,
         }
+    }
+
+    /// Each bound with what is reached: the largest |S| and |T|, and |T| and |S| beyond the frequencies of noise and disturbance.
+    pub(crate) fn bounds(
+        &self,
+        [sensitivity, complementary]: [f64; 2],
+        [noise, disturbance]: [Option<f64>; 2],
+    ) -> impl Iterator<Item = Wish> {
+        let peak = |name, most: Option<f64>, reached| Some(Wish::new(name, most?, reached));
+        let beyond = |name, bound: Option<Bound>, reached: Option<f64>| {
+            Some(Wish::new(name, bound?.at_most, reached?))
+        };
+        let all = [
+            peak(
+                WishName::SensitivityPeak,
+                self.sensitivity_peak,
+                sensitivity,
+            ),
+            peak(
+                WishName::ComplementaryPeak,
+                self.complementary_peak,
+                complementary,
+            ),
+            beyond(WishName::Noise, self.noise, noise),
+            beyond(WishName::Disturbance, self.disturbance, disturbance),
+        ];
+        all.into_iter().flatten()
     }
 
     /// |S| and |T| at the crossover: `1/(2 sin(φ_m/2))`.
@@ -170,19 +264,6 @@ pub const GAINS: [f64; 5] = [
 /// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples` samples each. The command is that for the
 /// nominal plant times the gain.
 ///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::tuning::steps;
-/// use fractional_control::{Memory, PidParameters, Plant, Rule};
-///
-/// let plant: Plant = "1/(s^1.3+0.1)".parse()?;
-/// let gains = PidParameters { proportional: 1.0, ..PidParameters::NONE };
-/// let memory = Memory::new(Rule::Bdf2, 1e-5, 100.0)?;
-/// let steps = steps(&gains, &plant, memory, Seconds(0.02), 2000)?;
-/// // A loop of about 1/s^1.3 overshoots alike at any gain.
-/// assert!(steps.iter().all(|step| step.shape().overshoot < 0.1));
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn steps(
