@@ -6,14 +6,6 @@ use fracdiff::parameter::{RangeError, positive};
 use fracdiff::{Real, Seconds};
 
 /// Limits of a command, and the time in which a bridged bump fades.
-///
-/// ```
-/// use fractional_control::Actuator;
-///
-/// let motor = Actuator::new(-3.3, 3.3)?.fading(0.5)?; // N, s
-/// assert!(Actuator::new(1.0, -1.0).is_err());
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuator {
     low: f64,
@@ -240,67 +232,3 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         &self.controller
     }
 }
-
-/// Makes a newtype around something that controls a controller, with its response.
-macro_rules! controller_from_its_core {
-    ($controller:ident, $history:ident) => {
-        impl<F: fracdiff::Real, const MODES: usize> $crate::Controller<F>
-            for $controller<F, MODES>
-        {
-            type History = $history<F, MODES>;
-
-            fn at_rest(&self) -> Self::History {
-                self.core.at_rest()
-            }
-
-            #[inline]
-            fn wanted(&self, history: &Self::History, reference: F, measured: F) -> F {
-                self.core.wanted(history, reference, measured)
-            }
-
-            #[inline]
-            fn output(&self, history: &Self::History, reference: F, measured: F) -> F {
-                let wanted = self.core.wanted(history, reference, measured);
-                self.core.stage.limit(wanted)
-            }
-
-            #[inline]
-            fn advance(&self, history: &mut Self::History, reference: F, measured: F, applied: F) {
-                self.core.advance(history, reference, measured, applied);
-            }
-
-            fn follow(&self, history: &mut Self::History, reference: F, measured: F, applied: F) {
-                self.core.follow(history, reference, measured, applied);
-            }
-
-            #[inline]
-            fn feedback_gain(&self) -> F {
-                self.core.feedback_gain()
-            }
-
-            fn take_over(
-                &self,
-                other: &Self,
-                history: &Self::History,
-                reference: F,
-                measured: F,
-            ) -> Self::History {
-                let wanted = other.core.wanted(history, reference, measured);
-                let mut next = (self.core).keep(&other.core, history, reference, measured);
-                next.bias += wanted - self.core.wanted(&next, reference, measured);
-                next
-            }
-        }
-
-        impl<F: fracdiff::Real, const MODES: usize> fracdiff::FrequencyResponse
-            for $controller<F, MODES>
-        {
-            /// −u/y at the angle θ, of the weights held.
-            fn response(&self, theta: f64) -> num_complex::Complex<f64> {
-                self.core.response(theta)
-            }
-        }
-    };
-}
-
-pub(crate) use controller_from_its_core;

@@ -2,7 +2,7 @@
 
 use crate::enclosure::{Factor, Fraction, Product, Sum};
 use crate::memory::{Rule, TAPS};
-use crate::parallel::BranchParameters;
+use crate::pid::BranchParameters;
 use crate::records::MODES;
 use crate::sampled::entries;
 use crate::{ControlError, FractionalTransferFunction, Memory, SetPoint};
@@ -15,13 +15,6 @@ use std::vec;
 use std::vec::Vec;
 
 /// Parameters of any controller of this crate.
-///
-/// ```
-/// use fractional_control::{ControllerParameters, PidParameters};
-///
-/// let p = PidParameters { proportional: 2.0, ..PidParameters::NONE };
-/// assert_eq!(ControllerParameters::from(p).response(3.0).re, 2.0);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 #[expect(
@@ -31,11 +24,11 @@ use std::vec::Vec;
 pub enum ControllerParameters {
     /// Of a [`FractionalPid`](crate::FractionalPid).
     Pid(PidParameters),
-    /// Of a [`Tid`](crate::Tid).
+    /// Of a [`FractionalPid::tid`](crate::FractionalPid::tid).
     Tid(TidParameters),
-    /// Of a [`Crone`](crate::Crone).
+    /// Of a [`LeadController::crone`](crate::LeadController::crone).
     Crone(CroneParameters),
-    /// Of a [`LeadLag`](crate::LeadLag).
+    /// Of a [`LeadController::lead_lag`](crate::LeadController::lead_lag).
     LeadLag(LeadLagParameters),
     /// Of a [`FunctionController`](crate::FunctionController).
     Function(FractionalTransferFunction),

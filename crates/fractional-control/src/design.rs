@@ -3,6 +3,7 @@
 use crate::analysis::{coarse, margins};
 use crate::run;
 use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
+pub use crate::tuning::{Wish, WishName};
 use crate::{
     ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SampledLoop, SetPoint,
     Shape, StabilityVerdict,
@@ -13,8 +14,6 @@ use std::vec::Vec;
 
 /// The gains of the plant, over the nominal one, for which a design should hold.
 pub const ROBUST_GAINS: [f64; 2] = [0.5, 2.0];
-/// A wish that is missed by less than this share is met.
-const MET: f64 = 0.01;
 
 /// The question.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,52 +119,6 @@ impl Trial {
     }
 }
 
-/// The wish of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum WishName {
-    /// `ω_c`, rad/s.
-    Crossover,
-    /// Phase margin, rad.
-    PhaseMargin,
-    /// dφ/d ln ω at `ω_c`, rad: 0 is flat.
-    IsoDamping,
-    /// Largest |S|.
-    SensitivityPeak,
-    /// Largest |T|.
-    ComplementaryPeak,
-    /// |T| from a frequency on.
-    Noise,
-    /// |S| up to a frequency.
-    Disturbance,
-}
-
-/// A wish and what is reached.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Wish {
-    /// The wish.
-    pub name: WishName,
-    /// What is asked for.
-    pub wanted: f64,
-    /// What is there.
-    pub reached: f64,
-}
-
-impl Wish {
-    /// True if it is met within 1 %.
-    #[must_use]
-    pub fn is_met(&self) -> bool {
-        match self.name {
-            WishName::Crossover | WishName::PhaseMargin => {
-                (self.reached / self.wanted - 1.0).abs() <= MET
-            }
-            WishName::IsoDamping => self.reached.abs() <= MET,
-            _ => self.reached <= self.wanted * (1.0 + MET),
-        }
-    }
-}
-
 impl ControlDesign {
     /// Tunes both controllers, runs them and judges them.
     ///
@@ -209,10 +162,7 @@ impl ControlDesign {
         };
         // A measured response can be tuned for, not run.
         let runs = self.plant.band().1 == f64::INFINITY;
-        let trial = match runs {
-            true => Some(self.trial(&setup, &tuned)?),
-            false => None,
-        };
+        let trial = runs.then(|| self.trial(&setup, &tuned)).transpose()?;
         let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.margins));
         Ok(Candidate {
             setup,
@@ -269,38 +219,21 @@ impl ControlDesign {
     /// Each wish and what is reached: in the loop that runs, where it runs.
     fn wishes(&self, tuned: &Tuned, margins: Option<&Margins>) -> Vec<Wish> {
         let (asked, measures) = (&self.wishes, &tuned.measures);
-        let wish = |name, wanted, reached| Wish {
-            name,
-            wanted,
-            reached,
-        };
         let phase = margins.and_then(|margins| margins.phase);
-        let (crossover, margin) = phase
-            .map_or((asked.crossover_rad_s, tuned.phase_margin_rad), |phase| {
-                (phase.omega_rad_s, phase.value)
-            });
+        let own = (asked.crossover_rad_s, tuned.phase_margin_rad);
+        let (crossover, margin) = phase.map_or(own, |phase| (phase.omega_rad_s, phase.value));
         let mut rows = vec![
-            wish(WishName::Crossover, asked.crossover_rad_s, crossover),
-            wish(WishName::PhaseMargin, asked.phase_margin_rad, margin),
+            Wish::new(WishName::Crossover, asked.crossover_rad_s, crossover),
+            Wish::new(WishName::PhaseMargin, asked.phase_margin_rad, margin),
         ];
         if asked.iso_damping {
-            rows.push(wish(WishName::IsoDamping, 0.0, tuned.phase_slope_rad));
+            rows.push(Wish::new(WishName::IsoDamping, 0.0, tuned.phase_slope_rad));
         }
-        let sensitivity = margins.map_or(measures.sensitivity_peak, |m| m.sensitivity.value);
-        let complementary = margins.map_or(measures.complementary_peak, |m| m.complementary.value);
-        let noise = asked.noise.zip(measures.noise);
-        let disturbance = asked.disturbance.zip(measures.disturbance);
-        let bounds = [
-            asked
-                .sensitivity_peak
-                .map(|most| wish(WishName::SensitivityPeak, most, sensitivity)),
-            asked
-                .complementary_peak
-                .map(|most| wish(WishName::ComplementaryPeak, most, complementary)),
-            noise.map(|(bound, reached)| wish(WishName::Noise, bound.at_most, reached)),
-            disturbance.map(|(bound, reached)| wish(WishName::Disturbance, bound.at_most, reached)),
-        ];
-        rows.extend(bounds.into_iter().flatten());
+        let peaks = margins.map_or(
+            [measures.sensitivity_peak, measures.complementary_peak],
+            |margins| [margins.sensitivity.value, margins.complementary.value],
+        );
+        rows.extend(asked.bounds(peaks, [measures.noise, measures.disturbance]));
         rows
     }
 }

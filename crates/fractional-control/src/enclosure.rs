@@ -1,7 +1,10 @@
 //! Sums of products as functions on the unit circle, enclosed on an arc, so that a count of their zeros is a proof.
 
-use crate::law::SharedLaw;
+use crate::ControlError;
+use crate::records::largest;
 use certified_count::{Arc, Enclosed};
+use core::fmt::Debug;
+use fracdiff::parameter::range;
 use num_complex::Complex;
 use std::vec::Vec;
 
@@ -143,5 +146,63 @@ impl Fraction {
             Factor::Memory(_, modes) => modes.iter().any(|(weight, _)| *weight != 0.0),
             _ => false,
         })
+    }
+}
+
+/// Largest ratio of above to below, or of below to above, as a power of two: of two such fractions the square of the product is still a number.
+const RATIO_MAX: i32 = 249;
+
+impl Fraction {
+    /// Itself, if above and below are numbers of which a loop can be made.
+    ///
+    /// # Errors
+    /// Above and below that are more than 1e75 times apart. `what` is their ratio.
+    pub(crate) fn bearable(self, what: &'static str) -> Result<Self, ControlError> {
+        // A controller of nothing has no product above.
+        if let (Some(above), Some(below)) = (power(&self.above), power(&self.below)) {
+            let apart = above - below;
+            let ratio = libm::ldexp(1.0, apart.clamp(-1022, 1023));
+            let allowed = "from 1e-75 to 1e75 in size: give plant and controller in other units";
+            range(what, ratio, apart.abs() <= RATIO_MAX, allowed, "")?;
+        }
+        Ok(self)
+    }
+}
+
+/// log₂ of the largest product, about; `None` if there is none but 0.
+fn power(sum: &Sum) -> Option<i32> {
+    let of_numbers = |numbers: &[f64]| {
+        let largest = largest(numbers);
+        (largest > 0.0).then(|| libm::ilogb(largest))
+    };
+    let of_product = |product: &Product| {
+        let first = of_numbers(&[product.scale])?;
+        product.factors.iter().try_fold(first, |sum, factor| {
+            Some(match factor {
+                Factor::InW(c) | Factor::InV(c) => sum + of_numbers(c)?,
+                // About 1.
+                _ => sum,
+            })
+        })
+    };
+    sum.0.iter().filter_map(of_product).max()
+}
+
+/// A sampled law, f = −Z·q, as a function on the unit circle, w = e^(−jθ): analytic in |w| < 1, bounded on the circle.
+pub trait SampledLaw: Debug + Send + Sync {
+    /// Z(e^(−jθ)).
+    fn response(&self, theta: f64) -> Complex<f64>;
+
+    /// An upper bound of ∫|dZ/dθ| dθ over \[low, high\], 0 ≤ low ≤ high ≤ π; it falls to 0 with the width.
+    fn variation(&self, low: f64, high: f64) -> f64;
+}
+
+/// A law that others share.
+#[derive(Clone, Debug)]
+pub(crate) struct SharedLaw(pub(crate) std::sync::Arc<dyn SampledLaw>);
+
+impl PartialEq for SharedLaw {
+    fn eq(&self, other: &Self) -> bool {
+        std::sync::Arc::ptr_eq(&self.0, &other.0)
     }
 }

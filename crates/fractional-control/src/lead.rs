@@ -18,7 +18,7 @@ use num_complex::Complex;
 /// ```
 /// Both sums are full memories whose modes decay faster by ln p and ln q: positive weights, stable.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LeadPower<F, const MODES: usize> {
+pub struct LeadPower<F, const MODES: usize> {
     /// Whole sections (1 − pw)/(1 − qw).
     sections: usize,
     /// p and q, of zero and pole.
@@ -28,8 +28,9 @@ pub(crate) struct LeadPower<F, const MODES: usize> {
     memories: Option<[Option<FullMemory<F, TAPS, MODES>>; 2]>,
 }
 
+/// History of [`LeadPower`].
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LeadPowerHistory<F, const MODES: usize> {
+pub struct LeadPowerHistory<F, const MODES: usize> {
     /// x\[n−1\] and y\[n−1\] of each section.
     sections: [(F, F); 2],
     /// x\[n−1\] of the factor 1 − pw.
@@ -41,13 +42,8 @@ pub(crate) struct LeadPowerHistory<F, const MODES: usize> {
 fn corner(what: &'static str, omega: f64, sample_time: Seconds) -> Result<f64, ControlError> {
     positive(what, omega, "rad/s")?;
     let a = 2.0 / (omega * sample_time.0);
-    range(
-        what,
-        omega,
-        a >= 1.0,
-        "at most 2/T, twice the sample rate",
-        "rad/s",
-    )?;
+    let allowed = "at most 2/T, twice the sample rate";
+    range(what, omega, a >= 1.0, allowed, "rad/s")?;
     Ok((a - 1.0) / (a + 1.0))
 }
 
@@ -157,8 +153,12 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
         };
         Ok((operator, parts.gain))
     }
+}
 
-    pub(crate) fn at_rest(&self) -> LeadPowerHistory<F, MODES> {
+impl<F: Real, const MODES: usize> Differintegrator<F> for LeadPower<F, MODES> {
+    type History = LeadPowerHistory<F, MODES>;
+
+    fn at_rest(&self) -> Self::History {
         let memory = |index: usize| {
             let memories = self.memories.as_ref()?;
             let memory = memories.get(index)?.as_ref();
@@ -171,8 +171,7 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
         }
     }
 
-    /// The history of a constant that always was.
-    pub(crate) fn settled(&self, x: F) -> LeadPowerHistory<F, MODES> {
+    fn settled(&self, x: F) -> Option<Self::History> {
         let mut history = self.at_rest();
         let mut y = x;
         for section in history.sections.iter_mut().take(self.sections) {
@@ -190,12 +189,23 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
                 }
             }
         }
-        history
+        Some(history)
     }
 
-    /// The output for x; the direct gain is 1.
+    fn direct_gain(&self) -> F {
+        F::ONE
+    }
+
+    fn past(&self, history: &Self::History) -> F {
+        self.output(history, F::ZERO)
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        None
+    }
+
     #[inline]
-    pub(crate) fn output(&self, history: &LeadPowerHistory<F, MODES>, x: F) -> F {
+    fn output(&self, history: &Self::History, x: F) -> F {
         let mut y = x;
         for (before, own) in history.sections.iter().take(self.sections) {
             y = (y - self.zero * *before) + self.pole * *own;
@@ -212,7 +222,7 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
     }
 
     #[inline]
-    pub(crate) fn advance(&self, history: &mut LeadPowerHistory<F, MODES>, x: F) {
+    fn advance(&self, history: &mut Self::History, x: F) {
         let mut y = x;
         for (before, own) in history.sections.iter_mut().take(self.sections) {
             let next = (y - self.zero * *before) + self.pole * *own;
@@ -232,8 +242,10 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
             }
         }
     }
+}
 
-    pub(crate) fn response(&self, theta: f64) -> Complex<f64> {
+impl<F: Real, const MODES: usize> FrequencyResponse for LeadPower<F, MODES> {
+    fn response(&self, theta: f64) -> Complex<f64> {
         let (s, c) = libm::sincos(theta);
         let factor = |p: F| Complex::new(1.0, 0.0) - Complex::new(c, -s) * p.to_f64();
         let (zero, pole) = (factor(self.zero), factor(self.pole));

@@ -7,7 +7,6 @@ extern crate std;
 
 #[cfg(feature = "std")]
 pub mod analysis;
-mod chain;
 mod controller;
 #[cfg(feature = "std")]
 mod curves;
@@ -17,18 +16,11 @@ pub mod design;
 mod enclosure;
 mod error;
 #[cfg(feature = "std")]
-mod far_aliases;
-mod function_controller;
-#[cfg(feature = "std")]
-mod gains;
-#[cfg(feature = "std")]
 mod held_response;
 #[cfg(feature = "std")]
 mod identify;
 #[cfg(feature = "std")]
 mod lateness;
-#[cfg(feature = "std")]
-mod law;
 mod lead;
 #[cfg(feature = "std")]
 mod loaded;
@@ -39,20 +31,11 @@ mod memory;
 pub mod model_search;
 mod notation;
 mod parallel;
-#[cfg(feature = "std")]
-mod peaks;
 mod pid;
-mod pid_notation;
 #[cfg(feature = "std")]
 mod plant;
 #[cfg(feature = "std")]
-mod plant_margins;
-#[cfg(feature = "std")]
 mod poles;
-mod polynomial;
-mod quotient;
-#[cfg(feature = "std")]
-mod ratio;
 #[cfg(feature = "std")]
 mod records;
 #[cfg(feature = "std")]
@@ -78,47 +61,37 @@ mod verdict;
 mod wide;
 
 pub use controller::{Actuator, Controller, Mode, Station};
-#[cfg(feature = "std")]
-pub use curves::ControllerParameters;
 pub use error::ControlError;
-pub use function_controller::{FunctionController, FunctionHistory};
-#[cfg(feature = "std")]
-pub use identify::{
-    FreeNumber, Identified, Record, WholeGuess, WholeShape, identify, identify_coefficients,
-    whole_guess,
-};
-#[cfg(feature = "std")]
-pub use law::SampledLaw;
-#[cfg(feature = "std")]
-pub use loaded::{LoadedPlant, TwoPort};
-#[cfg(feature = "std")]
-pub use margins::{Crossing, Margins};
 pub use memory::{Memory, Rule};
 pub use notation::factor_after_division;
-pub use parallel::ParallelHistory;
-pub use pid::{FractionalPid, PidParameters, SetPoint, Tid, TidParameters};
-#[cfg(feature = "std")]
-pub use plant::Plant;
-#[cfg(feature = "std")]
-pub use poles::Commensurate;
-pub use polynomial::{FractionalPolynomial, ORDER_MAX, TERMS_MAX, Term};
-#[cfg(feature = "std")]
-pub use records::{MODES, impulse_response, respond, step_response};
-#[cfg(feature = "std")]
-pub use rule_error::RuleError;
+pub use parallel::{FractionalPid, ParallelHistory};
+pub use pid::{PidParameters, SetPoint, TidParameters};
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
-#[cfg(feature = "std")]
-pub use sampled_plant::{PlantState, SampledPlant};
-#[cfg(feature = "std")]
-pub use setup::{ControllerSetup, UseController, rule_of_scheme};
-pub use shaped::{Crone, CroneParameters, LeadLag, LeadLagParameters, ShapedHistory};
-#[cfg(feature = "std")]
-pub use simulate::{Response, Shape, simulate};
-#[cfg(feature = "std")]
-pub use state_space::StateSpace;
+pub use shaped::{
+    CroneParameters, FunctionController, LeadController, LeadLagParameters, OnError, OnErrorHistory,
+};
 pub use transfer::FractionalTransferFunction;
+pub use transfer::{FractionalPolynomial, Term};
 #[cfg(feature = "std")]
-pub use verdict::{SampledLoop, StabilityVerdict};
+pub use {
+    curves::ControllerParameters,
+    enclosure::SampledLaw,
+    identify::{
+        FreeNumber, Identified, Record, WholeGuess, WholeShape, identify, identify_coefficients,
+        whole_guess,
+    },
+    loaded::{LoadedPlant, TwoPort},
+    margins::{Crossing, Margins},
+    plant::Plant,
+    poles::Commensurate,
+    records::{MODES, impulse_response, respond, step_response},
+    rule_error::RuleError,
+    sampled_plant::{PlantState, SampledPlant},
+    setup::{ControllerSetup, UseController, rule_of_scheme},
+    simulate::{Response, Shape, simulate},
+    state_space::StateSpace,
+    verdict::{SampledLoop, StabilityVerdict},
+};
 
 /// The crate of operators, whose types this crate's interface has.
 pub use fracdiff;

@@ -2,7 +2,7 @@
 
 use crate::ControlError;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
-use crate::law::{SampledLaw, SharedLaw};
+use crate::enclosure::{SampledLaw, SharedLaw};
 use crate::sampled_plant::DELAY_MAX;
 use crate::wide::{self, in_v};
 use fracdiff::Seconds;
@@ -168,13 +168,8 @@ impl TwoPort {
             self.felt.len(),
         ];
         let inside = n > 0 && sizes.iter().all(|size| *size == n);
-        range(
-            "number of states",
-            n as f64,
-            inside,
-            "at least 1, the same in all matrices",
-            "",
-        )?;
+        let allowed = "at least 1, the same in all matrices";
+        range("number of states", n as f64, inside, allowed, "")?;
         let vectors = self.command.iter().chain(self.load.iter());
         let rows = self.measured.iter().chain(self.felt.iter());
         for value in self.transition.iter().chain(vectors).chain(rows) {

@@ -1,6 +1,7 @@
 //! Margins and peaks of the loop that is really run.
 
 use crate::SampledLoop;
+use certified_count::is_clear;
 use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;
@@ -38,20 +39,6 @@ pub struct Crossing {
 
 /// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer where L moves. They say how far
 /// a loop is from the boundary, not on which side: that is the verdict's.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
-///
-/// let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-8, 100.0)?);
-/// let plant = SampledPlant::new(&"1/s^1.5".parse::<Plant>()?, memory, t)?;
-/// let p = PidParameters { proportional: 1.0, ..PidParameters::NONE };
-/// let margins = SampledLoop::new(p.into(), memory, &plant)?.margins();
-/// // |L| = ω^(−1.5) is 1 at 1 rad/s, with a phase of −135°, and half a sample of the hold.
-/// let phase = margins.phase.expect("a crossover");
-/// assert!((phase.omega_rad_s - 1.0).abs() < 1e-4 && (phase.value - 0.25 * core::f64::consts::PI).abs() < 1e-3);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
@@ -134,19 +121,6 @@ impl SampledLoop {
     }
 
     /// The gains, over the present one, at which L meets −1: the least first.
-    ///
-    /// ```
-    /// use fracdiff::Seconds;
-    /// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
-    ///
-    /// // An unstable plant behind a dead time is held by gains from 1 to about π/2 over 0.1 s.
-    /// let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-8, 100.0)?);
-    /// let plant = SampledPlant::new(&"exp(-0.1s)/(s-1)".parse::<Plant>()?, memory, t)?;
-    /// let p = PidParameters { proportional: 2.0, ..PidParameters::NONE };
-    /// let gains = SampledLoop::new(p.into(), memory, &plant)?.gain_crossings();
-    /// assert!((gains[0].value - 0.5).abs() < 1e-6 && gains[1].value > 6.0);
-    /// # Ok::<(), fractional_control::ControlError>(())
-    /// ```
     #[must_use]
     pub fn gain_crossings(&self) -> Vec<Crossing> {
         let mut gains = self.gains(&self.grid());
@@ -285,5 +259,99 @@ impl SampledLoop {
             omega_rad_s: theta * self.rate(),
             value,
         }
+    }
+}
+
+/// Largest gain up to which a rule is asked to stand for its plant.
+const ASKED: f64 = 100.0;
+/// A rule is asked up to this share below the gain at which it loses the loop.
+const SHORT: f64 = 0.01;
+
+impl SampledLoop {
+    /// Margins and peaks of the loop around the plant behind its hold. `own` are the [`margins`](Self::margins) of this loop, `later` is the loop
+    /// whose plant has so much more dead time, s; where it is refused, the delay margin is that of whole samples.
+    ///
+    /// The gain at which the loop is lost is that of the rule where the rule stands for its plant, else that of the response of the plant. A delay
+    /// is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
+    pub fn margins_of_plant<E>(
+        &self,
+        own: Margins,
+        later: impl Fn(f64) -> Result<Self, E>,
+    ) -> Margins {
+        let mut margins = own;
+        if let Some(held) = self.of_plant() {
+            margins = held.margins();
+            margins.gain_up = self.lost_above(own.gain_up, margins.gain_up);
+        }
+        let first = self.remembered(margins.delay_s);
+        margins.delay_s = self.remembered(Self::delay_margin(first, later).unwrap_or(first));
+        margins
+    }
+
+    /// The least gain above 1 at which the loop is lost.
+    fn lost_above(
+        &self,
+        of_rule: Option<Crossing>,
+        of_plant: Option<Crossing>,
+    ) -> Option<Crossing> {
+        let most = of_rule.map_or(ASKED, |gain| gain.value * (1.0 - SHORT));
+        let rule = self.rule_error();
+        let holds = rule.is_none_or(|rule| rule.within([1.0, most])[1] >= most);
+        if holds {
+            of_rule.or(of_plant)
+        } else {
+            of_plant
+        }
+    }
+}
+
+/// Gains looked at, over the nominal one.
+const GAIN_RANGE: [f64; 2] = [0.01, 100.0];
+/// Share by which the interval stays away from the gains at which L meets −1.
+const AWAY: f64 = 1e-3;
+/// Times the interval is narrowed to half its logarithm, where a margin was missed by the grid.
+const INTERVAL_NARROWED: usize = 8;
+
+impl SampledLoop {
+    /// True if it is proved that the loop is stable for every gain of the plant from `low` to `high` times the present one, 0 < low ≤ high.
+    ///
+    /// ```text
+    /// A_C·A_G + k·B_C·B_G is 0 nowhere on the circle for any of these k: the number of zeros within is the same for all
+    /// use fracdiff::Seconds;
+    /// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+    ///
+    /// // With a gain of 2 the loop of 1/(s − 1) is stable: above 1 it is, and below 2/T.
+    /// let (t, memory) = (Seconds(0.01), Memory::new(Rule::Bdf2, 1e-6, 100.0)?);
+    /// let plant = SampledPlant::new(&"1/(s-1)".parse::<Plant>()?, memory, t)?;
+    /// let p = PidParameters { proportional: 2.0, ..PidParameters::NONE };
+    /// let closed = SampledLoop::new(p.into(), memory, &plant)?;
+    /// assert!(closed.is_stable_over(0.51, 90.0));
+    /// assert!(!closed.is_stable_over(0.49, 1.0) && !closed.is_stable_over(1.0, 110.0));
+    /// # Ok::<(), fractional_control::ControlError>(())
+    pub fn is_stable_over(&self, low: f64, high: f64) -> bool {
+        let gains = [self.gain() * low, self.gain() * high];
+        let is_interval = gains[0] > 0.0 && low <= high && gains[1].is_finite();
+        is_interval
+            && self.with_gain(gains[0]).verdict().stable
+            && is_clear(|arc| self.parts(arc), gains)
+    }
+
+    /// The gains of the plant, over the present one, between which the loop is proved stable: as far as the gain margins, within a hundredth
+    /// to a hundred times. `None` for a loop that is not stable.
+    #[must_use]
+    pub fn gain_interval(&self, margins: &Margins) -> Option<[f64; 2]> {
+        let low = margins.gain_down.map_or(0.0, |down| down.value);
+        let high = margins.gain_up.map_or(f64::INFINITY, |up| up.value);
+        if !self.is_stable_over(1.0, 1.0) {
+            return None;
+        }
+        let low = (low * (1.0 + AWAY)).clamp(GAIN_RANGE[0], 1.0);
+        let high = (high * (1.0 - AWAY)).clamp(1.0, GAIN_RANGE[1]);
+        // Each side for itself, towards 1 where it is not proved.
+        let nearer = |gain: &f64| Some(libm::sqrt(*gain));
+        let tried = |gain: f64| core::iter::successors(Some(gain), nearer).take(INTERVAL_NARROWED);
+        let low = tried(low).find(|low| self.is_stable_over(*low, 1.0));
+        let high = tried(high).find(|high| self.is_stable_over(1.0, *high));
+        Some([low.unwrap_or(1.0), high.unwrap_or(1.0)])
     }
 }

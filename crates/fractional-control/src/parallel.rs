@@ -1,22 +1,14 @@
-//! Powers of s side by side, each with its gain and set-point weight: the core of PID and TID.
+//! PI^λD^μ and TID, sample by sample: powers of s side by side, each with its gain and set-point weight.
 
 use crate::controller::Stage;
 use crate::memory::{Power, PowerHistory};
-use crate::{Actuator, ControlError, Memory};
-use fracdiff::{Order, Real, Seconds};
+use crate::pid::BranchParameters;
+use crate::{Actuator, ControlError, Controller, Memory, PidParameters, SetPoint, TidParameters};
+use fracdiff::{FrequencyResponse, Order, Real, Seconds};
 use num_complex::Complex;
 
 /// Powers side by side at most.
-pub(crate) const BRANCHES: usize = 3;
-
-/// k·s^μ of (weight·r − y).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BranchParameters {
-    pub(crate) gain: f64,
-    /// μ, −2 to 2.
-    pub(crate) order: f64,
-    pub(crate) weight: f64,
-}
+const BRANCHES: usize = 3;
 
 #[derive(Clone, Debug, PartialEq)]
 struct Branch<F, const MODES: usize> {
@@ -31,25 +23,53 @@ struct Branch<F, const MODES: usize> {
     conditioned: bool,
 }
 
-/// `Σ k_i·D^(μ_i)(w_i·r − y)`.
+/// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
+///
+/// - *Units*: r and y \[y\], u \[u\], T s; gains as in [`PidParameters`]. *Start-up*: zero for ever before.
+/// - *Memory*: of integral and derivative, by the rule of [`Memory`]; MODES a multiple of 8.
+/// - *Limits, anti-windup, changes*: see [`Controller`](crate::Controller).
+/// - *Cost*: `output` three multiply-adds, `advance` as two full memories.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{
+///     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
+/// };
+///
+/// let gains = PidParameters {
+///     proportional: 2.0,
+///     integral: 1.0,
+///     integral_order: 0.8,
+///     derivative: 0.1,
+///     derivative_order: 0.6,
+/// };
+/// let memory = Memory::new(Rule::Grunwald, 1e-4, 200.0)?;
+/// let pid = FractionalPid::<f32>::new(gains, SetPoint::DEFAULT, Actuator::new(-3.0, 3.0)?, memory, Seconds(1e-3))?;
+/// let mut history = pid.at_rest();
+/// let command = pid.output(&history, 5.0, 0.0); // sends this at once,
+/// assert_eq!(command, 3.0);
+/// pid.advance(&mut history, 5.0, 0.0, command); // then does the history, which winds up by nothing
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+/// Source: I. Podlubny, *Fractional-order systems and PI^λD^μ-controllers*, IEEE Trans. Automatic Control 44(1), 1999.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Parallel<F, const MODES: usize> {
+pub struct FractionalPid<F, const MODES: usize = 48> {
     branches: [Option<Branch<F, MODES>>; BRANCHES],
     /// `1/g_r` of the branches that take part in back-calculation, or 0 where no reference reaches the command at once.
     inverse: F,
     feedback: F,
     /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
     integral: Option<(usize, F)>,
-    pub(crate) stage: Stage<F>,
+    stage: Stage<F>,
     sample_time: f64,
 }
 
-/// History of [`FractionalPid`](crate::FractionalPid) and [`Tid`](crate::Tid).
+/// History of [`FractionalPid`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelHistory<F, const MODES: usize> {
     powers: [Option<PowerHistory<F, MODES>>; BRANCHES],
     /// Held over a change; fades.
-    pub(crate) bias: F,
+    bias: F,
 }
 
 impl<F: Real, const MODES: usize> Branch<F, MODES> {
@@ -68,9 +88,42 @@ impl<F: Real, const MODES: usize> Branch<F, MODES> {
     }
 }
 
-impl<F: Real, const MODES: usize> Parallel<F, MODES> {
-    /// Branches with a gain of 0 are left out.
-    pub(crate) fn new(
+impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
+    /// Coefficients in `f64`, rounded once.
+    ///
+    /// # Errors
+    /// A gain or weight that is not finite, an order outside its range, a memory that MODES modes do not reach, a sample
+    /// time outside 1e-9 s to 1e6 s.
+    pub fn new(
+        parameters: PidParameters,
+        set_point: SetPoint,
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let branches = parameters.checked()?.branches(set_point.checked()?);
+        Self::of_branches(branches, actuator, memory, sample_time)
+    }
+
+    /// Tilted-integral-derivative: `u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y)`; c is `derivative_weight`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); n below 1.
+    ///
+    /// Source: B. J. Lurie, *Three-parameter tunable tilt-integral-derivative (TID) controller*, US patent 5 371 670, 1994.
+    pub fn tid(
+        parameters: TidParameters,
+        derivative_weight: f64,
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let branches = parameters.branches(derivative_weight)?;
+        Self::of_branches(branches, actuator, memory, sample_time)
+    }
+
+    /// `Σ k_i·D^(μ_i)(w_i·r − y)`; branches with a gain of 0 are left out.
+    fn of_branches(
         parameters: [BranchParameters; BRANCHES],
         actuator: Actuator,
         memory: Memory,
@@ -120,7 +173,43 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
         })
     }
 
-    pub(crate) fn at_rest(&self) -> ParallelHistory<F, MODES> {
+    /// The reference that would have given what was applied, to the branches that take part.
+    #[cold]
+    #[inline(never)]
+    fn conditioned(&self, r: F, excess: F) -> F {
+        r + excess * self.inverse
+    }
+
+    /// The histories of another one, where a branch of the same power has one. Another derivative starts from what it sees
+    /// now, as if that always had been; another integral at rest.
+    fn keep(
+        &self,
+        other: &Self,
+        history: &ParallelHistory<F, MODES>,
+        r: F,
+        y: F,
+    ) -> ParallelHistory<F, MODES> {
+        let mut kept = self.at_rest();
+        for (own, slot) in self.branches.iter().zip(&mut kept.powers) {
+            let Some(own) = own else { continue };
+            let theirs = other.branches.iter().zip(&history.powers);
+            let same = theirs.filter_map(|(branch, past)| {
+                let branch = branch.as_ref()?;
+                let same = own.power == branch.power && own.weight == branch.weight;
+                past.as_ref().filter(|_| same)
+            });
+            let power = own.power.as_ref().filter(|_| own.order > 0.0);
+            let new = power.map(|power| power.settled(own.error(r, y)));
+            *slot = same.last().cloned().or(new).or(slot.take());
+        }
+        kept
+    }
+}
+
+impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
+    type History = ParallelHistory<F, MODES>;
+
+    fn at_rest(&self) -> Self::History {
         ParallelHistory {
             powers: self.branches.each_ref().map(|branch| {
                 let power = branch.as_ref()?.power.as_ref();
@@ -131,12 +220,12 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
     }
 
     #[inline]
-    pub(crate) fn feedback_gain(&self) -> F {
+    fn feedback_gain(&self) -> F {
         self.feedback
     }
 
     #[inline]
-    pub(crate) fn wanted(&self, history: &ParallelHistory<F, MODES>, r: F, y: F) -> F {
+    fn wanted(&self, history: &Self::History, r: F, y: F) -> F {
         let mut sum = history.bias;
         for (branch, own) in self.branches.iter().zip(&history.powers) {
             if let Some(branch) = branch {
@@ -147,7 +236,12 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
     }
 
     #[inline]
-    pub(crate) fn advance(&self, history: &mut ParallelHistory<F, MODES>, r: F, y: F, applied: F) {
+    fn output(&self, history: &Self::History, r: F, y: F) -> F {
+        self.stage.limit(self.wanted(history, r, y))
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         let excess = applied - self.wanted(history, r, y);
         let mut instead = r;
         // A branch that is foreseen: the memories need not wait for the sum.
@@ -165,14 +259,7 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
         history.bias = self.stage.faded(history.bias);
     }
 
-    /// The reference that would have given what was applied, to the branches that take part.
-    #[cold]
-    #[inline(never)]
-    fn conditioned(&self, r: F, excess: F) -> F {
-        r + excess * self.inverse
-    }
-
-    pub(crate) fn follow(&self, history: &mut ParallelHistory<F, MODES>, r: F, y: F, applied: F) {
+    fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         let excess = applied - self.wanted(history, r, y);
         for (index, (branch, own)) in self.branches.iter().zip(&mut history.powers).enumerate() {
             if let (Some(branch), Some(own)) = (branch, own)
@@ -195,32 +282,17 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
         }
     }
 
-    /// The histories of another one, where a branch of the same power has one. Another derivative starts from what it sees
-    /// now, as if that always had been; another integral at rest.
-    pub(crate) fn keep(
-        &self,
-        other: &Self,
-        history: &ParallelHistory<F, MODES>,
-        r: F,
-        y: F,
-    ) -> ParallelHistory<F, MODES> {
-        let mut kept = self.at_rest();
-        for (own, slot) in self.branches.iter().zip(&mut kept.powers) {
-            let Some(own) = own else { continue };
-            let theirs = other.branches.iter().zip(&history.powers);
-            let same = theirs.filter_map(|(branch, past)| {
-                let branch = branch.as_ref()?;
-                let same = own.power == branch.power && own.weight == branch.weight;
-                past.as_ref().filter(|_| same)
-            });
-            let power = own.power.as_ref().filter(|_| own.order > 0.0);
-            let new = power.map(|power| power.settled(own.error(r, y)));
-            *slot = same.last().cloned().or(new).or(slot.take());
-        }
-        kept
+    fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
+        let wanted = other.wanted(history, r, y);
+        let mut next = self.keep(other, history, r, y);
+        next.bias += wanted - self.wanted(&next, r, y);
+        next
     }
+}
 
-    pub(crate) fn response(&self, theta: f64) -> Complex<f64> {
+impl<F: Real, const MODES: usize> FrequencyResponse for FractionalPid<F, MODES> {
+    /// −u/y at the angle θ, of the weights held.
+    fn response(&self, theta: f64) -> Complex<f64> {
         let branches = self.branches.iter().flatten();
         branches
             .map(|branch| match &branch.power {

@@ -1,24 +1,14 @@
 //! PI^λD^μ and TID.
 
-use crate::controller::controller_from_its_core;
-use crate::parallel::{BranchParameters, Parallel, ParallelHistory};
-use crate::polynomial::size_or_0;
-use crate::{Actuator, ControlError, Memory};
-use fracdiff::parameter::range;
-use fracdiff::{Real, Seconds};
+use crate::notation::Quotient;
+use crate::transfer::{short, size_or_0};
+use crate::{ControlError, FractionalTransferFunction};
+use core::fmt;
+use core::str::FromStr;
+use fracdiff::parameter::{RangeError, range};
 use num_complex::Complex;
 
 /// `K_p + K_i s^(−λ) + K_d s^μ`, as numbers.
-///
-/// ```
-/// use fractional_control::PidParameters;
-///
-/// // Podlubny's PD^μ.
-/// let pd = PidParameters { proportional: 20.5, derivative: 3.7343, derivative_order: 1.15, ..PidParameters::NONE };
-/// assert!((pd.response(1e-9).re - 20.5).abs() < 1e-6);
-/// // Far above, the phase is μ·90°.
-/// assert!((pd.response(1e9).arg().to_degrees() - 1.15 * 90.0).abs() < 1e-6);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidParameters {
     /// `K_p`, \[u\]/\[y\].
@@ -31,6 +21,25 @@ pub struct PidParameters {
     pub derivative: f64,
     /// μ, above 0 and at most 2; without a meaning where `K_d` is 0.
     pub derivative_order: f64,
+}
+
+/// k·s^μ of (weight·r − y).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BranchParameters {
+    pub(crate) gain: f64,
+    /// μ, −2 to 2.
+    pub(crate) order: f64,
+    pub(crate) weight: f64,
+}
+
+impl BranchParameters {
+    const fn new(gain: f64, order: f64, weight: f64) -> Self {
+        Self {
+            gain,
+            order,
+            weight,
+        }
+    }
 }
 
 impl PidParameters {
@@ -67,15 +76,11 @@ impl PidParameters {
         ] {
             size_or_0(what, gain)?;
         }
-        let orders = [
-            ("order of the integral", self.integral_order, self.integral),
-            (
-                "order of the derivative",
-                self.derivative_order,
-                self.derivative,
-            ),
-        ];
-        for (what, order, gain) in orders {
+        let (lambda, mu) = (self.integral_order, self.derivative_order);
+        for (what, order, gain) in [
+            ("order of the integral", lambda, self.integral),
+            ("order of the derivative", mu, self.derivative),
+        ] {
             let inside = gain == 0.0 || (order > 0.0 && order <= 2.0);
             range(what, order, inside, "above 0 and at most 2", "")?;
         }
@@ -83,22 +88,11 @@ impl PidParameters {
     }
 
     pub(crate) fn branches(&self, set_point: SetPoint) -> [BranchParameters; 3] {
+        let (lambda, mu) = (whole(self.integral_order), whole(self.derivative_order));
         [
-            BranchParameters {
-                gain: self.proportional,
-                order: 0.0,
-                weight: set_point.proportional,
-            },
-            BranchParameters {
-                gain: self.integral,
-                order: -whole(self.integral_order),
-                weight: 1.0,
-            },
-            BranchParameters {
-                gain: self.derivative,
-                order: whole(self.derivative_order),
-                weight: set_point.derivative,
-            },
+            BranchParameters::new(self.proportional, 0.0, set_point.proportional),
+            BranchParameters::new(self.integral, -lambda, 1.0),
+            BranchParameters::new(self.derivative, mu, set_point.derivative),
         ]
     }
 }
@@ -134,68 +128,12 @@ impl SetPoint {
         derivative: 1.0,
     };
 
-    fn checked(self) -> Result<Self, ControlError> {
+    pub(crate) fn checked(self) -> Result<Self, ControlError> {
         range("set-point weight b", self.proportional, true, "finite", "")?;
         range("set-point weight c", self.derivative, true, "finite", "")?;
         Ok(self)
     }
 }
-
-/// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
-///
-/// - *Units*: r and y \[y\], u \[u\], T s; gains as in [`PidParameters`]. *Start-up*: zero for ever before.
-/// - *Memory*: of integral and derivative, by the rule of [`Memory`]; MODES a multiple of 8.
-/// - *Limits, anti-windup, changes*: see [`Controller`](crate::Controller).
-/// - *Cost*: `output` three multiply-adds, `advance` as two full memories.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{
-///     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
-/// };
-///
-/// let gains = PidParameters {
-///     proportional: 2.0,
-///     integral: 1.0,
-///     integral_order: 0.8,
-///     derivative: 0.1,
-///     derivative_order: 0.6,
-/// };
-/// let memory = Memory::new(Rule::Grunwald, 1e-4, 200.0)?;
-/// let pid = FractionalPid::<f32>::new(gains, SetPoint::DEFAULT, Actuator::new(-3.0, 3.0)?, memory, Seconds(1e-3))?;
-/// let mut history = pid.at_rest();
-/// let command = pid.output(&history, 5.0, 0.0); // sends this at once,
-/// assert_eq!(command, 3.0);
-/// pid.advance(&mut history, 5.0, 0.0, command); // then does the history, which winds up by nothing
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
-/// Source: I. Podlubny, *Fractional-order systems and PI^λD^μ-controllers*, IEEE Trans. Automatic Control 44(1), 1999.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FractionalPid<F, const MODES: usize = 48> {
-    core: Parallel<F, MODES>,
-}
-
-impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
-    /// Coefficients in `f64`, rounded once.
-    ///
-    /// # Errors
-    /// A gain or weight that is not finite, an order outside its range, a memory that MODES modes do not reach, a sample
-    /// time outside 1e-9 s to 1e6 s.
-    pub fn new(
-        parameters: PidParameters,
-        set_point: SetPoint,
-        actuator: Actuator,
-        memory: Memory,
-        sample_time: Seconds,
-    ) -> Result<Self, ControlError> {
-        let branches = parameters.checked()?.branches(set_point.checked()?);
-        Ok(Self {
-            core: Parallel::new(branches, actuator, memory, sample_time)?,
-        })
-    }
-}
-
-controller_from_its_core!(FractionalPid, ParallelHistory);
 
 /// `K_t s^(−1/n) + K_i/s + K_d s`, as numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -225,11 +163,12 @@ impl TidParameters {
         derivative_weight: f64,
     ) -> Result<[BranchParameters; 3], ControlError> {
         let inside = self.tilt_divisor >= 1.0;
+        let allowed = "at least 1";
         range(
             "divisor of the tilt",
             self.tilt_divisor,
             inside,
-            "at least 1",
+            allowed,
             "",
         )?;
         for (what, gain) in [
@@ -240,54 +179,132 @@ impl TidParameters {
             size_or_0(what, gain)?;
         }
         range("set-point weight c", derivative_weight, true, "finite", "")?;
-        let branch = |gain, order, weight| BranchParameters {
-            gain,
-            order,
-            weight,
-        };
         Ok([
-            branch(self.tilt, -1.0 / self.tilt_divisor, 1.0),
-            branch(self.integral, -1.0, 1.0),
-            branch(self.derivative, 1.0, derivative_weight),
+            BranchParameters::new(self.tilt, -1.0 / self.tilt_divisor, 1.0),
+            BranchParameters::new(self.integral, -1.0, 1.0),
+            BranchParameters::new(self.derivative, 1.0, derivative_weight),
         ])
     }
 }
 
-/// Tilted-integral-derivative: `u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y)`, limited.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{Actuator, Controller, Memory, Rule, Tid, TidParameters};
-///
-/// let gains = TidParameters { tilt: 2.0, tilt_divisor: 3.0, integral: 0.5, derivative: 0.1 };
-/// let memory = Memory::new(Rule::Grunwald, 1e-4, 100.0)?;
-/// let tid = Tid::<f64>::new(gains, 0.0, Actuator::UNLIMITED, memory, Seconds(0.01))?;
-/// assert!(tid.output(&tid.at_rest(), 1.0, 0.0) > 0.0);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
-/// Source: B. J. Lurie, *Three-parameter tunable tilt-integral-derivative (TID) controller*, US patent 5 371 670, 1994.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Tid<F, const MODES: usize = 48> {
-    core: Parallel<F, MODES>,
-}
+/// Orders are read to so many parts of 1: 0.9 + 0.5 − 0.9 is 0.5 then.
+const ORDER_PARTS: f64 = 1e12;
 
-impl<F: Real, const MODES: usize> Tid<F, MODES> {
-    /// `derivative_weight`: c, as in [`SetPoint`].
+impl FromStr for PidParameters {
+    type Err = ControlError;
+
+    /// As a sum of a gain, one power of 1/s and one of s: `2+3/s^0.9+0.1s^0.5`. What a part of it leaves out has no gain.
     ///
-    /// # Errors
-    /// As [`FractionalPid::new`]; n below 1.
-    pub fn new(
-        parameters: TidParameters,
-        derivative_weight: f64,
-        actuator: Actuator,
-        memory: Memory,
-        sample_time: Seconds,
-    ) -> Result<Self, ControlError> {
-        let branches = parameters.branches(derivative_weight)?;
-        Ok(Self {
-            core: Parallel::new(branches, actuator, memory, sample_time)?,
-        })
+    /// ```
+    /// use fractional_control::PidParameters;
+    ///
+    /// let pd: PidParameters = "20.5+3.7343s^1.15".parse()?;
+    /// assert_eq!((pd.proportional, pd.derivative, pd.derivative_order), (20.5, 3.7343, 1.15));
+    /// let pi: PidParameters = "2(1+1/(4s^0.9))".parse()?;
+    /// assert_eq!((pi.integral, pi.integral_order), (0.5, 0.9));
+    /// # Ok::<(), fractional_control::ControlError>(())
+    /// ```
+    fn from_str(text: &str) -> Result<Self, ControlError> {
+        let quotient = Quotient::read(text)?;
+        let refused = |what, value| {
+            let allowed = "that of a PI^λD^μ: a gain, one power of 1/s and one of s, as in 2+3/s^0.9+0.1s^0.5";
+            ControlError::Range(RangeError::new(what, value, allowed, ""))
+        };
+        if quotient.delay_s > 0.0 {
+            return Err(refused("dead time of the controller", quotient.delay_s));
+        }
+        let [below] = quotient.below.terms() else {
+            let count = quotient.below.terms().len();
+            return Err(refused(
+                "number of terms in the denominator of the controller",
+                count as f64,
+            ));
+        };
+        let mut own = Self::NONE;
+        for term in quotient.above.terms() {
+            let gain = term.coefficient / below.coefficient;
+            let order = libm::round((term.order - below.order) * ORDER_PARTS) / ORDER_PARTS;
+            let (place, place_order) = if order == 0.0 {
+                own.proportional = gain;
+                continue;
+            } else if order < 0.0 {
+                (&mut own.integral, &mut own.integral_order)
+            } else {
+                (&mut own.derivative, &mut own.derivative_order)
+            };
+            if *place != 0.0 {
+                return Err(refused("further order of the controller", order));
+            }
+            (*place, *place_order) = (gain, order.abs());
+        }
+        own.checked()
     }
 }
 
-controller_from_its_core!(Tid, ParallelHistory);
+impl fmt::Display for PidParameters {
+    /// As it is read; parts without a gain are left out.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let power = |f: &mut fmt::Formatter<'_>, before: &str, order: f64| {
+            if (order - 1.0).abs() > 0.0 {
+                write!(f, "{before}s^{order}")
+            } else {
+                write!(f, "{before}s")
+            }
+        };
+        let nothing = self.integral == 0.0 && self.derivative == 0.0;
+        let mut sign = "";
+        if self.proportional != 0.0 || nothing {
+            short(f, self.proportional)?;
+            sign = "+";
+        }
+        for (gain, before, order) in [
+            (self.integral, "/", self.integral_order),
+            (self.derivative, "", self.derivative_order),
+        ] {
+            if gain == 0.0 {
+                continue;
+            }
+            let sign_here = if gain < 0.0 { "" } else { sign };
+            f.write_str(sign_here)?;
+            short(f, gain)?;
+            power(f, before, order)?;
+            sign = "+";
+        }
+        Ok(())
+    }
+}
+
+impl PidParameters {
+    /// C·G/(1 + C·G), in continuous time, without a dead time: its poles are those of the loop, as far as sampling is fast.
+    ///
+    /// # Errors
+    /// A function of orders above 4 or with too many terms, an order of the loop that cancels.
+    pub fn closed_with(
+        &self,
+        plant: &FractionalTransferFunction,
+    ) -> Result<FractionalTransferFunction, ControlError> {
+        use crate::{FractionalPolynomial, Term};
+        let rise = if self.integral == 0.0 {
+            0.0
+        } else {
+            self.integral_order
+        };
+        let mut above = FractionalPolynomial::ZERO;
+        for (gain, order) in [
+            (self.integral, 0.0),
+            (self.proportional, rise),
+            (self.derivative, rise + self.derivative_order),
+        ] {
+            if gain != 0.0 {
+                above.add(Term::new(gain, order))?;
+            }
+        }
+        let mut below = FractionalPolynomial::ZERO;
+        below.add(Term::new(1.0, rise))?;
+        let open = above.times(plant.numerator())?;
+        FractionalTransferFunction::from_polynomials(
+            open,
+            open.plus(&below.times(plant.denominator())?)?,
+        )
+    }
+}

@@ -68,13 +68,8 @@ impl Plant {
     /// Fewer than three points, a frequency not above 0 or twice the same, a response that is 0 or not finite.
     pub fn measured(points: &[(f64, Complex<f64>)]) -> Result<Self, ControlError> {
         let count = points.len() as f64;
-        range(
-            "number of frequencies",
-            count,
-            count >= 3.0,
-            "at least 3",
-            "",
-        )?;
+        let allowed = "at least 3";
+        range("number of frequencies", count, count >= 3.0, allowed, "")?;
         let mut sorted = points.to_vec();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut rows: Vec<[f64; 3]> = Vec::new();

@@ -8,16 +8,6 @@ use std::vec;
 use std::vec::Vec;
 
 /// A function whose orders are multiples of one: a ratio of polynomials in λ = s^q, 0 < q ≤ 1.
-///
-/// ```
-/// use fractional_control::FractionalTransferFunction;
-///
-/// // λ² + 0.4λ + 1 with λ = √s: roots at ±101.5°, in the open right half-plane of s none.
-/// let plant: FractionalTransferFunction = "1/(s+0.4s^0.5+1)".parse()?;
-/// let commensurate = plant.commensurate()?;
-/// assert!((commensurate.order() - 0.5).abs() < 1e-12 && commensurate.is_stable());
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Commensurate {
     order: f64,

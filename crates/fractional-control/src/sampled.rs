@@ -1,6 +1,6 @@
 //! A transfer function, sample by sample.
 
-use crate::chain::{Chain, ChainHistory, LEVELS};
+use crate::memory::{Chain, ChainHistory, LEVELS};
 use crate::{ControlError, FractionalTransferFunction, Memory};
 use fracdiff::parameter::RangeError;
 use fracdiff::{BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds};

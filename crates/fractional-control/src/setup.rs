@@ -2,15 +2,18 @@
 
 use crate::records::MODES;
 use crate::{
-    Actuator, ControlError, Controller, ControllerParameters, Crone, FractionalPid,
-    FractionalTransferFunction, FunctionController, LeadLag, Memory, PidParameters, Plant,
-    Response, Rule, SampledLoop, SampledPlant, SetPoint, Term, Tid, simulate,
+    Actuator, ControlError, Controller, ControllerParameters, FractionalPid,
+    FractionalTransferFunction, FunctionController, LeadController, Memory, PidParameters, Plant,
+    Response, Rule, SampledLoop, SampledPlant, SetPoint, Term, simulate,
 };
 use core::fmt::Debug;
 use fracdiff::full_memory::Kernel;
 use fracdiff::parameter::RangeError;
 use fracdiff::{Scheme, Seconds};
 use std::vec::Vec;
+
+type Pid = FractionalPid<f64, MODES>;
+type Lead = LeadController<f64, MODES>;
 
 /// Samples that a controller remembers where no time is given: 200 s at 1 kHz.
 const MEMORY_SAMPLES: f64 = 2e5;
@@ -104,12 +107,6 @@ impl ControllerSetup {
         Actuator::new(low, high)?.fading(self.fade_time_s)
     }
 
-    /// True if the command has a limit.
-    #[must_use]
-    pub(crate) const fn is_limited(&self) -> bool {
-        self.output_low.is_some() || self.output_high.is_some()
-    }
-
     /// Rule, tolerance and horizon.
     ///
     /// # Errors
@@ -175,25 +172,21 @@ impl ControllerSetup {
     pub fn with_controller(&self, user: &mut impl UseController) -> Result<(), ControlError> {
         let (actuator, memory, t) = (self.actuator()?, self.memory()?, self.sample_time());
         match &self.law {
-            ControllerParameters::Pid(own) => user.have(&FractionalPid::<f64, MODES>::new(
-                *own,
-                self.set_point,
-                actuator,
-                memory,
-                t,
-            )?),
+            ControllerParameters::Pid(own) => {
+                user.have(&Pid::new(*own, self.set_point, actuator, memory, t)?);
+            }
             ControllerParameters::Tid(own) => {
                 let weight = self.set_point.derivative;
-                user.have(&Tid::<f64, MODES>::new(*own, weight, actuator, memory, t)?);
+                user.have(&Pid::tid(*own, weight, actuator, memory, t)?);
             }
             ControllerParameters::Crone(own) => {
-                user.have(&Crone::<f64, MODES>::new(*own, actuator, memory, t)?);
+                user.have(&Lead::crone(*own, actuator, memory, t)?);
             }
             ControllerParameters::LeadLag(own) => {
-                user.have(&LeadLag::<f64, MODES>::new(*own, actuator, memory, t)?);
+                user.have(&Lead::lead_lag(*own, actuator, memory, t)?);
             }
             ControllerParameters::Function(own) => {
-                if self.is_limited() {
+                if self.output_low.is_some() || self.output_high.is_some() {
                     runs_backwards(own)?;
                 }
                 let controller = FunctionController::<f64, MODES>::new(own, actuator, memory, t)?;

@@ -1,65 +1,70 @@
-//! CRONE of the second generation, and fractional lead–lag.
+//! Controllers that act on the error: CRONE of the second generation, fractional lead–lag, any proper function of s.
 
-use crate::controller::{Stage, controller_from_its_core};
-use crate::lead::{LeadPower, LeadPowerHistory};
-use crate::{Actuator, ControlError, Memory};
+use crate::controller::Stage;
+use crate::lead::LeadPower;
+use crate::{
+    Actuator, ControlError, Controller, FractionalTransferFunction, Memory, SampledTransferFunction,
+};
 use fracdiff::parameter::{positive, range};
-use fracdiff::{Real, Seconds};
+use fracdiff::{Differintegrator, FrequencyResponse, Real, Seconds};
 use num_complex::Complex;
 
-/// k·(lead)^ν of the error: the core of both controllers.
+/// k·P of the error r − y, limited, P an operator.
+///
+/// - *Limits*: back-calculation runs the operator backwards, so with limits its zeros must be stable.
+/// - *Start-up*: zero for ever before. *Cost*: `output` a few multiply-adds, `advance` as the operator.
 #[derive(Clone, Debug, PartialEq)]
-struct Shaped<F, const MODES: usize> {
-    operator: LeadPower<F, MODES>,
+pub struct OnError<F, O> {
+    operator: O,
     gain: F,
+    /// 1 over the direct gain of both.
     inverse: F,
     stage: Stage<F>,
 }
 
-/// History of [`Crone`] and [`LeadLag`].
+/// History of [`OnError`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct ShapedHistory<F, const MODES: usize> {
-    operator: LeadPowerHistory<F, MODES>,
+pub struct OnErrorHistory<F, H> {
+    operator: H,
+    /// Held over a change; fades.
     bias: F,
 }
 
-impl<F: Real, const MODES: usize> Shaped<F, MODES> {
-    fn new(
-        gain: f64,
-        (order, zero_rad_s, pole_rad_s): (f64, f64, f64),
-        actuator: Actuator,
-        memory: Memory,
-        sample_time: Seconds,
-    ) -> Result<Self, ControlError> {
-        range("gain", gain, gain != 0.0, "finite and not 0", "")?;
-        let (operator, own) = LeadPower::new(order, zero_rad_s, pole_rad_s, &memory, sample_time)?;
-        Ok(Self {
-            operator,
-            gain: F::from_f64(gain * own),
-            inverse: F::from_f64(1.0 / (gain * own)),
-            stage: actuator.stage(sample_time),
-        })
-    }
+/// CRONE of the second generation, and fractional lead–lag.
+///
+/// - *Units*: ω in rad/s, corners at most 2/T. *Cost*: `advance` as two full memories.
+/// - *Accuracy*: the Tustin rule, an error of O(T²), no warping at rest; each weight to the tolerance of [`Memory`].
+pub type LeadController<F, const MODES: usize = 48> = OnError<F, LeadPower<F, MODES>>;
 
-    fn at_rest(&self) -> ShapedHistory<F, MODES> {
-        ShapedHistory {
+/// C(s) of the error: a [`FractionalTransferFunction`] as a controller. *Cost*: `advance` as [`SampledTransferFunction`].
+pub type FunctionController<F, const MODES: usize = 64> =
+    OnError<F, SampledTransferFunction<F, MODES>>;
+
+impl<F: Real, O> Controller<F> for OnError<F, O>
+where
+    O: Differintegrator<F> + PartialEq,
+{
+    type History = OnErrorHistory<F, O::History>;
+
+    fn at_rest(&self) -> Self::History {
+        OnErrorHistory {
             operator: self.operator.at_rest(),
             bias: F::ZERO,
         }
     }
 
     #[inline]
-    fn feedback_gain(&self) -> F {
-        self.gain
-    }
-
-    #[inline]
-    fn wanted(&self, history: &ShapedHistory<F, MODES>, r: F, y: F) -> F {
+    fn wanted(&self, history: &Self::History, r: F, y: F) -> F {
         self.gain * self.operator.output(&history.operator, r - y) + history.bias
     }
 
     #[inline]
-    fn advance(&self, history: &mut ShapedHistory<F, MODES>, r: F, y: F, applied: F) {
+    fn output(&self, history: &Self::History, r: F, y: F) -> F {
+        self.stage.limit(self.wanted(history, r, y))
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         let excess = applied - self.wanted(history, r, y);
         // The error that would have given what was applied.
         let error = (r - y) + excess * self.inverse;
@@ -67,28 +72,31 @@ impl<F: Real, const MODES: usize> Shaped<F, MODES> {
         history.bias = self.stage.faded(history.bias);
     }
 
-    fn follow(&self, history: &mut ShapedHistory<F, MODES>, r: F, y: F, applied: F) {
+    fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         history.bias += applied - self.wanted(history, r, y);
         self.operator.advance(&mut history.operator, r - y);
     }
 
-    fn keep(
-        &self,
-        other: &Self,
-        history: &ShapedHistory<F, MODES>,
-        r: F,
-        y: F,
-    ) -> ShapedHistory<F, MODES> {
-        let same = self.operator == other.operator;
-        let operator = if same {
-            history.operator.clone()
-        } else {
-            self.operator.settled(r - y)
-        };
-        let bias = F::ZERO;
-        ShapedHistory { operator, bias }
+    #[inline]
+    fn feedback_gain(&self) -> F {
+        self.gain * self.operator.direct_gain()
     }
 
+    fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
+        let wanted = other.wanted(history, r, y);
+        let mut next = self.at_rest();
+        if self.operator == other.operator {
+            next.operator.clone_from(&history.operator);
+        } else if let Some(settled) = self.operator.settled(r - y) {
+            next.operator = settled;
+        }
+        next.bias += wanted - self.wanted(&next, r, y);
+        next
+    }
+}
+
+impl<F: Real, O: FrequencyResponse> FrequencyResponse for OnError<F, O> {
+    /// −u/y at the angle θ, of the weights held.
     fn response(&self, theta: f64) -> Complex<f64> {
         self.operator.response(theta) * self.gain.to_f64()
     }
@@ -123,62 +131,6 @@ impl CroneParameters {
     }
 }
 
-/// CRONE of the second generation: a phase νπ/2 that is flat in the band from `ω_b` to `ω_h`, on the error, limited.
-///
-/// - *Units*: ω in rad/s, at most 2/T. *Start-up*: zero for ever before.
-/// - *Accuracy*: the Tustin rule, an error of O(T²), no warping at rest; each weight to the tolerance of [`Memory`].
-/// - *Cost*: `output` a few multiply-adds, `advance` as two full memories.
-///
-/// ```
-/// use fracdiff::{FrequencyResponse, Seconds};
-/// use fractional_control::{Actuator, Crone, CroneParameters, Memory, Rule};
-///
-/// let shape = CroneParameters { gain: 2.0, order: 0.6, low_rad_s: 1.0, high_rad_s: 100.0 };
-/// let memory = Memory::new(Rule::Grunwald, 1e-6, 100.0)?;
-/// let crone = Crone::<f64>::new(shape, Actuator::UNLIMITED, memory, Seconds(1e-3))?;
-/// let phase = crone.response(10.0 * 1e-3).arg().to_degrees();
-/// assert!((phase - shape.response(10.0).arg().to_degrees()).abs() < 0.01);
-/// assert!((phase - 0.6 * 78.6).abs() < 0.1);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
-/// Source: A. Oustaloup, *La commande CRONE*, Hermès, 1991.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Crone<F, const MODES: usize = 48> {
-    core: Shaped<F, MODES>,
-}
-
-impl<F: Real, const MODES: usize> Crone<F, MODES> {
-    /// Coefficients in `f64`, rounded once.
-    ///
-    /// # Errors
-    /// A gain of 0, an order outside −2 to 2, corners that are not `0 < ω_b < ω_h ≤ 2/T`.
-    pub fn new(
-        parameters: CroneParameters,
-        actuator: Actuator,
-        memory: Memory,
-        sample_time: Seconds,
-    ) -> Result<Self, ControlError> {
-        let CroneParameters {
-            gain,
-            order,
-            low_rad_s: low,
-            high_rad_s: high,
-        } = parameters;
-        range(
-            "lower corner",
-            low,
-            low < high,
-            "below the upper corner",
-            "rad/s",
-        )?;
-        Ok(Self {
-            core: Shaped::new(gain, (order, low, high), actuator, memory, sample_time)?,
-        })
-    }
-}
-
-controller_from_its_core!(Crone, ShapedHistory);
-
 /// k((s + 1/λ)/(s + 1/(xλ)))^α, as numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeadLagParameters {
@@ -202,31 +154,45 @@ impl LeadLagParameters {
     }
 }
 
-/// Fractional lead–lag, on the error, limited. Start-up, accuracy and cost as [`Crone`].
-///
-/// ```
-/// use fracdiff::{FrequencyResponse, Seconds};
-/// use fractional_control::{Actuator, LeadLag, LeadLagParameters, Memory, Rule};
-///
-/// let shape = LeadLagParameters { gain: 5.0, lambda_s: 0.5, x: 0.1, order: 0.7 };
-/// let memory = Memory::new(Rule::Grunwald, 1e-6, 100.0)?;
-/// let lead = LeadLag::<f64>::new(shape, Actuator::UNLIMITED, memory, Seconds(1e-3))?;
-/// assert!((lead.response(6e-3) - shape.response(6.0)).norm() < 1e-4);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
-/// Source: C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for
-/// industry applications*, Control Engineering Practice 16, 2008.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LeadLag<F, const MODES: usize = 48> {
-    core: Shaped<F, MODES>,
-}
+impl<F: Real, const MODES: usize> LeadController<F, MODES> {
+    /// CRONE: a phase νπ/2 that is flat in the band from `ω_b` to `ω_h`. Coefficients in `f64`, rounded once.
+    ///
+    /// # Errors
+    /// A gain of 0, an order outside −2 to 2, corners that are not `0 < ω_b < ω_h ≤ 2/T`.
+    ///
+    /// ```
+    /// use fracdiff::{FrequencyResponse, Seconds};
+    /// use fractional_control::{Actuator, CroneParameters, LeadController, Memory, Rule};
+    ///
+    /// let shape = CroneParameters { gain: 2.0, order: 0.6, low_rad_s: 1.0, high_rad_s: 100.0 };
+    /// let memory = Memory::new(Rule::Grunwald, 1e-6, 100.0)?;
+    /// let crone = LeadController::<f64>::crone(shape, Actuator::UNLIMITED, memory, Seconds(1e-3))?;
+    /// let phase = crone.response(10.0 * 1e-3).arg().to_degrees();
+    /// assert!((phase - 0.6 * 78.6).abs() < 0.1);
+    /// # Ok::<(), fractional_control::ControlError>(())
+    /// ```
+    /// Source: A. Oustaloup, *La commande CRONE*, Hermès, 1991.
+    pub fn crone(
+        parameters: CroneParameters,
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let (low, high) = (parameters.low_rad_s, parameters.high_rad_s);
+        let allowed = "below the upper corner";
+        range("lower corner", low, low < high, allowed, "rad/s")?;
+        let shape = (parameters.order, low, high);
+        Self::shaped(parameters.gain, shape, actuator, memory, sample_time)
+    }
 
-impl<F: Real, const MODES: usize> LeadLag<F, MODES> {
-    /// Coefficients in `f64`, rounded once.
+    /// Fractional lead–lag. Coefficients in `f64`, rounded once.
     ///
     /// # Errors
     /// A gain of 0, λ or x not above 0, an order outside −2 to 2, a corner above 2/T.
-    pub fn new(
+    ///
+    /// Source: C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for
+    /// industry applications*, Control Engineering Practice 16, 2008.
+    pub fn lead_lag(
         parameters: LeadLagParameters,
         actuator: Actuator,
         memory: Memory,
@@ -236,10 +202,60 @@ impl<F: Real, const MODES: usize> LeadLag<F, MODES> {
         let x = positive("x", parameters.x, "")?;
         let gain = parameters.gain * libm::pow(x, parameters.order);
         let shape = (parameters.order, 1.0 / lambda, 1.0 / (x * lambda));
+        Self::shaped(gain, shape, actuator, memory, sample_time)
+    }
+
+    fn shaped(
+        gain: f64,
+        (order, zero_rad_s, pole_rad_s): (f64, f64, f64),
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        range("gain", gain, gain != 0.0, "finite and not 0", "")?;
+        let (operator, own) = LeadPower::new(order, zero_rad_s, pole_rad_s, &memory, sample_time)?;
         Ok(Self {
-            core: Shaped::new(gain, shape, actuator, memory, sample_time)?,
+            operator,
+            gain: F::from_f64(gain * own),
+            inverse: F::from_f64(1.0 / (gain * own)),
+            stage: actuator.stage(sample_time),
         })
     }
 }
 
-controller_from_its_core!(LeadLag, ShapedHistory);
+impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
+    /// Coefficients in `f64`, rounded once.
+    ///
+    /// # Errors
+    /// As [`SampledTransferFunction::new`]; a newest command that does not follow from the newest error.
+    ///
+    /// ```
+    /// use fracdiff::Seconds;
+    /// use fractional_control::{Actuator, Controller, FunctionController, Memory, Rule};
+    ///
+    /// let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0)?;
+    /// let function = "3(s^0.5+1)/(0.01s+1)".parse()?;
+    /// let lead = FunctionController::<f64>::new(&function, Actuator::new(-2.0, 2.0)?, memory, Seconds(1e-3))?;
+    /// assert_eq!(lead.output(&lead.at_rest(), 1.0, 0.0), 2.0);
+    /// # Ok::<(), fractional_control::ControlError>(())
+    /// ```
+    pub fn new(
+        function: &FractionalTransferFunction,
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let operator = SampledTransferFunction::new(function, memory, sample_time)?;
+        let direct: F = operator.direct_gain();
+        let gain = direct.to_f64();
+        let well = gain != 0.0 && (1.0 / gain).is_finite();
+        let allowed = "finite and not 0";
+        range("gain of the newest error", gain, well, allowed, "")?;
+        Ok(Self {
+            operator,
+            gain: F::ONE,
+            inverse: F::from_f64(1.0 / gain),
+            stage: actuator.stage(sample_time),
+        })
+    }
+}

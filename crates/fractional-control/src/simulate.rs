@@ -34,8 +34,6 @@ pub struct Shape {
 ///
 /// ```text
 /// y = S + G·u,   u = limit(g_r·r − g_y·y + …):   u = limit((…)/(1 + g_y·G))
-/// ```
-/// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{
 ///     Actuator, FractionalPid, Memory, PidParameters, Plant, Rule, SampledPlant, SetPoint, simulate,
@@ -48,7 +46,6 @@ pub struct Shape {
 /// let run = simulate(&pid, &SampledPlant::new(&plant, memory, t)?, |_| 1.0, 2000);
 /// assert!(run.shape().final_error < 1e-6);
 /// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 pub fn simulate<C: Controller<f64>>(
     controller: &C,
     plant: &SampledPlant,

@@ -9,22 +9,6 @@ use num_complex::Complex;
 use std::vec::Vec;
 
 /// ẋ = Ax + Bu, y = Cx, strictly proper; u through an actuator of the time constant τ.
-///
-/// ```
-/// use fractional_control::StateSpace;
-/// use nalgebra::{DMatrix, DVector, RowDVector};
-///
-/// // 65 g and 3.5 N·s/m, position from force, a motor current that follows within 1 ms.
-/// let (m, b) = (0.065, 3.5);
-/// let device = StateSpace::new(
-///     DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -b / m]),
-///     DVector::from_column_slice(&[0.0, 1.0 / m]),
-///     RowDVector::from_row_slice(&[1.0, 0.0]),
-/// )?
-/// .behind_lag(1e-3)?;
-/// assert!((device.response(1.0).norm() * b - 1.0).abs() < 1e-3);
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
     a: DMatrix<f64>,
@@ -48,13 +32,8 @@ impl StateSpace {
         let states = a.nrows() as f64;
         let fits = a.ncols() == a.nrows() && b.len() == a.nrows() && c.len() == a.nrows();
         let inside = fits && (1.0..=STATES_MAX).contains(&states);
-        range(
-            "number of states",
-            states,
-            inside,
-            "1 to 16, the same in A, B and C",
-            "",
-        )?;
+        let allowed = "1 to 16, the same in A, B and C";
+        range("number of states", states, inside, allowed, "")?;
         for value in a.iter().chain(b.iter()).chain(c.iter()) {
             let inside = value.abs() <= 1e60;
             range("element of a matrix", *value, inside, SIZE_MAX_IN_WORDS, "")?;
@@ -105,26 +84,18 @@ impl StateSpace {
             return Ok(self);
         }
         range("lag", lag_s, lag_s >= 1e-15, "0, or at least 1e-15", "s")?;
-        let n = self.a.nrows();
-        let mut a = DMatrix::zeros(n + 1, n + 1);
-        a.view_mut((0, 0), (n, n)).copy_from(&self.a);
-        a.view_mut((0, n), (n, 1)).copy_from(&self.b);
-        a[(n, n)] = -1.0 / lag_s;
-        let mut b = DVector::zeros(n + 1);
-        b[n] = 1.0 / lag_s;
-        let mut c = RowDVector::zeros(n + 1);
-        c.view_mut((0, 0), (1, n)).copy_from(&self.c);
-        Self::new(a, b, c)
+        self.fed_by(-1.0 / lag_s, 1.0 / lag_s)
     }
 
-    /// The same with its input as one state more, the last, and the slope of that for its input: for inputs in straight lines.
-    pub(crate) fn fed_by_slope(&self) -> Result<Self, ControlError> {
+    /// The same with its input as one state more, the last: f = its input, f′ = `own`·f + `gain`·u.
+    fn fed_by(&self, own: f64, gain: f64) -> Result<Self, ControlError> {
         let n = self.a.nrows();
         let mut a = DMatrix::zeros(n + 1, n + 1);
         a.view_mut((0, 0), (n, n)).copy_from(&self.a);
         a.view_mut((0, n), (n, 1)).copy_from(&self.b);
+        a[(n, n)] = own;
         let mut b = DVector::zeros(n + 1);
-        b[n] = 1.0;
+        b[n] = gain;
         let mut c = RowDVector::zeros(n + 1);
         c.view_mut((0, 0), (1, n)).copy_from(&self.c);
         Self::new(a, b, c)
@@ -144,7 +115,8 @@ impl StateSpace {
             sampled.run(sampled.at_rest(), &mut input.iter().copied(), seen);
             return Ok(());
         }
-        let sampled = self.fed_by_slope()?.sampled(sample_time, fraction)?;
+        // The slope of the input feeds the input.
+        let sampled = self.fed_by(0.0, 1.0)?.sampled(sample_time, fraction)?;
         let mut begin = sampled.at_rest();
         if let (Some(last), Some(first)) = (begin.iter_mut().last(), input.first()) {
             *last = *first;

@@ -2,7 +2,7 @@
 
 use crate::enclosure::Fraction;
 use crate::held_response::HeldResponse;
-use crate::peaks::Peaks;
+use crate::sampled_plant::Peaks;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
 use certified_count::{Arc, Count, Enclosed, count};
 use fracdiff::Seconds;
@@ -74,13 +74,14 @@ impl SampledLoop {
         memory: Memory,
         plant: &SampledPlant,
     ) -> Result<Self, ControlError> {
-        let remembered = plant.memory_s();
         let rule = Self::around(controller, memory, plant.curve(), plant.sample_time())?;
+        let memories = [rule.memory_s, plant.memory_s()].into_iter().flatten();
         Ok(Self {
+            memory_s: memories.min_by(f64::total_cmp),
             held: plant.held_response().cloned(),
             part: plant.part(),
             peaks: plant.peaks().clone(),
-            ..rule.within(remembered)
+            ..rule
         })
     }
 
@@ -114,15 +115,6 @@ impl SampledLoop {
             is_held: false,
             sample_time,
         })
-    }
-
-    /// The same with one more memory that reaches so far.
-    fn within(self, memory_s: Option<f64>) -> Self {
-        let all = [self.memory_s, memory_s].into_iter().flatten();
-        Self {
-            memory_s: all.min_by(f64::total_cmp),
-            ..self
-        }
     }
 
     /// The time up to which the memories of fractional orders hold in this loop, s; `None` in one of whole orders, which forgets nothing.
@@ -218,11 +210,7 @@ impl SampledLoop {
 
     fn enclosed(&self, arc: &Arc) -> Enclosed {
         let (below, above) = self.parts(arc);
-        below.plus(Enclosed {
-            value: above.value * self.gain,
-            size: above.size * self.gain.abs(),
-            rate: above.rate * self.gain.abs(),
-        })
+        below.plus(above.scaled(self.gain))
     }
 
     /// The certified verdict.

@@ -4,6 +4,7 @@
 //! a pole p is 1 − w·e^(pT) of the denominator: in 53 bits e^(−1e3) is lost beside e^(−1e−3), or the other beside its inverse
 //! ```
 
+use crate::records::largest;
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -172,12 +173,8 @@ fn shifted(coefficients: &[Wide]) -> Vec<Wide> {
 
 /// In 53 bits, without what only rounding made: it is to the largest as the last bits are.
 pub(crate) fn rounded(values: &[Wide], states: usize) -> Vec<f64> {
-    let values = values.iter().map(narrow);
-    let values: Vec<f64> = values.collect();
-    let largest = values
-        .iter()
-        .fold(0.0, |most: f64, value| most.max(value.abs()));
-    let least = largest * libm::ldexp(1.0, TOUCHED as i32 - bits(states) as i32);
+    let values: Vec<f64> = values.iter().map(narrow).collect();
+    let least = largest(&values) * libm::ldexp(1.0, TOUCHED as i32 - bits(states) as i32);
     let kept = |value: f64| if value.abs() < least { 0.0 } else { value };
     values.into_iter().map(kept).collect()
 }

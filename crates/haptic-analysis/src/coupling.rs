@@ -1,7 +1,7 @@
 //! The virtual coupler as a two port: hybrid matrix, Llewellyn's conditions, least device damping.
 
-use crate::environment::finite;
-use crate::least_damping::{LeastDamping, SampledHold, Shares, TustinHold, exact, hold};
+use crate::extremum::{Grid, Maximum};
+use crate::transparency::finite;
 use crate::{AnalysisError, ForcePath};
 use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{FrequencyResponse, Order};
@@ -45,65 +45,8 @@ pub struct Coupler<'a> {
     dissipation: f64,
     order: Order,
     sample_time_s: f64,
-    inverse: Inverse<'a>,
-}
-
-/// The source of (T/(1 − w))^μ.
-#[derive(Clone, Copy)]
-enum Inverse<'a> {
-    Exact,
-    Operator {
-        operator: &'a dyn FrequencyResponse,
-        memory: usize,
-    },
-}
-
-/// Hybrid matrix from (velocity of the hand, force of the environment) to (force at the hand, velocity
-/// of the environment, reversed).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HybridMatrix {
-    /// `Z_d`, N·s/m.
-    pub p11: Complex<f64>,
-    /// The hold, 1.
-    pub p12: Complex<f64>,
-    /// −1.
-    pub p21: Complex<f64>,
-    /// `1/Z_c`, m/(N·s).
-    pub p22: Complex<f64>,
-}
-
-/// The three numbers of Llewellyn's absolute stability at one frequency.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Llewellyn {
-    /// Re p₁₁, N·s/m; at least 0.
-    pub re_p11: f64,
-    /// Re p₂₂, m/(N·s); at least 0.
-    pub re_p22: f64,
-    /// 2 Re p₁₁ Re p₂₂ − |p₁₂p₂₁| − Re(p₁₂p₂₁), 1; at least 0.
-    pub margin: f64,
-}
-
-impl Llewellyn {
-    /// All three conditions.
-    #[must_use]
-    pub fn fulfilled(&self) -> bool {
-        self.re_p11 >= 0.0 && self.re_p22 >= 0.0 && self.margin >= 0.0
-    }
-}
-
-impl HybridMatrix {
-    /// Llewellyn's conditions for this matrix. The margin comes from a difference of products: near
-    /// θ = 0 prefer [`Coupler::llewellyn`], which has it in closed form.
-    #[must_use]
-    pub fn llewellyn(&self) -> Llewellyn {
-        let product = self.p12 * self.p21;
-        Llewellyn {
-            re_p11: self.p11.re,
-            re_p22: self.p22.re,
-            margin: 2.0 * self.p11.re * self.p22.re - (product.norm() + product.re),
-        }
-    }
+    /// The operator that runs and its memory; `None` for (1 − w)^μ itself.
+    operator: Option<(&'a dyn FrequencyResponse, usize)>,
 }
 
 impl<'a> Coupler<'a> {
@@ -118,13 +61,8 @@ impl<'a> Coupler<'a> {
         dissipation: f64,
     ) -> Result<Self, AnalysisError> {
         let mu = order.get();
-        range(
-            "order",
-            mu,
-            mu >= 0.0,
-            "in [0, 2], the orders of the coupler",
-            "",
-        )?;
+        let allowed = "in [0, 2], the orders of the coupler";
+        range("order", mu, mu >= 0.0, allowed, "")?;
         let t = positive("sample time", sample_time_s, "s")?;
         let stiffness = not_negative("coupler stiffness", stiffness, "N·s/m")?;
         let dissipation = not_negative("coupler dissipation", dissipation, "N·s^(1−μ)/m")?;
@@ -135,7 +73,7 @@ impl<'a> Coupler<'a> {
             dissipation: per_sample,
             order,
             sample_time_s: t,
-            inverse: Inverse::Exact,
+            operator: None,
         })
     }
 
@@ -148,70 +86,9 @@ impl<'a> Coupler<'a> {
         memory: usize,
     ) -> Coupler<'b> {
         Coupler {
-            stiffness: self.stiffness,
-            dissipation: self.dissipation,
-            order: self.order,
-            sample_time_s: self.sample_time_s,
-            inverse: Inverse::Operator { operator, memory },
+            operator: Some((operator, memory)),
+            ..self
         }
-    }
-
-    /// `1/Z_c(e^(−jθ)) = P/(k_c·P + b_c·T^μ)`, m/(N·s), for 0 < θ ≤ π: finite where P has a zero too.
-    ///
-    /// # Errors
-    /// θ outside its range, or a zero of `Z_c`.
-    pub fn admittance(&self, theta: f64) -> Result<Complex<f64>, AnalysisError> {
-        check_theta(theta, theta <= PI, "above 0 and at most π")?;
-        let p = self.response(theta);
-        let y = p / (p * self.stiffness + self.dissipation);
-        finite("admittance of the coupler", y.re + y.im, "m/(N·s)")?;
-        Ok(y)
-    }
-
-    /// Hybrid matrix of device, hold and coupler, for 0 < θ < π (at π the Tustin device has its pole).
-    ///
-    /// ```text
-    /// p₁₁ = m·(2/T)(1 − w)/(1 + w) + b,   p₁₂ = (1 + w)/2,   p₂₁ = −1,   p₂₂ = 1/Z_c
-    /// ```
-    /// # Errors
-    /// Mass (kg) or damping (N·s/m) below 0, or θ outside its range.
-    pub fn hybrid_matrix(
-        &self,
-        mass: f64,
-        damping: f64,
-        theta: f64,
-    ) -> Result<HybridMatrix, AnalysisError> {
-        let mass = not_negative("mass", mass, "kg")?;
-        let damping = not_negative("damping", damping, "N·s/m")?;
-        check_theta(theta, theta < PI, "above 0 and below π")?;
-        let (sin, cos) = (libm::sin(0.5 * theta), libm::cos(0.5 * theta));
-        // (1 − w)/(1 + w) = j tan(θ/2)
-        let inertia = mass * 2.0 / self.sample_time_s * sin / cos;
-        finite("impedance of the device", inertia, "N·s/m")?;
-        Ok(HybridMatrix {
-            p11: Complex::new(damping, inertia),
-            // (1 + w)/2 = cos(θ/2) e^(−jθ/2)
-            p12: Complex::new(cos * cos, -cos * sin),
-            p21: Complex::new(-1.0, 0.0),
-            p22: self.admittance(theta)?,
-        })
-    }
-
-    /// Llewellyn's conditions at one frequency, 0 < θ ≤ π.
-    ///
-    /// ```text
-    /// b ≥ 0,   Re(1/Z_c) ≥ 0,   2b·Re(1/Z_c) ≥ cos(θ/2)(1 − cos(θ/2))
-    /// ```
-    /// # Errors
-    /// Damping (N·s/m) below 0, or θ outside its range.
-    pub fn llewellyn(&self, damping: f64, theta: f64) -> Result<Llewellyn, AnalysisError> {
-        let re_p11 = not_negative("damping", damping, "N·s/m")?;
-        let re_p22 = self.admittance(theta)?.re;
-        Ok(Llewellyn {
-            re_p11,
-            re_p22,
-            margin: 2.0 * re_p11 * re_p22 - hold(theta),
-        })
     }
 
     /// Corollary 2: `8b ≥ k_c + b_c·(T/2)^μ`, b in N·s/m. Not sufficient: it takes the worst of the two
@@ -228,12 +105,8 @@ impl<'a> Coupler<'a> {
     /// The least b for which Llewellyn's conditions hold at every 0 ≤ θ ≤ π.
     ///
     /// ```text
-    /// b = sup over θ of cos(θ/2)(1 − cos(θ/2))/(2 Re(1/Z_c))
-    /// ```
-    /// # Errors
-    /// An operator without a finite response.
-    ///
-    /// ```
+    /// p₁₁ = m·(2/T)(1 − w)/(1 + w) + b,   p₁₂ = (1 + w)/2,   p₂₁ = −1,   p₂₂ = 1/Z_c,   velocity of the hand, force of the environment
+    /// b ≥ 0,   Re(1/Z_c) ≥ 0,   2b·Re(1/Z_c) ≥ cos(θ/2)(1 − cos(θ/2)):   b = sup over θ of cos(θ/2)(1 − cos(θ/2))/(2 Re(1/Z_c))
     /// use fracdiff::Order;
     /// use haptic_analysis::{Coupler, LeastDamping};
     ///
@@ -244,14 +117,11 @@ impl<'a> Coupler<'a> {
     /// };
     /// assert!((damping_n_s_per_m - 0.125).abs() < 1e-12);
     /// # Ok::<(), haptic_analysis::AnalysisError>(())
-    /// ```
     pub fn least_damping(&self) -> Result<LeastDamping, AnalysisError> {
         let (scale, shares) = self.shares();
-        let outcome = match self.inverse {
-            Inverse::Exact => shares.least_of_exact(self.order.get()),
-            Inverse::Operator { operator, memory } => {
-                shares.least_of(operator, memory, &TustinHold)
-            }
+        let outcome = match self.operator {
+            None => shares.least_of_exact(self.order.get()),
+            Some((operator, memory)) => shares.least_of(operator, memory, Hold::Tustin),
         };
         outcome?.times(scale)
     }
@@ -261,22 +131,6 @@ impl<'a> Coupler<'a> {
     ///
     /// ```text
     /// b = sup over θ of h(θ)/(2 Re(1/Z_c)),   h = √(|M|² + V) − Re(wM),   h = 1 − cos((d + 1)θ) for d whole samples of delay
-    /// ```
-    /// M and V are mean and variance of the force within a sample. Llewellyn's h, cos(θ/2)(1 − cos(θ/2)), is less than a quarter
-    /// of it: his device is one under Tustin's rule, whose force acts half a sample earlier. So
-    /// [`least_damping`](Self::least_damping) is not enough for a sampled device: a spring (μ = 1) needs four times as much, `b_c·T/2`, and a damper
-    /// eight times, `k_c`.
-    ///
-    /// *Derivation*: passivity of a sampled port asks b ≥ (Re(cZ) + √(Re²(cZ) + V|Z|²))/2, c = −wM, at each θ (Theorem 1 with
-    /// the variance within a sample), which is |bY − c/2|² ≥ (|c|² + V)/4 for Y = 1/Z. With an object Y = 1/`Z_c` + 1/`Z_o`, and a
-    /// passive `Z_o` can make it any Y with Re Y ≥ Re(1/`Z_c`): the circle has to lie outside of that half-plane.
-    ///
-    /// *Delays* up to some hundred samples; beyond, the limit at rest of a coupler of order 1 is not resolved.
-    ///
-    /// # Errors
-    /// An operator without a finite response.
-    ///
-    /// ```
     /// use fracdiff::Order;
     /// use haptic_analysis::{Coupler, ForcePath, LeastDamping};
     ///
@@ -286,26 +140,21 @@ impl<'a> Coupler<'a> {
     /// };
     /// assert!((damping_n_s_per_m - 2.0).abs() < 1e-12); // Llewellyn says 0.25
     /// # Ok::<(), haptic_analysis::AnalysisError>(())
-    /// ```
     pub fn sampled_damping(&self, path: ForcePath) -> Result<LeastDamping, AnalysisError> {
         let (scale, shares) = self.shares();
-        let hold = SampledHold(path);
-        let outcome = match self.inverse {
-            Inverse::Exact => shares.least_of(&ExactInverse(self.order.get()), 1, &hold),
-            Inverse::Operator { operator, memory } => shares.least_of(operator, memory, &hold),
-        };
+        let exact = ExactInverse(self.order.get());
+        let (operator, memory) = self.operator.unwrap_or((&exact, 1));
+        let outcome = shares.least_of(operator, memory, Hold::Sampled(path));
         outcome?.times(scale)
     }
 
     /// μ.
-    #[must_use]
-    pub const fn order(&self) -> Order {
+    pub(crate) const fn order(&self) -> Order {
         self.order
     }
 
     /// T, s.
-    #[must_use]
-    pub const fn sample_time_s(&self) -> f64 {
+    pub(crate) const fn sample_time_s(&self) -> f64 {
         self.sample_time_s
     }
 
@@ -338,14 +187,6 @@ impl<'a> Coupler<'a> {
             LeastDamping::NoneIsEnough { .. } => false,
         })
     }
-
-    /// P(e^(−jθ)).
-    fn response(&self, theta: f64) -> Complex<f64> {
-        match self.inverse {
-            Inverse::Exact => exact(self.order.get(), theta),
-            Inverse::Operator { operator, .. } => operator.response(theta),
-        }
-    }
 }
 
 /// (1 − w)^μ with its digits near rest.
@@ -364,18 +205,249 @@ impl fmt::Debug for Coupler<'_> {
             .field("dissipation_t_mu", &self.dissipation)
             .field("order", &self.order)
             .field("sample_time_s", &self.sample_time_s)
-            .field("exact", &matches!(self.inverse, Inverse::Exact))
+            .field("exact", &self.operator.is_none())
             .finish()
     }
 }
 
-fn check_theta(value: f64, below: bool, allowed: &'static str) -> Result<(), AnalysisError> {
-    range(
-        "digital frequency",
-        value,
-        value > 0.0 && below,
-        allowed,
-        "rad/sample",
-    )?;
-    Ok(())
+// least_damping: MERGED HEADER
+// Least device damping of a coupled port: the supremum of Llewellyn's third condition over θ, and
+// the cases that have none.
+
+/// Device damping that makes the coupled port passive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LeastDamping {
+    /// Passive from this damping on, itself included.
+    Enough {
+        /// Least b, N·s/m.
+        damping_n_s_per_m: f64,
+        /// θ that asks for it, rad/sample; 0 for a limit.
+        worst_theta: f64,
+    },
+    /// `Re(1/Z_c)` is not positive at a frequency where the hold takes energy: no b is enough.
+    NoneIsEnough {
+        /// Such a θ, rad/sample.
+        theta: f64,
+    },
+}
+
+impl LeastDamping {
+    /// In another unit.
+    pub(crate) fn times(self, scale: f64) -> Result<Self, AnalysisError> {
+        Ok(match self {
+            Self::Enough {
+                damping_n_s_per_m,
+                worst_theta,
+            } => Self::Enough {
+                damping_n_s_per_m: finite("least damping", damping_n_s_per_m * scale, "N·s/m")?,
+                worst_theta,
+            },
+            none => none,
+        })
+    }
+}
+
+/// With `b_c` = 0: b = `k_c`·h/2, and h is largest, 1/4, at cos(θ/2) = 1/2.
+const WITHOUT_DISSIPATION: LeastDamping = LeastDamping::Enough {
+    damping_n_s_per_m: 0.125,
+    worst_theta: 2.0 * PI / 3.0,
+};
+
+/// `k_c` and `b_c·T^μ` as parts of their sum.
+#[derive(Clone, Copy)]
+pub(crate) struct Shares {
+    /// `k_c`.
+    pub(crate) stiffness: f64,
+    /// `b_c·T^μ`.
+    pub(crate) dissipation: f64,
+}
+
+impl Shares {
+    /// |Z|²·|P|²·Re(1/Z) = k|P|² + g·Re P, k the one share and g the other: has the sign of Re(1/Z).
+    fn real_part(self, p: Complex<f64>) -> f64 {
+        self.stiffness * p.norm_sqr() + self.dissipation * p.re
+    }
+
+    /// h/(2 Re(1/Z)) = h·|kP + g|²/(2(k|P|² + g·Re P)).
+    fn damping(self, hold: f64, p: Complex<f64>) -> f64 {
+        0.5 * hold * (p * self.stiffness + self.dissipation).norm_sqr() / self.real_part(p)
+    }
+
+    /// For (1 − w)^μ, in closed form.
+    pub(crate) fn least_of_exact(self, mu: f64) -> Result<LeastDamping, AnalysisError> {
+        if self.dissipation == 0.0 {
+            return Ok(WITHOUT_DISSIPATION);
+        }
+        if mu > 1.0 {
+            // cos(μ(π−θ)/2) ≤ −sin(π(μ−1)/4) up to θ = π(μ−1)/(2μ), and k|P| ≤ k·θ^μ is less than g
+            // times that up to the second bound: Re(1/Z) < 0 there and at every lower frequency.
+            let cosine = libm::sin(0.25 * PI * (mu - 1.0));
+            let phase_bound = 0.5 * PI * (mu - 1.0) / mu;
+            let size_bound = 0.5 * libm::pow(self.dissipation * cosine / self.stiffness, 1.0 / mu);
+            return Ok(LeastDamping::NoneIsEnough {
+                theta: phase_bound.min(size_bound).max(f64::MIN_POSITIVE),
+            });
+        }
+        // θ → 0: h → θ²/8, |P| → θ^μ, so 0 for μ < 1; for μ = 1 Re P → θ²/2.
+        let at_zero = if mu < 1.0 {
+            0.0
+        } else {
+            self.dissipation * self.dissipation / (8.0 * (2.0 * self.stiffness + self.dissipation))
+        };
+        let value = |theta: f64| self.damping(hold(theta), exact(mu, theta));
+        enough(Grid::new(1).maximum(at_zero, value))
+    }
+
+    /// For another operator, with the rounding of Re P in mind: an operator sums its coefficients, so
+    /// where Re P cancels it is off by about `NOISE`.
+    pub(crate) fn least_of(
+        self,
+        operator: &dyn FrequencyResponse,
+        memory: usize,
+        hold: Hold,
+    ) -> Result<LeastDamping, AnalysisError> {
+        const NOISE: f64 = 1e-15;
+        /// Accepted relative error of Re(1/Z) from rounding.
+        const RESOLVED: f64 = 1e-10;
+        let grid = Grid::new(memory + hold.ripple());
+        if self.dissipation == 0.0 {
+            return match hold {
+                Hold::Tustin => Ok(WITHOUT_DISSIPATION),
+                Hold::Sampled(_) => enough(grid.maximum(0.0, |theta| 0.5 * hold.at(theta))),
+            };
+        }
+        // Below this θ a value that rounding spoils is left out, and the limit extrapolated.
+        let (low, is_exact) = hold.low();
+        let noise = |p: Complex<f64>| NOISE * self.dissipation * p.norm().max(1.0);
+        // Re(1/Z) < 0 beyond rounding: no damping.
+        let negative = grid.maximum(f64::NEG_INFINITY, |theta| {
+            let p = operator.response(theta);
+            -self.real_part(p) - 10.0 * noise(p)
+        });
+        match negative {
+            None => return enough(None),
+            Some(worst) if worst.value > 0.0 => {
+                return Ok(LeastDamping::NoneIsEnough { theta: worst.theta });
+            }
+            Some(_) => {}
+        }
+        let resolved = |theta: f64, p: Complex<f64>| {
+            theta >= low || (is_exact && noise(p) <= RESOLVED * self.real_part(p))
+        };
+        let value = |theta: f64| {
+            let p = operator.response(theta);
+            if !resolved(theta, p) {
+                f64::NEG_INFINITY
+            } else if self.real_part(p) <= 10.0 * noise(p) && hold.at(theta) > 0.0 {
+                f64::INFINITY
+            } else {
+                self.damping(hold.at(theta), p)
+            }
+        };
+        let thetas = grid.thetas();
+        let unresolved = |theta: &f64| !resolved(*theta, operator.response(*theta));
+        let at_zero = match thetas.iter().rposition(unresolved) {
+            Some(last) => limit_at_rest(thetas[last + 1], value),
+            None => f64::NEG_INFINITY,
+        };
+        let found = grid.maximum(at_zero, value);
+        match found {
+            Some(worst) if worst.value == f64::INFINITY => {
+                Ok(LeastDamping::NoneIsEnough { theta: worst.theta })
+            }
+            found => enough(found),
+        }
+    }
+}
+
+/// Value at 0 of an even analytic function known from θ = `first` on; −∞ if it does not look like one.
+fn limit_at_rest(first: f64, value: impl Fn(f64) -> f64) -> f64 {
+    let thetas = [1.0, 4.0 / 3.0, 5.0 / 3.0, 2.0].map(|ratio| ratio * first);
+    let values = thetas.map(value);
+    // Lagrange in θ², at θ = 0, through the first three and through all four.
+    let through = |count: usize| -> f64 {
+        let term = |i: usize| {
+            let others = (0..count).filter(|&j| j != i);
+            others.fold(values[i], |product, j| {
+                let ratio = thetas[i] / thetas[j];
+                product / (1.0 - ratio * ratio)
+            })
+        };
+        (0..count).map(term).sum()
+    };
+    let (three, four) = (through(3), through(4));
+    if libm::fabs(three - four) <= 1e-7 * libm::fabs(four) {
+        four
+    } else {
+        f64::NEG_INFINITY
+    }
+}
+
+fn enough(found: Option<Maximum>) -> Result<LeastDamping, AnalysisError> {
+    let (value, theta) = found.map_or((f64::NAN, 0.0), |worst| (worst.value, worst.theta));
+    Ok(LeastDamping::Enough {
+        damping_n_s_per_m: finite("least damping", value, "N·s/m")?,
+        worst_theta: theta,
+    })
+}
+
+/// The hold of a device: what it can take at a frequency, as a share of the largest, is h(θ) ≥ 0.
+#[derive(Clone, Copy)]
+pub(crate) enum Hold {
+    /// The dissertation's device under Tustin's rule.
+    Tustin,
+    /// A force that is really held, late and lagging.
+    Sampled(ForcePath),
+}
+
+impl Hold {
+    fn at(self, theta: f64) -> f64 {
+        let path = match self {
+            // 0 at π itself, where the cosine of the nearest number is not.
+            Self::Tustin => return if theta < PI { hold(theta) } else { 0.0 },
+            Self::Sampled(path) => path,
+        };
+        if path.is_whole() {
+            // 1 − cos((d + 1)θ)
+            let turn = libm::sin(0.5 * (path.whole_samples() + 1) as f64 * theta);
+            return 2.0 * turn * turn;
+        }
+        // √(|M|² + V) − Re(wM)
+        let profile = path.profile(theta);
+        let (sin, cos) = libm::sincos(theta);
+        let square = 2.0 * (1.0 - cos) * profile.spread;
+        let late = Complex::new(cos, -sin) * profile.mean;
+        (libm::sqrt(profile.mean.norm_sqr() + square) - late.re).max(0.0)
+    }
+
+    /// Samples in which it may ripple.
+    fn ripple(self) -> usize {
+        match self {
+            Self::Tustin => 0,
+            Self::Sampled(path) => path.whole_samples() + 2,
+        }
+    }
+
+    /// θ from which on values are right to rounding, and if h keeps its digits below that, too.
+    fn low(self) -> (f64, bool) {
+        match self {
+            Self::Tustin => (0.05, true),
+            Self::Sampled(path) => (0.05 / (1.0 + path.mean_delay()), path.is_whole()),
+        }
+    }
+}
+
+/// |p₁₂p₂₁| + Re(p₁₂p₂₁) = cos(θ/2)(1 − cos(θ/2)) = cos(θ/2)·2 sin²(θ/4).
+pub(crate) fn hold(theta: f64) -> f64 {
+    let quarter = libm::sin(0.25 * theta);
+    2.0 * quarter * quarter * libm::cos(0.5 * theta)
+}
+
+/// (1 − w)^μ with cos(μ(π−θ)/2) as sin((π(1−μ) + μθ)/2): the real part keeps its digits where μ is
+/// near 1 and θ near 0, which decide here.
+pub(crate) fn exact(mu: f64, theta: f64) -> Complex<f64> {
+    let magnitude = libm::pow(2.0 * libm::sin(0.5 * theta), mu);
+    let real = libm::sin(0.5 * (PI * (1.0 - mu) + mu * theta));
+    let imaginary = libm::sin(0.5 * mu * (PI - theta));
+    Complex::new(magnitude * real, magnitude * imaginary)
 }

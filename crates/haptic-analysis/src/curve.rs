@@ -170,23 +170,16 @@ pub(crate) struct Real {
     pub(crate) rate: f64,
 }
 
-pub(crate) fn imaginary(jet: Jet) -> Real {
-    Real {
-        value: jet.value.im,
-        rate: jet.rate.im,
+impl Real {
+    pub(crate) fn imaginary_of(jet: Jet) -> Self {
+        let (value, rate) = (jet.value.im, jet.rate.im);
+        Self { value, rate }
     }
-}
 
-pub(crate) fn real(jet: Jet) -> Real {
-    Real {
-        value: jet.value.re,
-        rate: jet.rate.re,
-    }
-}
-
-pub(crate) fn times(a: Real, b: Real) -> Real {
-    Real {
-        value: a.value * b.value,
-        rate: a.rate * b.value + a.value * b.rate,
+    pub(crate) fn times(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            rate: self.rate * other.value + self.value * other.rate,
+        }
     }
 }

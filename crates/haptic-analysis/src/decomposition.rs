@@ -15,7 +15,7 @@
 
 use crate::AnalysisError;
 use crate::characteristic::{Characteristic, Node};
-use crate::curve::{Bounds, Jet, Real, imaginary, real, times};
+use crate::curve::{Bounds, Jet, Real};
 use core::f64::consts::PI;
 
 /// Ends of the curve: below this angle (and above π less it) it is within about 1e-12
@@ -71,7 +71,11 @@ pub(crate) struct Trace {
 impl Decomposition<'_> {
     fn homogeneous(&self, theta: f64) -> Homogeneous {
         let node = self.characteristic.node(theta);
-        let u = negative(node.plant.times(node.gain.conj()));
+        let product = node.plant.times(node.gain.conj());
+        let u = Jet {
+            value: -product.value,
+            rate: -product.rate,
+        };
         let (above, below) = (node.operator.numerator, node.operator.denominator);
         let (e, d2) = if self.characteristic.operator.has_denominator() {
             (above.times(below.conj()), below.times(below.conj()))
@@ -79,13 +83,15 @@ impl Decomposition<'_> {
             (above, Jet::ONE)
         };
         let s2 = node.gain.times(node.gain.conj());
-        let im_u = imaginary(u);
-        let im_e = imaginary(e);
+        let size = |square: Jet| Real {
+            value: square.value.re,
+            rate: square.rate.re,
+        };
         Homogeneous {
             node,
-            x: imaginary(u.conj().times(e)),
-            y: times(im_u, real(d2)),
-            w: times(im_e, real(s2)),
+            x: Real::imaginary_of(u.conj().times(e)),
+            y: Real::imaginary_of(u).times(size(d2)),
+            w: Real::imaginary_of(e).times(size(s2)),
         }
     }
 
@@ -366,11 +372,4 @@ fn is_straight(a: &Sample, b: &Sample) -> bool {
         u[0] * v[0] + u[1] * v[1] > COS * libm::hypot(u[0], u[1]) * libm::hypot(v[0], v[1])
     };
     along(a.tangent, b.tangent) && along(a.tangent, chord) && along(b.tangent, chord)
-}
-
-fn negative(jet: Jet) -> Jet {
-    Jet {
-        value: -jet.value,
-        rate: -jet.rate,
-    }
 }

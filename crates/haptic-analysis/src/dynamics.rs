@@ -6,7 +6,7 @@ use crate::{
 };
 use fracdiff::parameter::{not_negative, positive};
 
-/// A device as every analysis takes it.
+/// A device as every analysis takes it, with its hand, its delay and its motor.
 ///
 /// ```text
 /// m·x'' + b·x' + k·x = f,     τ·f' = u(t − delay) − f,   or f = u(t − delay) if τ = 0
@@ -40,8 +40,7 @@ pub struct Dynamics {
     pub damping_n_s_per_m: f64,
     /// k of the hand, N/m, at least 0.
     pub hand_stiffness_n_per_m: f64,
-    /// From a measurement to the force that answers it, beside the hold: s, 0 to 10 000 sample times,
-    /// not necessarily whole.
+    /// From a measurement to the force that answers it, beside the hold: s, 0 to 10 000 sample times.
     pub delay_s: f64,
     /// τ, time constant of the motor current, s, 0 to 1e6 sample times.
     pub current_lag_s: f64,
@@ -104,16 +103,18 @@ impl Dynamics {
     /// # Errors
     /// A parameter outside its range.
     pub fn nondimensional(&self, wall: &Environment) -> Result<Nondimensional, AnalysisError> {
-        crate::Loop {
-            mass_kg: self.mass_kg,
-            damping_n_s_per_m: self.damping_n_s_per_m,
-            hand_stiffness_n_per_m: self.hand_stiffness_n_per_m,
-            sample_time_s: wall.sample_time_s,
-            order: wall.order,
-            stiffness_n_per_m: wall.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: wall.dissipation_n_s_mu_per_m,
+        let m = positive("mass", self.mass_kg, "kg")?;
+        let t = positive("sample time", wall.sample_time_s, "s")?;
+        let b = not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
+        let k = not_negative("hand stiffness", self.hand_stiffness_n_per_m, "N/m")?;
+        wall.checked()?;
+        Nondimensional {
+            alpha: wall.stiffness_n_per_m * t * t / m,
+            beta: wall.dissipation_n_s_mu_per_m * libm::pow(t, 2.0 - wall.order.get()) / m,
+            delta: b * t / m,
+            gamma: k * t * t / m,
         }
-        .nondimensional()
+        .checked()
     }
 
     /// The loop of this device and a wall, for stability and margins. `operator` is the one that runs, for

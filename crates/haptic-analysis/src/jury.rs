@@ -4,8 +4,7 @@ use num_complex::Complex;
 
 /// The outcome of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Jury {
+pub(crate) enum Jury {
     /// All zeros are outside the closed unit disc of w: all poles in z inside.
     Stable,
     /// At least one is not.
@@ -22,17 +21,9 @@ pub enum Jury {
 /// In f64 the recursion loses a factor 1/(1 − |k|) a step; it says so ([`Jury::Undecided`]) when the
 /// estimated loss reaches the next 1 − |k|, which happens within about 1e-8 of the boundary, or
 /// farther for several slow poles at once. Cost: n² multiply-adds.
-///
 /// Source: E. I. Jury, *Theory and Application of the z-Transform Method*, Wiley, 1964, ch. 3.
 ///
-/// ```
-/// use haptic_analysis::{Jury, jury};
-///
-/// assert_eq!(jury(&[1.0, -0.9]), Jury::Stable); // z = 0.9
-/// assert_eq!(jury(&[1.0, -1.1]), Jury::NotStable);
-/// ```
-#[must_use]
-pub fn jury(coefficients: &[f64]) -> Jury {
+pub(crate) fn jury(coefficients: &[f64]) -> Jury {
     let Some((&first, _)) = coefficients.split_first() else {
         return Jury::Undecided;
     };

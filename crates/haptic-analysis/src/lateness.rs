@@ -8,8 +8,8 @@
 //! meets −1. So a few parts of a sample tell of every delay, however long, where the first zero is; there it is narrowed.
 
 use crate::characteristic::Characteristic;
-use crate::crossing::{AtAngle, Terms};
 use crate::curve::Bounds;
+use crate::margin::{AtAngle, Terms};
 use crate::{AnalysisError, SampledLoop};
 use core::f64::consts::PI;
 

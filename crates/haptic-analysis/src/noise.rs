@@ -48,16 +48,6 @@ pub fn noise_gain(operator: impl Differintegrator<f64>) -> f64 {
 ///
 /// # Errors
 /// An order or a sample time outside its range.
-///
-/// ```
-/// use fracdiff::{Order, Scheme, Seconds};
-/// use haptic_analysis::{exact_noise_gain, noise_gain};
-///
-/// let (order, t) = (Order::new(0.5)?, Seconds(1e-3));
-/// let full = noise_gain("full".parse::<Scheme>()?.build::<f64>(order, t, 8192.0)?);
-/// assert!((full / exact_noise_gain(order, t)? - 1.0).abs() < 1e-5);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub fn exact_noise_gain(order: Order, sample_time: Seconds) -> Result<f64, AnalysisError> {
     let mu = order.get();
     range("order", mu, mu > -0.5, "above -1/2", "")?;

@@ -1,10 +1,10 @@
 //! A simulated object behind a virtual coupler: the loop that a sampled device really closes over both.
 
-use crate::behind::Behind;
+use crate::characteristic::Behind;
 use crate::characteristic::Characteristic;
 use crate::jury::poles;
 use crate::operator::multiply;
-use crate::{AnalysisError, AtAngle, Coupler, Dynamics, Jury, LoopOperator, SampledLoop, jury};
+use crate::{AnalysisError, AtAngle, Coupler, Dynamics, LoopOperator, SampledLoop};
 use certified_count::Place;
 use fracdiff::FrequencyResponse;
 use fracdiff::parameter::{not_negative, positive, range};
@@ -92,13 +92,10 @@ impl<'a> CoupledLoop<'a> {
     ) -> Result<Self, AnalysisError> {
         let (order, t) = (coupler.order().get(), coupler.sample_time_s());
         let wanted = 1.0 - order;
-        range(
-            "order of the coupler's operator",
-            difference.order().get(),
-            (difference.order().get() - wanted).abs() < 1e-12,
-            "1 less the order of the coupler, which is from 0 to 1",
-            "",
-        )?;
+        let own = difference.order().get();
+        let fits = (own - wanted).abs() < 1e-12;
+        let allowed = "1 less the order of the coupler, which is from 0 to 1";
+        range("order of the coupler's operator", own, fits, allowed, "")?;
         let m = positive("mass", device.mass_kg, "kg")?;
         let mass = not_negative("object mass", object.mass_kg, "kg")?;
         let damping = not_negative("object damping", object.damping_n_s_per_m, "N·s/m")?;
@@ -176,8 +173,7 @@ impl<'a> CoupledLoop<'a> {
     }
 
     /// F·D in powers of w where Q = N/D is polynomial or rational.
-    #[must_use]
-    pub fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
+    fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
         let (above, below) = self.inner.characteristic.operator.polynomials()?;
         let plant = &self.inner.characteristic.plant;
         let (alpha, beta) = self.nondimensional();
@@ -195,12 +191,6 @@ impl<'a> CoupledLoop<'a> {
         let mut sum = multiply(&multiply(plant.denominator(), &e), below);
         add(&mut sum, &multiply(&seen, &coupler));
         Some(sum)
-    }
-
-    /// The verdict of the Schur–Cohn recursion, for polynomial and rational operators.
-    #[must_use]
-    pub fn jury(&self) -> Option<Jury> {
-        Some(jury(&self.characteristic_polynomial()?))
     }
 
     /// The poles in z, for polynomial and rational operators; poles at z = 0 left out.

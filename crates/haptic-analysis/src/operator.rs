@@ -140,8 +140,7 @@ impl LoopOperator {
 
     /// P(e^(−jθ)) and its derivative by θ; the derivative of the exact operator is infinite at
     /// θ = 0 for 0 < μ < 1.
-    #[must_use]
-    pub fn response_and_rate(&self, theta: f64) -> (Complex<f64>, Complex<f64>) {
+    pub(crate) fn response_and_rate(&self, theta: f64) -> (Complex<f64>, Complex<f64>) {
         let node = self.node(&Place::new(theta));
         let jet = if self.denominator.is_one() {
             node.numerator

@@ -1,12 +1,10 @@
 //! Passivity of the one port: how much device damping a virtual wall asks for, by Theorem 1.
 
-use crate::corollary::{check_order, corollary_delta};
-use crate::environment::finite;
 use crate::extremum::{Grid, Maximum};
+use crate::largest::At;
 use crate::largest::{Largest, largest};
 use crate::path::Profile;
-use crate::required::{RequiredDamping, RequiredDelta};
-use crate::theorem::At;
+use crate::transparency::finite;
 use crate::{AnalysisError, ForcePath};
 use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{FrequencyResponse, Order, Seconds};
@@ -71,9 +69,6 @@ pub struct OnePort<'a, P: ?Sized> {
 const REST_NOISE: f64 = 1e-4;
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
-    /// The longest extra delay, in samples.
-    pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
-
     /// Without extra delay. `order` is the one the operator was made for.
     ///
     /// # Errors
@@ -95,17 +90,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         port.deficit = if at_rest < -REST_NOISE { -at_rest } else { 0.0 };
         port.prepare()?;
         Ok(port)
-    }
-
-    /// With d whole samples between measuring and acting.
-    ///
-    /// # Errors
-    /// d above [`DELAY_MAX`](Self::DELAY_MAX).
-    pub fn with_delay(self, samples: usize) -> Result<Self, AnalysisError> {
-        let short = samples <= Self::DELAY_MAX;
-        range("delay", samples as f64, short, "at most 10000", "samples")?;
-        let path = ForcePath::whole(samples)?;
-        self.through(path)
     }
 
     /// With the delay, whole or not, and the current lag of an actuator.
@@ -140,8 +124,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         Ok(())
     }
 
-    /// The right side of Theorem 1 at one frequency, α·u(θ) + β·v(θ) for whole samples of delay, for
-    /// 0 < θ ≤ π.
+    /// The right side of Theorem 1 at one frequency, 0 < θ ≤ π: α·u(θ) + β·v(θ) for whole samples of delay.
     ///
     /// # Errors
     /// α, β or θ outside its range.
@@ -377,4 +360,80 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         }
         Ok(v)
     }
+}
+
+/// The damping that Theorem 1 asks for, without units, and that of Corollary 1 beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RequiredDelta {
+    /// The loop is passive for δ above this, and only then.
+    pub delta: f64,
+    /// θ that asks for it, rad/sample; of several π, then 0, then the largest.
+    pub worst_theta: f64,
+    /// The damping that Corollary 1 asks for: [`corollary_delta`](crate::corollary_delta).
+    pub corollary_delta: f64,
+    /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 looks at
+    /// θ > 0 only and cannot see it; A₃ with μ > 1 does this, P(1) = (1−μ)(3−μ)/3.
+    pub negative_at_rest: bool,
+}
+
+impl RequiredDelta {
+    /// Is a loop of this δ passive? Strict, as the theorem; never with a negative spring at rest.
+    #[must_use]
+    pub fn passive(&self, delta: f64) -> bool {
+        delta > self.delta && !self.negative_at_rest
+    }
+}
+
+/// The same with units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RequiredDamping {
+    /// The loop is passive for b above this, N·s/m, and only then.
+    pub damping_n_s_per_m: f64,
+    /// ω that asks for it, rad/s.
+    pub worst_rad_s: f64,
+    /// The damping that Corollary 1 asks for, N·s/m.
+    pub corollary_n_s_per_m: f64,
+    /// K + B·T^(−μ)·P(1) < 0, see [`RequiredDelta::negative_at_rest`].
+    pub negative_at_rest: bool,
+}
+
+impl RequiredDamping {
+    /// Is a device of this damping, N·s/m, passive? Strict, as the theorem.
+    #[must_use]
+    pub fn passive(&self, damping_n_s_per_m: f64) -> bool {
+        damping_n_s_per_m > self.damping_n_s_per_m && !self.negative_at_rest
+    }
+}
+
+/// Corollary 1, nondimensional: δ > α/2 + β·2^(μ−1); with units b > KT/2 + B(T/2)^(1−μ).
+///
+/// Equal to Theorem 1 for the exact operator (1 − w)^μ without extra delay and 0 ≤ μ ≤ 2 (in fact for
+/// every μ ≥ 0; worst at θ = π). It says nothing about another operator: the Muir polynomial of the
+/// dissertation needs up to a third more on the β term. Nor about a delay: d samples make the α term
+/// 2d + 1 times as large, and the β term larger where μ < 1 (where μ ≥ 1 it stays sufficient).
+///
+/// # Errors
+/// α or β below 0, or μ < 0.
+///
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 5.1, 5.2.
+pub fn corollary_delta(order: Order, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
+    check_order(order)?;
+    let alpha = not_negative("alpha", alpha, "")?;
+    let beta = not_negative("beta", beta, "")?;
+    // α/2 + β·2^(μ−1)
+    finite(
+        "least delta",
+        0.5 * alpha + beta * libm::pow(2.0, order.get() - 1.0),
+        "",
+    )
+}
+
+/// Theorem 1 has a bound for derivatives only.
+pub(crate) fn check_order(order: Order) -> Result<(), AnalysisError> {
+    let value = order.get();
+    let allowed = "in [0, 2], where the passivity theorem has a bound";
+    range("order", value, value >= 0.0, allowed, "")?;
+    Ok(())
 }

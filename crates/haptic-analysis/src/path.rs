@@ -13,9 +13,9 @@ use num_complex::Complex;
 /// ```
 /// - *Units*: both numbers in samples, that is delay/T and τ/T. [`Dynamics`](crate::Dynamics) makes one
 ///   from seconds.
-/// - *Delay*: beside that of the hold, from 0 to [`DELAY_MAX`](Self::DELAY_MAX). A delay within 1e-9 of
+/// - *Delay*: beside that of the hold, from 0 to 10 000. A delay within 1e-9 of
 ///   a whole number is that number, so that 3 ms at 1 ms are 3 samples.
-/// - *Lag*: from 0 to [`LAG_MAX`](Self::LAG_MAX). Below 1e-13 it counts as none: it moves the force by
+/// - *Lag*: from 0 to 1e6. Below 1e-13 it counts as none: it moves the force by
 ///   less than a rounding error.
 ///
 /// ```
@@ -50,27 +50,20 @@ impl ForcePath {
         lag: 0.0,
     };
     /// Longest delay, samples.
-    pub const DELAY_MAX: usize = 10_000;
+    pub const DELAY_MAX: f64 = 10_000.0;
     /// Longest lag, samples.
-    pub const LAG_MAX: f64 = 1e6;
+    const LAG_MAX: f64 = 1e6;
 
     /// From delay and lag, both in samples.
     ///
     /// # Errors
     /// Either outside its range.
     pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {
-        let check = |what, value: f64, most, allowed| {
-            range(
-                what,
-                value,
-                value >= 0.0 && value <= most,
-                allowed,
-                "samples",
-            )
-        };
-        let delay_most = Self::DELAY_MAX as f64;
-        check("delay", delay_samples, delay_most, "from 0 to 10000")?;
-        check("current lag", lag_samples, Self::LAG_MAX, "from 0 to 1e6")?;
+        let inside = (0.0..=Self::DELAY_MAX).contains(&delay_samples);
+        range("delay", delay_samples, inside, "from 0 to 10000", "samples")?;
+        let inside = (0.0..=Self::LAG_MAX).contains(&lag_samples);
+        let allowed = "from 0 to 1e6";
+        range("current lag", lag_samples, inside, allowed, "samples")?;
         let nearest = libm::rint(delay_samples);
         let delay = if (delay_samples - nearest).abs() < 1e-9 {
             nearest
@@ -87,14 +80,6 @@ impl ForcePath {
                 lag_samples
             },
         })
-    }
-
-    /// A whole number of samples of delay, no lag.
-    ///
-    /// # Errors
-    /// More than the longest delay.
-    pub fn whole(samples: usize) -> Result<Self, AnalysisError> {
-        Self::new(samples as f64, 0.0)
     }
 
     /// d + h, samples.
@@ -128,10 +113,7 @@ impl ForcePath {
     }
 
     /// The same with more whole samples of delay.
-    ///
-    /// # Errors
-    /// More than the longest delay.
-    pub fn later(self, samples: usize) -> Result<Self, AnalysisError> {
+    pub(crate) fn later(self, samples: usize) -> Result<Self, AnalysisError> {
         let whole = self.whole.saturating_add(samples);
         Self::new(whole as f64, 0.0)?;
         Ok(Self { whole, ..self })

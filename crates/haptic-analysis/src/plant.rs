@@ -1,12 +1,11 @@
 //! The device with its hand behind a zero-order hold, as the loop sees it once a sample.
 
-use crate::continuous::{Continuous, Lists};
-use crate::linear;
-use crate::mass_damper::{Poles, matrices, step_response};
+use crate::linear::numerator;
+use crate::linear::{Continuous, Lists};
 use crate::operator::multiply;
-use crate::transition::numerator;
-use crate::{AnalysisError, ForcePath};
+use crate::{AnalysisError, ForcePath, linear};
 use fracdiff::parameter::{not_negative, positive, range};
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A plant behind a zero-order hold, sampled exactly: G(w) = w^(d+1)·N(w)/A(w), w = z^(−1).
 ///
@@ -51,7 +50,7 @@ use fracdiff::parameter::{not_negative, positive, range};
 /// use haptic_analysis::SampledPlant;
 ///
 /// let free = SampledPlant::new(0.0, 0.0)?; // a mass without damper or hand: (w + w²)/2/(1 − w)²
-/// assert_eq!((free.n1(), free.n0()), (0.5, 0.5));
+/// assert_eq!(free.numerator(), [0.5, 0.5]);
 /// # Ok::<(), haptic_analysis::AnalysisError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,9 +90,9 @@ impl SampledPlant {
     /// Largest δ: a motion that dies out a million times faster than a sample is sampled wrongly.
     pub const DELTA_MAX: f64 = 1e6;
     /// Largest γ.
-    pub const GAMMA_MAX: f64 = 1e12;
+    pub(crate) const GAMMA_MAX: f64 = 1e12;
     /// Most states of a plant given by matrices.
-    pub const STATES_MAX: usize = linear::STATES_MAX;
+    pub(crate) const STATES_MAX: usize = linear::STATES_MAX;
 
     /// Mass, damper and hand, from δ and γ, with an actuator that acts at once.
     ///
@@ -161,7 +160,7 @@ impl SampledPlant {
 
     /// Any linear plant ẋ = Ax + Bu(t − (d + h)T), y = Cx, its input held between samples.
     ///
-    /// - `a`, n×n in 1/s, `b` and `c`, n long: n from 1 to [`STATES_MAX`](Self::STATES_MAX). u in N, y in m.
+    /// - `a`, n×n in 1/s, `b` and `c`, n long: n from 1 to 8. u in N, y in m.
     /// - `mass_kg`: the mass in α = KT²/m and β = BT^(2−μ)/m. It only scales; 1 kg does.
     /// - `path`: delay, and a current lag if A has none; it takes a state of its own.
     /// - *Accuracy*: the sampled plant is compared with C(1 − wΦ)⁻¹Γ solved directly at eight angles, and
@@ -175,7 +174,7 @@ impl SampledPlant {
     /// let a = [0.0, 1.0, 0.0, -b / m];
     /// let plant = SampledPlant::linear(&a, &[0.0, 1.0 / m], &[1.0, 0.0], t, m, ForcePath::NONE)?;
     /// let named = SampledPlant::new(b * t / m, 0.0)?;
-    /// assert!((plant.n1() - named.n1()).abs() < 1e-12);
+    /// assert!((plant.numerator()[0] - named.numerator()[0]).abs() < 1e-12);
     /// # Ok::<(), haptic_analysis::AnalysisError>(())
     /// ```
     ///
@@ -229,42 +228,10 @@ impl SampledPlant {
         self.numerator.get()
     }
 
-    /// n₁, the first coefficient of the numerator: where a unit force has moved the device to one
-    /// sample after its whole samples of delay, from rest.
-    #[must_use]
-    pub fn n1(&self) -> f64 {
-        self.numerator.values[0]
-    }
-
-    /// n₀, the second coefficient of the numerator.
-    #[must_use]
-    pub fn n0(&self) -> f64 {
-        self.numerator.values[1]
-    }
-
     /// The numerator at w = 1; for an ideal actuator n₁ + n₀ = φ₁(s₂)φ₁(s₃). For a plant from matrices,
     /// whose numerator may vanish there, the sum of the sizes of its coefficients.
-    #[must_use]
-    pub fn numerator_sum(&self) -> f64 {
+    pub(crate) fn numerator_sum(&self) -> f64 {
         self.sum
-    }
-
-    /// The sum of the poles in z: c₂ + c₃ for an ideal actuator.
-    #[must_use]
-    pub fn pole_sum(&self) -> f64 {
-        -self.denominator.values[1]
-    }
-
-    /// The coefficient of w² in A: e^(−δ) = c₂c₃, the product of the poles, for an ideal actuator.
-    #[must_use]
-    pub fn pole_product(&self) -> f64 {
-        self.denominator.values[2]
-    }
-
-    /// A(1), without cancellation: γ·(n₁ + n₀) for an ideal actuator.
-    #[must_use]
-    pub fn denominator_at_rest(&self) -> f64 {
-        self.denominator_in_v.values[0]
     }
 
     /// A in powers of v = 1 − w, of v⁰ first.
@@ -334,4 +301,117 @@ fn not_above(
 ) -> Result<f64, AnalysisError> {
     let value = not_negative(what, value, "")?;
     Ok(range(what, value, value <= most, allowed, "")?)
+}
+
+/// x″ + δx′ + γx = f, and a·(u − f) = f′ where there is a lag, in samples.
+pub(crate) fn matrices(
+    delta: f64,
+    gamma: f64,
+    path: ForcePath,
+) -> (DMatrix<f64>, DVector<f64>, RowDVector<f64>) {
+    // Natural units: the fastest of a sample, the damping and a radian of oscillation sets the time.
+    let rate = libm::sqrt(gamma).max(1.0);
+    let stiff = gamma / rate;
+    if path.lag_samples() == 0.0 {
+        return (
+            DMatrix::from_row_slice(2, 2, &[0.0, rate, -stiff, -delta]),
+            DVector::from_column_slice(&[0.0, 1.0 / rate]),
+            RowDVector::from_row_slice(&[1.0, 0.0]),
+        );
+    }
+    let a = 1.0 / path.lag_samples();
+    #[rustfmt::skip]
+    let matrix = [
+        0.0,    rate,   0.0,
+        -stiff, -delta, 1.0 / rate,
+        0.0,    0.0,    -a,
+    ];
+    (
+        DMatrix::from_row_slice(3, 3, &matrix),
+        DVector::from_column_slice(&[0.0, 0.0, a]),
+        RowDVector::from_row_slice(&[1.0, 0.0, 0.0]),
+    )
+}
+
+/// n₁ + n₀ and c₂ + c₃.
+pub(crate) struct Poles {
+    pub(crate) sum: f64,
+    pub(crate) pole_sum: f64,
+}
+
+impl Poles {
+    pub(crate) fn new(delta: f64, gamma: f64) -> Self {
+        // δ² − 4γ as a product: a square root of it loses half the digits at critical damping, but
+        // both results are smooth and even in it.
+        let root = libm::sqrt(gamma);
+        let discriminant = (delta - 2.0 * root) * (delta + 2.0 * root);
+        if discriminant >= 0.0 {
+            // s₃ = γ/s₂: the small root without a difference.
+            let s2 = 0.5 * (delta + libm::sqrt(discriminant));
+            let s3 = if s2 > 0.0 { gamma / s2 } else { 0.0 };
+            return Self {
+                sum: phi1(s2) * phi1(s3),
+                pole_sum: libm::exp(-s2) + libm::exp(-s3),
+            };
+        }
+        // s₂,₃ = σ ± jω: φ₁(s₂)φ₁(s₃) = [σ²φ₁(σ)² + ω²e^(−σ)(sin(ω/2)/(ω/2))²]/(σ² + ω²), a mean.
+        let sigma = 0.5 * delta;
+        let omega = 0.5 * libm::sqrt(-discriminant);
+        let share = (sigma / root) * (sigma / root);
+        let sinc = if omega > 0.0 {
+            libm::sin(0.5 * omega) / (0.5 * omega)
+        } else {
+            1.0
+        };
+        let decay = libm::exp(-sigma);
+        Self {
+            sum: share * phi1(sigma) * phi1(sigma) + (1.0 - share) * decay * sinc * sinc,
+            pole_sum: 2.0 * decay * libm::cos(omega),
+        }
+    }
+}
+
+/// (1 − e^(−s))/s.
+fn phi1(s: f64) -> f64 {
+    if s > 0.0 { -libm::expm1(-s) / s } else { 1.0 }
+}
+
+/// n₁ = x(1) for a unit force from rest.
+///
+/// ```text
+/// X(t) = ∫₀ᵗ h,   h'' + δh' + γh = 0,  h(0) = 0,  h'(0) = 1
+/// X = t² Σ_{k≥0} (−1)^k h_k/(k + 2)!,   h_k = δt·h_{k−1} − γt²·h_{k−2},   h₀ = 1,  h₋₁ = 0
+/// X(2t) = 2X − γX² + h²,    h(2t) = h·(2 − 2γX − δh)
+/// ```
+pub(crate) fn step_response(delta: f64, gamma: f64) -> f64 {
+    // δt and √(γ)t at most a half: 18 terms are exact.
+    let fastest = delta.max(libm::sqrt(gamma));
+    let halvings = if fastest < 0.5 {
+        0
+    } else {
+        libm::ilogb(fastest) + 2
+    };
+    let step = libm::ldexp(1.0, -halvings);
+    let (mut damping, mut stiffness) = (delta * step, gamma * step * step);
+    // `impulse` is h/t and `position` is X/t².
+    let (mut impulse, mut position) = (0.0, 0.0);
+    let (mut before, mut term, mut factorial) = (0.0, 1.0, 1.0);
+    for k in 1..=18_u32 {
+        // `term` is (−1)^(k−1) h_{k−1}, `factorial` k!
+        factorial *= f64::from(k);
+        impulse += term / factorial;
+        position += term / (factorial * f64::from(k + 1));
+        let next = -damping * term - stiffness * before;
+        before = term;
+        term = next;
+    }
+    for _ in 0..halvings {
+        let settled = stiffness * position;
+        let doubled = 2.0 * position - settled * position + impulse * impulse;
+        impulse *= 1.0 - settled - 0.5 * damping * impulse;
+        position = 0.25 * doubled;
+        damping *= 2.0;
+        stiffness *= 4.0;
+    }
+    position
 }

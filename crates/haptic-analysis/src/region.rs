@@ -21,11 +21,11 @@
 //! O. Tokatlı, *Fractional Order Control in Haptics*, §4.3.
 
 use crate::arrangement::{Edge, monotone, pieces};
-use crate::boundary::Polygon;
+use crate::arrangement::{Straight, near};
 use crate::characteristic::Characteristic;
 use crate::decomposition::Decomposition;
 use crate::outline::Outline;
-use crate::straight::{Straight, near};
+use crate::outline::{BoundaryPoint, Polygon};
 use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
 use fracdiff::parameter::range;
@@ -102,13 +102,8 @@ impl StabilityRegion {
         let plant = plant.later(delay)?;
         let samples = plant.path().delay_samples();
         let short = samples <= Self::DELAY_MAX as f64;
-        range(
-            "delay of a region",
-            samples,
-            short,
-            "from 0 to 64",
-            "samples",
-        )?;
+        let allowed = "from 0 to 64";
+        range("delay of a region", samples, short, allowed, "samples")?;
         let order = operator.order().get();
         let kept = order <= 0.0 || order >= Self::ORDER_MIN;
         range("order of a region", order, kept, "0, or from 1e-6 to 2", "")?;
@@ -124,7 +119,7 @@ impl StabilityRegion {
         };
         let searched = decomposition.reach;
         let loops = if order == 0.0 {
-            crate::strip::polygons(&decomposition)
+            polygons(&decomposition)
         } else {
             let edges = edges(&decomposition)?;
             let pieces = pieces(&decomposition, &edges);
@@ -138,12 +133,6 @@ impl StabilityRegion {
         };
         let at_rest = decomposition.line_at_rest().unwrap_or((0.0, 0.0));
         Ok(summary(loops, searched, at_rest))
-    }
-
-    /// True if it is empty.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        matches!(self, Self::Empty { .. })
     }
 
     /// The area, unless it is empty.
@@ -200,7 +189,8 @@ fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
         own(power) + sum
     };
     let power = plant.path().whole_samples() + 1;
-    let (n1, n0) = (plant.n1(), plant.n0());
+    let n = |power: usize| plant.numerator().get(power).copied().unwrap_or(0.0);
+    let (n1, n0) = (n(0), n(1));
     let first = largest_root(|reach| coefficient(power, reach) / n1).filter(|_| n1 > 0.0);
     // A force that arrives late in its sample hardly moves the plant before the next: there
     // [w^(p+1)] + c·[w^p] of w^p(n₁ + n₀w)(α + βP), with c = sup|P|/p₀ ≥ |p₁|/p₀, is at least n₀(α + p₀β).
@@ -322,4 +312,89 @@ fn summary(mut polygons: Vec<Polygon>, searched: f64, at_rest: (f64, f64)) -> St
         searched,
         at_rest,
     })
+}
+
+/// The strips κ₁ < α + pβ < κ₂ of stable loops, cut to the quadrant.
+pub(crate) fn polygons(decomposition: &Decomposition) -> Vec<Polygon> {
+    let characteristic = &decomposition.characteristic;
+    let (p, _) = characteristic.operator.response_and_rate(0.0);
+    let mut edges: Vec<(f64, Option<f64>)> = vec![(0.0, None), (decomposition.reach, None)];
+    // w = ±1: κ = −A/S.
+    let ends = [
+        (decomposition.line_at_rest(), 0.0),
+        (decomposition.line_at_nyquist(), PI),
+    ];
+    edges.extend(
+        ends.into_iter()
+            .filter_map(|(line, theta)| Some((line?.1, Some(theta)))),
+    );
+    edges.extend(
+        real_crossings(decomposition)
+            .into_iter()
+            .map(|(kappa, theta)| (kappa, Some(theta))),
+    );
+    edges.retain(|(kappa, _)| (0.0..=decomposition.reach).contains(kappa));
+    // The rest at κ = 0 says more than the axis does.
+    edges.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.is_some().cmp(&a.1.is_some())));
+    edges.dedup_by(|b, a| b.0 - a.0 <= 1e-12 * a.0.max(1e-3));
+    let circle = characteristic.circle();
+    let mut strips: Vec<[(f64, Option<f64>); 2]> = Vec::new();
+    for pair in edges.windows(2) {
+        let kappa = 0.5 * (pair[0].0 + pair[1].0);
+        if circle.count((kappa, 0.0), 0.0, false).zeros != Some(0) {
+            continue;
+        }
+        match strips.last_mut() {
+            // A crossing that only touches does not bound anything.
+            Some(strip) if strip[1].0 >= pair[0].0 => strip[1] = pair[1],
+            _ => strips.push([pair[0], pair[1]]),
+        }
+    }
+    strips.iter().map(|strip| polygon(strip, p.re)).collect()
+}
+
+fn polygon([low, high]: &[(f64, Option<f64>); 2], p: f64) -> Polygon {
+    let corner = |alpha: f64, beta: f64, theta| BoundaryPoint { alpha, beta, theta };
+    let mut points = vec![
+        corner(low.0, 0.0, low.1),
+        corner(high.0, 0.0, high.1),
+        corner(0.0, high.0 / p, high.1),
+    ];
+    if low.0 > 0.0 {
+        points.push(corner(0.0, low.0 / p, low.1));
+    }
+    Polygon {
+        points,
+        area: 0.5 * (high.0 - low.0) * (high.0 + low.0) / p,
+    }
+}
+
+/// All κ = −A/S that are real, with their angles: zeros of Im(A·S*) in (0, π), none missed.
+fn real_crossings(decomposition: &Decomposition) -> Vec<(f64, f64)> {
+    let characteristic = &decomposition.characteristic;
+    let value = |theta: f64| {
+        let node = characteristic.node(theta);
+        (node, (node.plant.value * node.gain.value.conj()).im)
+    };
+    const END: f64 = 1e-6;
+    let mut found = Vec::new();
+    let mut todo = vec![(END, PI - END)];
+    while let Some((low, high)) = todo.pop() {
+        let ((a, at_a), (b, at_b)) = (value(low), value(high));
+        let bend = (characteristic.plant_bounds(&a, &b))
+            .times(characteristic.gain_bounds(&a, &b))
+            .bend;
+        let width = high - low;
+        if at_a * at_b > 0.0 && at_a.abs().min(at_b.abs()) > 0.125 * width * width * bend {
+            continue;
+        }
+        let middle = 0.5 * (low + high);
+        if width > 1e-13 && middle > low && middle < high {
+            todo.extend([(low, middle), (middle, high)]);
+        } else {
+            let gain = a.gain.value;
+            found.push(((-a.plant.value / gain).re, middle));
+        }
+    }
+    found
 }

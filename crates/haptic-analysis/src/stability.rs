@@ -1,12 +1,76 @@
 //! Stability of the sampled loop: three ways that must agree.
 
-use crate::characteristic::Characteristic;
-use crate::jury::{Jury, jury, poles};
+use crate::characteristic::{Characteristic, Node, Span};
+use crate::jury::poles;
 use crate::operator::multiply;
-use crate::{AnalysisError, ForcePath, LoopOperator, Nondimensional, SampledPlant};
-use certified_count::Count;
-use fracdiff::parameter::range;
+use crate::{AnalysisError, Environment, LoopOperator, SampledPlant};
+use certified_count::{Count, Curve, Sample};
+use core::f64::consts::PI;
+use fracdiff::Order;
+use fracdiff::parameter::{positive, range};
 use num_complex::Complex;
+
+/// Device and wall without units.
+///
+/// ```text
+/// α = K·T²/m,   β = B·T^(2−μ)/m,   δ = b·T/m,   γ = k·T²/m
+/// ```
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.9.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nondimensional {
+    /// α, 0 to 1e12.
+    pub alpha: f64,
+    /// β, 0 to 1e12.
+    pub beta: f64,
+    /// δ, 0 to 1e6.
+    pub delta: f64,
+    /// γ, 0 to 1e12.
+    pub gamma: f64,
+}
+
+impl Nondimensional {
+    /// Largest α and β.
+    pub const WALL_MAX: f64 = 1e12;
+
+    /// Itself, if all four are within their ranges.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn checked(self) -> Result<Self, AnalysisError> {
+        let (wall, allowed) = (Self::WALL_MAX, "from 0 to 1e12");
+        let (damping, hand) = (SampledPlant::DELTA_MAX, SampledPlant::GAMMA_MAX);
+        for (what, value, most, allowed) in [
+            ("alpha", self.alpha, wall, allowed),
+            ("beta", self.beta, wall, allowed),
+            ("delta", self.delta, damping, "from 0 to 1e6"),
+            ("gamma", self.gamma, hand, allowed),
+        ] {
+            range(what, value, (0.0..=most).contains(&value), allowed, "")?;
+        }
+        Ok(self)
+    }
+
+    /// The wall that has these α and β on a device of this mass.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn with_units(
+        self,
+        mass_kg: f64,
+        sample_time_s: f64,
+        order: Order,
+    ) -> Result<Environment, AnalysisError> {
+        self.checked()?;
+        let m = positive("mass", mass_kg, "kg")?;
+        let t = positive("sample time", sample_time_s, "s")?;
+        Ok(Environment {
+            stiffness_n_per_m: self.alpha * m / (t * t),
+            dissipation_n_s_mu_per_m: self.beta * m / libm::pow(t, 2.0 - order.get()),
+            order,
+            sample_time_s: t,
+        })
+    }
+}
 
 /// A loop closed over a virtual environment, without units.
 ///
@@ -14,8 +78,7 @@ use num_complex::Complex;
 /// F(w) = A(w) + w^(d+1)·N(w)·(α + βP(w)),   stable ⇔ F has no zero in |w| ≤ 1,  w = z^(−1)
 /// ```
 /// - α, β: stiffness and dissipation, at least 0; δ, γ: device and hand, see [`SampledPlant`].
-/// - d: whole samples of delay between measuring and acting, beside the one of the hold; up to
-///   [`DELAY_MAX`](Self::DELAY_MAX). A delay that is no whole number and a current lag belong to the plant:
+/// - d: whole samples of delay between measuring and acting, beside the one of the hold; up to 10 000. A delay that is no whole number and a current lag belong to the plant:
 ///   [`with_plant`](Self::with_plant).
 ///
 /// ```
@@ -56,10 +119,12 @@ pub struct StabilityVerdict {
     /// The angle at which that was, rad/sample.
     pub theta: f64,
     /// The largest |z| of a pole, that of a drift left out; for polynomial and rational operators with a characteristic
-    /// polynomial of degree up to [`EIGENVALUE_DEGREE`](SampledLoop::EIGENVALUE_DEGREE).
+    /// polynomial of degree up to 64.
     pub spectral_radius: Option<f64>,
 }
 
+/// Largest degree for which a verdict takes the trouble to find all poles.
+const EIGENVALUE_DEGREE: usize = 64;
 /// |F|/(n₁ + n₀) at which a loop is on the boundary.
 pub(crate) const BOUNDARY: f64 = 1e-9;
 
@@ -70,11 +135,6 @@ fn flushed(value: f64) -> f64 {
 }
 
 impl<'a> SampledLoop<'a> {
-    /// Longest delay, samples.
-    pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
-    /// Largest degree for which a verdict takes the trouble to find all poles.
-    pub const EIGENVALUE_DEGREE: usize = 64;
-
     /// Checks all parameters. An α or β below 1e-200 counts as 0.
     ///
     /// # Errors
@@ -184,8 +244,7 @@ impl<'a> SampledLoop<'a> {
 
     /// F·D in powers of w, of w⁰ first, where P = N/D is polynomial or rational; its zeros are those
     /// of F, since D has none in |w| ≤ 1.
-    #[must_use]
-    pub fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
+    fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
         let (above, below) = self.characteristic.operator.polynomials()?;
         let plant = &self.characteristic.plant;
         let mut sum = multiply(plant.denominator(), below);
@@ -203,13 +262,6 @@ impl<'a> SampledLoop<'a> {
         Some(sum)
     }
 
-    /// The verdict of the Schur–Cohn recursion, for polynomial and rational operators.
-    #[must_use]
-    pub fn jury(&self) -> Option<Jury> {
-        self.characteristic_polynomial()
-            .map(|polynomial| jury(&polynomial))
-    }
-
     /// The poles in z, for polynomial and rational operators; poles at z = 0 left out.
     #[must_use]
     pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
@@ -218,7 +270,7 @@ impl<'a> SampledLoop<'a> {
 
     fn spectral_radius(&self) -> Option<f64> {
         let polynomial = self.characteristic_polynomial()?;
-        if polynomial.len() > Self::EIGENVALUE_DEGREE + 1 {
+        if polynomial.len() > EIGENVALUE_DEGREE + 1 {
             return None;
         }
         let mut poles = poles(polynomial)?;
@@ -228,5 +280,139 @@ impl<'a> SampledLoop<'a> {
         }
         let sizes = poles.iter().map(|pole| pole.norm());
         Some(sizes.fold(0.0, f64::max))
+    }
+}
+
+/// Samples of the circle that all counts for one plant, operator and delay share.
+///
+/// ```text
+/// zeros in |w| < 1 = −(1/π)·Δarg F·D over 0 ≤ θ ≤ π
+/// ```
+/// Each way between two samples is proved by a bound of the length of F's path, as [`Curve`] says.
+///
+/// *A loop that drifts* has zeros at w = 1 itself, F ~ c·v^p with c > 0, v = 1 − w. They are left outside by an arc round
+/// them, on which F turns by p·π/2 from v = ε to v = jε: F is judged beside them, as it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Circle<'a> {
+    pub(crate) characteristic: Characteristic<'a>,
+    nodes: Vec<Node>,
+    spans: Vec<Span>,
+}
+
+impl<'a> Characteristic<'a> {
+    /// The circle, sampled once for any number of counts.
+    pub(crate) fn circle(&self) -> Circle<'a> {
+        let nodes: Vec<Node> = Self::first_angles().map(|theta| self.node(theta)).collect();
+        let spans = nodes
+            .windows(2)
+            .map(|pair| self.span(&pair[0], &pair[1]))
+            .collect();
+        Circle {
+            characteristic: *self,
+            nodes,
+            spans,
+        }
+    }
+}
+
+/// Radii of the arc round w = 1 that are tried: the least on which F is above rounding.
+const ARCS: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
+/// So many times.
+const ABOVE: f64 = 1e3;
+
+impl Circle<'_> {
+    /// Zeros of F in |w| < 1. On the circle if some |F| ≤ `tolerance`·(n₁ + n₀), or
+    /// is no more than rounding error. `beside_rest`: those at w = 1 are left out.
+    ///
+    /// Cost: about 80 evaluations of three multiply-adds, and a full node wherever F is so small that
+    /// an interval has to be halved: some ten for each decade.
+    pub(crate) fn count(
+        &self,
+        (alpha, beta): (f64, f64),
+        tolerance: f64,
+        beside_rest: bool,
+    ) -> Count {
+        let mut curve = Weighed {
+            circle: self,
+            alpha,
+            beta,
+            fall: 0.0,
+        };
+        let arc = beside_rest.then(|| {
+            let (end, turned) = curve.round_rest();
+            (end, curve.span(&end, &self.nodes[1]), turned)
+        });
+        let whole = (&self.nodes[0], &self.spans[0], 0.0);
+        let (begin, span, turned) = arc
+            .as_ref()
+            .map_or(whole, |(end, span, turned)| (end, span, *turned));
+        let spans = core::iter::once(span).chain(&self.spans[1..]);
+        let scale = self.characteristic.plant.numerator_sum();
+        let count = curve.count(
+            (begin, turned),
+            spans.zip(&self.nodes[1..]),
+            tolerance * scale,
+        );
+        Count {
+            closest: count.closest / scale,
+            ..count
+        }
+    }
+}
+
+/// F of one pair of gains.
+struct Weighed<'a, 'b> {
+    circle: &'a Circle<'b>,
+    alpha: f64,
+    beta: f64,
+    /// p.
+    fall: f64,
+}
+
+impl Weighed<'_, '_> {
+    /// The end of the arc round w = 1 and the turn up to there; keeps p.
+    fn round_rest(&mut self) -> (Node, f64) {
+        let characteristic = self.circle.characteristic;
+        let value = |node: &Node| node.value(self.alpha, self.beta);
+        let mut arcs = ARCS.iter().map(|radius| characteristic.node(*radius));
+        let is_clear = |node: &Node| value(node).norm() > ABOVE * node.noise(self.alpha, self.beta);
+        let end = arcs.find(is_clear).unwrap_or(self.circle.nodes[1]);
+        let (near, far) = (value(&end), value(&characteristic.node(2.0 * end.theta())));
+        self.fall = libm::log2(far.norm() / near.norm()).max(0.0);
+        // Of the turns that end at this angle that of v^p.
+        let whole = libm::round((0.25 * self.fall) - near.arg() / (2.0 * PI));
+        (end, near.arg() + 2.0 * PI * whole)
+    }
+}
+
+impl Curve for Weighed<'_, '_> {
+    type Node = Node;
+    type Span = Span;
+
+    fn node(&self, theta: f64) -> Node {
+        self.circle.characteristic.node(theta)
+    }
+
+    fn span(&self, a: &Node, b: &Node) -> Span {
+        self.circle.characteristic.span(a, b)
+    }
+
+    /// The size is |F|, that of a loop that drifts over |v|^p too.
+    fn sample(&self, node: &Node) -> Sample {
+        let value = node.value(self.alpha, self.beta);
+        let fallen = match self.fall {
+            0.0 => 1.0,
+            fall => libm::pow(node.place.size_v.min(1.0), fall),
+        };
+        Sample {
+            theta: node.theta(),
+            value,
+            size: value.norm() / (node.operator.denominator.value.norm() * fallen),
+            noise: node.noise(self.alpha, self.beta),
+        }
+    }
+
+    fn path(&self, (a, b): (&Node, &Node), span: &Span) -> f64 {
+        span.path(a, b, self.alpha, self.beta)
     }
 }

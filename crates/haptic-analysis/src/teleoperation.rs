@@ -2,14 +2,13 @@
 
 mod line;
 mod search;
-mod stability;
 
 pub use line::{HandCoupler, HandLine, HandMass};
 pub use search::{BestCoupler, CouplerSearch, Transparency};
-pub use stability::{AbsoluteStability, LargestDelay};
 
-use crate::environment::{finite, turned};
-use crate::{AnalysisError, HybridMatrix};
+use crate::AnalysisError;
+use crate::extremum::Grid;
+use crate::transparency::{finite, turned};
 use fracdiff::parameter::{not_negative, positive};
 use line::Ports;
 use num_complex::Complex;
@@ -74,29 +73,10 @@ pub struct Teleoperation {
 }
 
 impl Teleoperation {
-    /// The hybrid matrix; its p's are the h's above.
-    ///
-    /// # Errors
-    /// A parameter or ω outside its range, or a result that is too large for a number.
-    pub fn hybrid_matrix(&self, omega_rad_s: f64) -> Result<HybridMatrix, AnalysisError> {
-        self.checked()?;
-        let ports = self.ports(turned(omega_rad_s, self.sample_time_s)?);
-        let matrix = HybridMatrix {
-            p11: ports.h11,
-            p12: ports.h12,
-            p21: ports.h21,
-            p22: ports.h22,
-        };
-        for p in [matrix.p11, matrix.p12, matrix.p21, matrix.p22] {
-            finite("element of the hybrid matrix", p.re + p.im, "")?;
-        }
-        Ok(matrix)
-    }
-
     /// `Z_t`, N·s/m, for an environment of impedance `Z_e(jω)`, velocity in and force out, N·s/m.
     ///
     /// # Errors
-    /// As [`hybrid_matrix`](Self::hybrid_matrix), or a resonance without damping.
+    /// A parameter or ω outside its range, a result that is too large for a number, or a resonance without damping.
     pub fn transmitted(
         &self,
         omega_rad_s: f64,
@@ -127,5 +107,151 @@ impl Teleoperation {
             self.delay_s,
             theta,
         )
+    }
+}
+
+/// Llewellyn's conditions over all frequencies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct AbsoluteStability {
+    /// True if they hold at each: stable with any passive hand and any passive environment.
+    pub stable: bool,
+    /// Least 2 Re h₁₁ Re h₂₂/(|h₁₂h₂₁| + Re(h₁₂h₂₁)), at least 1 for stability; 0 where a real part is negative.
+    pub least_ratio: f64,
+    /// The frequency of it, rad/s.
+    pub worst_rad_s: f64,
+}
+
+/// The delay from which on two hands are not absolutely stable any more.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LargestDelay {
+    /// Not even without delay.
+    None,
+    /// Stable for every delay that was tried up to this one, s, and not just above it.
+    Below {
+        /// s.
+        delay_s: f64,
+    },
+    /// Stable for every delay that was tried up to the largest one asked for.
+    Any,
+}
+
+/// Below this θ, rad/sample, nothing changes any more but the size of both sides.
+const NEAR_REST: f64 = 1e-9;
+/// Share of the limit that rounding takes.
+const ROUNDING: f64 = 1e-9;
+/// Delays that are tried on the way to the largest, a factor of 1.17 apart.
+const TRIED: usize = 60;
+
+impl Teleoperation {
+    /// Llewellyn's conditions at one frequency: the smaller of Re h₁₁ (N·s/m) and Re h₂₂ (m/(N·s)), at least 0, and the ratio of
+    /// [`AbsoluteStability::least_ratio`], at least 1.
+    ///
+    /// # Errors
+    /// A parameter or ω outside its range.
+    pub fn llewellyn(&self, omega_rad_s: f64) -> Result<(f64, f64), AnalysisError> {
+        self.checked()?;
+        Ok(self
+            .ports(turned(omega_rad_s, self.sample_time_s)?)
+            .llewellyn())
+    }
+
+    /// Llewellyn's conditions at every frequency up to π/T, by a grid that resolves the delay and golden sections in it.
+    ///
+    /// A wave line without playout fails near the frequencies ωh = nπ: there it has no loss, and the hold is late by half a
+    /// sample. It is passive as a *sampled* port; the damping of the devices has to pay for the hold. Two samples of playout are
+    /// loss enough for a b up to 0.85 of the damping `b_d` of the devices, three for all of it, whatever the delay: a device reflects
+    /// |Γ|² ≤ 1 + `bθ²/b_d` near rest, the playout keeps |S|² = 1/(1 + 2N(N − 1)(1 − cos θ)) ≈ 1 − N(N − 1)θ².
+    ///
+    /// # Errors
+    /// A parameter outside its range, or a delay of more than 1e5 samples.
+    pub fn absolute_stability(&self) -> Result<AbsoluteStability, AnalysisError> {
+        self.checked()?;
+        let grid = self.grid()?;
+        let unresolved = AnalysisError::Unresolved {
+            what: "absolute stability",
+            why: "a response is no number",
+        };
+        let worst = grid
+            .maximum(f64::NEG_INFINITY, |theta| -self.ratio(theta))
+            .ok_or(unresolved)?;
+        let least_ratio = -worst.value;
+        Ok(AbsoluteStability {
+            stable: least_ratio >= 1.0 - ROUNDING,
+            least_ratio,
+            worst_rad_s: worst.theta / self.sample_time_s,
+        })
+    }
+
+    /// The ratio, 0 where a real part is negative.
+    fn ratio(&self, theta: f64) -> f64 {
+        let (real, ratio) = self.ports(theta.max(NEAR_REST)).llewellyn();
+        if real < 0.0 {
+            0.0
+        } else if ratio > 1e12 {
+            // Of no concern, and no pole in a search.
+            1e12
+        } else {
+            ratio
+        }
+    }
+
+    /// The same verdict, at the points of a grid alone: for searches.
+    pub(super) fn is_stable_on(&self, grid: &Grid) -> bool {
+        let bound = 1.0 - ROUNDING;
+        grid.thetas()
+            .iter()
+            .all(|&theta| self.ratio(theta) >= bound)
+    }
+
+    pub(super) fn grid(&self) -> Result<Grid, AnalysisError> {
+        const MOST: f64 = 1e5;
+        let samples = 2.0 * (self.delay_s / self.sample_time_s + 1.0);
+        if samples > MOST {
+            return Err(AnalysisError::Unresolved {
+                what: "absolute stability",
+                why: "the delay is more than 50000 samples: take a longer sample time",
+            });
+        }
+        Ok(Grid::new(samples as usize))
+    }
+
+    /// The largest delay with which the two hands are absolutely stable, up to `most_s`; the delay of `self` does not matter.
+    ///
+    /// Delays are tried from short to long, then halved: a gap between two stable delays closer than a factor of 1.17 can be
+    /// missed.
+    ///
+    /// # Errors
+    /// As [`absolute_stability`](Self::absolute_stability).
+    pub fn largest_delay(&self, most_s: f64) -> Result<LargestDelay, AnalysisError> {
+        fracdiff::parameter::positive("largest delay", most_s, "s")?;
+        let stable = |delay_s: f64| {
+            let tried = Self { delay_s, ..*self };
+            Ok::<_, AnalysisError>(tried.absolute_stability()?.stable)
+        };
+        if !stable(0.0)? {
+            return Ok(LargestDelay::None);
+        }
+        let mut good = 0.0;
+        // From a factor of 10⁴ below the longest on.
+        let first = 1e-4 * most_s;
+        for n in 0..=TRIED {
+            let delay_s = first * libm::pow(1e4, n as f64 / TRIED as f64);
+            if stable(delay_s)? {
+                good = delay_s;
+                continue;
+            }
+            let mut bad = delay_s;
+            while bad - good > 1e-6 * bad {
+                let middle = 0.5 * (good + bad);
+                if stable(middle)? {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+            return Ok(LargestDelay::Below { delay_s: good });
+        }
+        Ok(LargestDelay::Any)
     }
 }

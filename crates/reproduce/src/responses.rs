@@ -4,7 +4,9 @@ use super::evidence::sensitivity::SENSITIVITY_WALL;
 use super::figure::{Axis, Figure, Panel, logarithmic, per_order};
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS};
 use fracdiff::Order;
-use haptic_analysis::{AnalysisError, ClosedLoop, Environment, Nondimensional, SampledLoop};
+use haptic_analysis::{
+    AnalysisError, ClosedLoop, Environment, ForcePath, Nondimensional, SampledLoop,
+};
 use haptic_experiment::Failure;
 use haptic_figure::Look;
 use std::f64::consts::PI;
@@ -170,7 +172,7 @@ pub(super) fn transparency() -> Result<Figure, Failure> {
                 order,
                 sample_time_s: T,
             },
-            delay_samples: 0,
+            path: ForcePath::NONE,
         };
         logarithmic(0.1, 30.0, 200)
             .map(|omega| Ok((omega, value(&closed.continuous(omega)?))))

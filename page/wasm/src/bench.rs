@@ -167,9 +167,8 @@ impl Bench {
             mass_kg: self.device.mass_kg,
             damping_n_s_per_m: self.device.damping_n_s_per_m,
             environment,
-            delay_samples: 0,
-        }
-        .through(path.map_err(refused)?);
+            path: path.map_err(refused)?,
+        };
         let mut answer = Vec::with_capacity(4 * omega_rad_s.len());
         for omega in omega_rad_s {
             let alone = environment.effective(&self.operator, *omega);

@@ -93,7 +93,7 @@ impl PyRegion {
     /// No wall is stable.
     #[getter]
     fn is_empty(&self) -> bool {
-        self.region.is_empty()
+        self.region.bounded().is_none()
     }
 
     /// Boundaries, the largest first: K in N/m and B in N·s^order/m of each point.

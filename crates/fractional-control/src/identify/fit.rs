@@ -1,6 +1,7 @@
 //! Model less record, as a problem of least squares.
 
 use super::record::{Free, FreeNumber, Record};
+use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, respond};
 use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
@@ -183,12 +184,7 @@ impl<'a> Fit<'a> {
 
     /// Model less record.
     fn left_by(&self, parameters: &DVector<f64>) -> DVector<f64> {
-        let largest = self
-            .record
-            .output
-            .iter()
-            .fold(0.0, |most: f64, y| most.max(y.abs()));
-        let limit = NONE * largest;
+        let limit = NONE * largest(self.record.output);
         let model = self
             .with(parameters)
             .and_then(|function| self.model(&function));

@@ -6,6 +6,7 @@ mod whole;
 
 use self::fit::{Fit, settled};
 use self::record::{Free, free_numbers};
+use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -63,17 +64,6 @@ pub fn identify(
 /// A function of whole orders, more of them below than above, runs exactly, so poles that are fast for the samples, swing long or grow are no
 /// trouble. [`whole_guess`] finds a first guess.
 ///
-/// ```
-/// use fracdiff::Seconds;
-/// use fractional_control::{Record, identify_coefficients};
-///
-/// // 1/(s − 1), begun from a plant that grows half as fast. From one that decays it would end at a slow decay: the pole would have to pass through infinity.
-/// let y: Vec<f64> = (0..200).map(|n| (0.01 * f64::from(n)).exp_m1()).collect();
-/// let record = Record { sample_time: Seconds(0.01), input: &[1.0; 200], output: &y, held: true, late: Seconds(0.0) };
-/// let found = identify_coefficients(&"1/(s-0.5)".parse()?, &record)?;
-/// assert_eq!(found.function.unstable_poles(), Some(1));
-/// # Ok::<(), fractional_control::ControlError>(())
-/// ```
 /// # Errors
 /// As [`identify`].
 pub fn identify_coefficients(
@@ -159,37 +149,18 @@ fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
     let t = positive("sample time", record.sample_time.0, "s")?;
     let late = record.late.0;
     let inside = (0.0..=t).contains(&late);
-    range(
-        "lateness of the input",
-        late,
-        inside,
-        "from 0 to the sample time",
-        "s",
-    )?;
+    let allowed = "from 0 to the sample time";
+    range("lateness of the input", late, inside, allowed, "s")?;
     let (inputs, outputs) = (record.input.len() as f64, record.output.len() as f64);
     let same = record.input.len() == record.output.len();
-    range(
-        "samples of the output",
-        outputs,
-        same,
-        "as many as of the input",
-        "",
-    )?;
+    let allowed = "as many as of the input";
+    range("samples of the output", outputs, same, allowed, "")?;
     let enough = record.input.len() > 2 * free;
-    range(
-        "samples of the record",
-        inputs,
-        enough,
-        "more than twice the free numbers",
-        "",
-    )?;
+    let allowed = "more than twice the free numbers";
+    range("samples of the record", inputs, enough, allowed, "")?;
     for sample in record.input.iter().chain(record.output) {
         range("sample of the record", *sample, true, "finite", "")?;
     }
-    let largest = record
-        .output
-        .iter()
-        .fold(0.0, |most: f64, y| most.max(y.abs()));
-    positive("largest output of the record", largest, "")?;
+    positive("largest output of the record", largest(record.output), "")?;
     Ok(())
 }

@@ -1,23 +1,19 @@
 //! A transfer function from a record: first guesses, fits, and which of them the record asks for.
 
-mod left;
-mod powers;
-mod record;
-mod rest;
-mod start;
-
-pub use self::left::Unexplained;
 pub use self::record::{Guess, InputOutput, shifted};
-
-use self::powers::powers;
 use self::record::{bic, resolved, rounding};
-use self::start::{Start, starts, whole_orders};
+use self::start::{Start, powers, starts, whole_orders};
 use crate::{
-    ControlError, FractionalTransferFunction, FreeNumber, Identified, WholeShape,
+    ControlError, FractionalTransferFunction, FreeNumber, Identified, Term, WholeShape,
     identify_coefficients,
 };
+use fracdiff::roots;
 use std::collections::VecDeque;
+use std::vec;
 use std::vec::Vec;
+
+mod record;
+mod start;
 
 /// A function that was fitted.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +48,7 @@ pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&
     let one_number = libm::log(record.output.len() as f64);
     let near = |other: &&Found| other.bic <= first.bic + one_number.max(DECISIVE);
     let mut others = found.iter().filter(|other| other.settles()).filter(near);
-    others.find(|other| rest::comes_to_rest(&other.identified.function, record))
+    others.find(|other| comes_to_rest(&other.identified.function, record))
 }
 
 /// Guesses of whole orders that are fitted: the most promising.
@@ -160,7 +156,7 @@ pub fn identify(
 /// best, if it has another pole at rest.
 fn simplest_at_rest(found: &[Found]) -> Option<usize> {
     let numbers = |found: &Found| (found.identified.standard_errors.len(), !found.is_whole());
-    let order = |found: &Found| rest::order_at_rest(&found.identified.function);
+    let order = |found: &Found| order_at_rest(&found.identified.function);
     let best = found.first()?;
     let all = found.iter().enumerate();
     let near = all.filter(|(_, other)| other.bic <= best.bic + DECISIVE);
@@ -175,12 +171,10 @@ fn cancel(found: &mut [Found], record: &InputOutput, held: bool) {
     let mut place = 0;
     while let Some(own) = found.get(place) {
         let function = Some(own.identified.function).filter(|_| own.is_whole());
-        let fewer = function.and_then(|own| rest::cancelled(&own, record));
+        let fewer = function.and_then(|own| cancelled(&own, record));
         let fewer = fewer
             .and_then(|fewer| identify_coefficients(&fewer, &record.as_record(held)).ok())
-            .filter(|fewer| {
-                fewer.rms_residual <= rest::AS_MUCH * own.identified.rms_residual.max(floor)
-            });
+            .filter(|fewer| fewer.rms_residual <= AS_MUCH * own.identified.rms_residual.max(floor));
         match fewer {
             // Looked at again: there may be two of them.
             Some(fewer) => found[place] = judged(fewer, record),
@@ -192,8 +186,7 @@ fn cancel(found: &mut [Found], record: &InputOutput, held: bool) {
 /// Adds the functions with an integrator in place of a pole that is at rest.
 fn put_to_rest(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
     let whole = found.iter().filter(|found| found.is_whole());
-    let integrating =
-        whole.filter_map(|found| rest::integrating(&found.identified.function, record));
+    let integrating = whole.filter_map(|found| integrating(&found.identified.function, record));
     let fitted: Vec<Found> = integrating
         .filter_map(|function| identify_coefficients(&function, &record.as_record(held)).ok())
         .map(|identified| judged(identified, record))
@@ -264,16 +257,171 @@ fn resolve_finer(found: &mut [Found], record: &InputOutput) {
 }
 
 fn judged(mut identified: Identified, record: &InputOutput) -> Found {
-    let left = left::left(record, &identified.model);
-    let neighbours = left::neighbours(&left);
-    let less_sure = left::less_sure(neighbours, left.len());
+    let left = left(record, &identified.model);
+    let neighbours = neighbours(&left);
+    let less_sure = less_sure(neighbours, left.len());
     let errors = identified.standard_errors.iter_mut();
     errors.for_each(|(_, error)| *error *= less_sure);
     let numbers = identified.standard_errors.len() as f64;
     Found {
         bic: bic(record, identified.rms_residual, (numbers, resolved(record))),
         neighbours,
-        unexplained: left::unexplained(record, &left),
+        unexplained: unexplained(record, &left),
         identified,
     }
+}
+
+/// Blocks of a record, and their samples at least.
+const BLOCKS: usize = 50;
+const SAMPLES: usize = 20;
+/// Neighbouring samples of a block that are so much alike are no white noise.
+const ALIKE: f64 = 0.8;
+/// The same of a whole record, where chance is less.
+const ALIKE_ALL: f64 = 0.3;
+/// A share of the output of a block that is much.
+const MUCH: f64 = 0.05;
+
+/// A stretch of a record that a function does not explain, though what it leaves there is no noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Unexplained {
+    /// From here on, s.
+    pub from_s: f64,
+    /// To here, s.
+    pub to_s: f64,
+    /// Root mean square of what is left, over that of the output there.
+    pub share: f64,
+}
+
+/// Record less model.
+pub(super) fn left(record: &InputOutput, model: &[f64]) -> Vec<f64> {
+    let pairs = record.output.iter().zip(model);
+    pairs.map(|(y, model)| y - model).collect()
+}
+
+/// Correlation of neighbouring samples.
+pub(super) fn neighbours(left: &[f64]) -> f64 {
+    let shifted = left.get(1..).unwrap_or_default();
+    let product = |other: &[f64]| -> f64 { left.iter().zip(other).map(|(a, b)| a * b).sum() };
+    let alike = product(shifted) / product(left);
+    if alike.is_finite() { alike } else { 0.0 }
+}
+
+/// Standard errors of white noise are to be multiplied by this: neighbours that are alike count as fewer samples.
+///
+/// ```text
+/// √((1 + ρ)/(1 − ρ)),   √n at most
+/// ```
+pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
+    let alike = neighbours.clamp(0.0, 1.0);
+    libm::sqrt(((1.0 + alike) / (1.0 - alike)).min(samples as f64))
+}
+
+/// The block of which most is left, if that is much and no noise. A record that grows is small where it begins, so that what a function
+/// lacks there is nothing beside its end.
+pub(super) fn unexplained(record: &InputOutput, left: &[f64]) -> Option<Unexplained> {
+    if neighbours(left) < ALIKE_ALL {
+        return None;
+    }
+    let samples = (left.len() / BLOCKS).max(SAMPLES);
+    let blocks = left
+        .chunks_exact(samples)
+        .zip(record.output.chunks_exact(samples))
+        .zip(record.time_s.chunks_exact(samples));
+    let judged = blocks.map(|((left, output), time)| {
+        let power = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
+        let found = Unexplained {
+            from_s: time[0],
+            to_s: time[samples - 1],
+            share: libm::sqrt(power(left) / power(output)),
+        };
+        (found, neighbours(left))
+    });
+    judged
+        .filter(|(found, alike)| found.share > MUCH && found.share.is_finite() && *alike > ALIKE)
+        .map(|(found, _)| found)
+        .max_by(|a, b| a.share.total_cmp(&b.share))
+}
+
+/// A pole or zero that moves by less than this over the whole record is at rest.
+const AT_REST: f64 = 0.3;
+/// A pole that moves by less than this is as good as an integrator, whatever follows the record.
+const STANDS: f64 = 0.03;
+/// What is left may grow by this factor where a pole at rest is cancelled.
+pub(super) const AS_MUCH: f64 = 2.0;
+
+/// Order of the pole at s = 0: 1 of an integrator.
+pub(super) fn order_at_rest(function: &FractionalTransferFunction) -> f64 {
+    function.denominator().lowest() - function.numerator().lowest()
+}
+
+/// A function of whole orders without a pole and a zero that are both at rest: within the record the one cancels the other.
+pub(super) fn cancelled(
+    function: &FractionalTransferFunction,
+    record: &InputOutput,
+) -> Option<FractionalTransferFunction> {
+    let above = without_rest(&coefficients(function.numerator().terms()), record)?;
+    let below = without_rest(&coefficients(function.denominator().terms()), record)?;
+    FractionalTransferFunction::new(&terms(&above), &terms(&below)).ok()
+}
+
+/// True if a function that settles shows some of that within the record: the last coefficient below acts beside the one before.
+pub(super) fn comes_to_rest(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
+    let below = function.denominator().terms();
+    let Some([next, last]) = below.last_chunk::<2>() else {
+        return true;
+    };
+    let moved = libm::pow(length_s(record), next.order - last.order);
+    (last.coefficient / next.coefficient * moved).abs() > STANDS
+}
+
+/// A function of whole orders whose slowest pole that moves is at rest within the record, with that pole at s = 0.
+pub(super) fn integrating(
+    function: &FractionalTransferFunction,
+    record: &InputOutput,
+) -> Option<FractionalTransferFunction> {
+    let below = coefficients(function.denominator().terms());
+    let integrators = below.iter().position(|c| *c != 0.0)?;
+    let faster = without_rest(&below[integrators..], record)?;
+    let unit = faster.first().map(|c| c.abs()).filter(|c| *c > 0.0)?;
+    let zeros = core::iter::repeat_n(0.0, integrators + 1);
+    let below: Vec<f64> = zeros.chain(faster.iter().map(|c| c / unit)).collect();
+    let above = coefficients(function.numerator().terms());
+    let above: Vec<f64> = above.iter().map(|c| c / unit).collect();
+    FractionalTransferFunction::new(&terms(&above), &terms(&below)).ok()
+}
+
+fn length_s(record: &InputOutput) -> f64 {
+    record.sample_time_s() * record.time_s.len() as f64
+}
+
+/// Of s⁰ first.
+fn coefficients(terms: &[Term]) -> Vec<f64> {
+    let degree = terms.first().map_or(0.0, |term| term.order);
+    let mut all = vec![0.0; degree as usize + 1];
+    for term in terms {
+        all[term.order as usize] = term.coefficient;
+    }
+    all
+}
+
+fn terms(coefficients: &[f64]) -> Vec<Term> {
+    let terms = coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0);
+    terms.map(|(k, c)| Term::new(*c, k as f64)).collect()
+}
+
+/// The polynomial without its slowest root, if that is real and at rest.
+fn without_rest(coefficients: &[f64], record: &InputOutput) -> Option<Vec<f64>> {
+    let root = roots(coefficients).into_iter().next()?;
+    if root.im != 0.0 || root.re.abs() * length_s(record) > AT_REST {
+        return None;
+    }
+    // Horner's rule from above.
+    let mut left = Vec::new();
+    for c in coefficients.iter().skip(1).rev() {
+        let before = left.last().map_or(0.0, |last| last * root.re);
+        left.push(c + before);
+    }
+    left.reverse();
+    Some(left)
 }

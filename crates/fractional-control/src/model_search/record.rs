@@ -1,5 +1,6 @@
 //! A record that a transfer function is to explain, and what a model of it is measured by.
 
+use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Record};
 use fracdiff::Seconds;
 use fracdiff::parameter::{RangeError, not_negative};
@@ -123,8 +124,4 @@ fn last_digit(signal: &[f64]) -> f64 {
     };
     let mut units = units.filter(|unit| signal.iter().all(|value| is_multiple(*value, *unit)));
     units.next().map_or(0.0, |unit| 0.5 * unit)
-}
-
-fn largest(signal: &[f64]) -> f64 {
-    signal.iter().fold(0.0, |most: f64, y| most.max(y.abs()))
 }

@@ -11,14 +11,10 @@
 //! Source: C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for
 //! industry applications*, Control Engineering Practice 16, 2008, whose five equations these are.
 
-mod equations;
-mod nyquist;
 mod open_loop;
-mod robustness;
 mod search;
 mod specification;
 
 pub use open_loop::Measures;
-pub use robustness::{GAINS, steps};
-pub use search::{Tuned, Unmet, tune, tune_integer};
-pub use specification::{Bound, Sampling, Specification};
+pub use search::{Tuned, tune, tune_integer};
+pub use specification::{Bound, GAINS, Sampling, Specification, Wish, WishName, steps};

@@ -1,10 +1,11 @@
 //! Orders and slope by search, gains by three linear equations.
 
-use super::equations::Equations;
 use super::open_loop::{Measures, OpenLoop, at};
-use super::specification::{Sampling, Specification};
+use super::specification::{Sampling, Specification, Wish, WishName};
 use crate::{ControlError, PidParameters, Plant};
 use core::f64::consts::PI;
+use nalgebra::{Matrix3, Vector3};
+use num_complex::Complex;
 use std::vec::Vec;
 
 /// A controller that was tuned, and what it reaches.
@@ -22,29 +23,7 @@ pub struct Tuned {
     /// The rest.
     pub measures: Measures,
     /// Wishes that are missed by more than 1 %; empty if all are met.
-    pub unmet: Vec<Unmet>,
-}
-
-/// A wish that was not met.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Unmet {
-    /// Field of the [`Specification`].
-    pub what: &'static str,
-    /// The wish.
-    pub wanted: f64,
-    /// The best that was found.
-    pub reached: f64,
-}
-
-impl core::fmt::Display for Unmet {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "`{}` {:.4} is not reached: {:.4} is the best that was found; allow more, or move the crossover",
-            self.what, self.wanted, self.reached
-        )
-    }
+    pub unmet: Vec<Wish>,
 }
 
 /// Tunes a PI^λD^μ: crossover, margin and flat phase exactly, the rest as well as can be.
@@ -139,8 +118,6 @@ const SLOPES: [f64; 11] = [
 const ORDERS: [f64; 2] = [0.02, 1.98];
 /// Starts that are refined.
 const STARTS: usize = 4;
-/// A wish missed by less than this share is met.
-const MET: f64 = 0.01;
 
 #[derive(Clone, Debug)]
 struct Search<'a> {
@@ -206,7 +183,7 @@ impl<'a> Search<'a> {
         let measures = self.open.measure(&gains, self.wishes);
         let missed: f64 = self
             .bounds(&measures)
-            .map(|(_, wanted, reached)| (reached / wanted - 1.0).max(0.0))
+            .map(|bound| (bound.reached / bound.wanted - 1.0).max(0.0))
             .sum();
         let margin = (1.0 - measures.other_margin_rad / self.wishes.phase_margin_rad).max(0.0);
         let mut cost = 100.0 * (missed + margin) + 0.01 * measures.margin_spread_rad;
@@ -228,22 +205,10 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Name, wish and what is reached, of each bound.
-    fn bounds(&self, measures: &Measures) -> impl Iterator<Item = (&'static str, f64, f64)> {
-        let wishes = self.wishes;
-        let noise = wishes.noise.zip(measures.noise);
-        let disturbance = wishes.disturbance.zip(measures.disturbance);
-        let peaks = [
-            wishes
-                .sensitivity_peak
-                .map(|peak| ("sensitivity_peak", peak, measures.sensitivity_peak)),
-            wishes
-                .complementary_peak
-                .map(|peak| ("complementary_peak", peak, measures.complementary_peak)),
-            noise.map(|(bound, reached)| ("noise", bound.at_most, reached)),
-            disturbance.map(|(bound, reached)| ("disturbance", bound.at_most, reached)),
-        ];
-        peaks.into_iter().flatten()
+    fn bounds(&self, measures: &Measures) -> impl Iterator<Item = Wish> {
+        let peaks = [measures.sensitivity_peak, measures.complementary_peak];
+        self.wishes
+            .bounds(peaks, [measures.noise, measures.disturbance])
     }
 
     /// Refines the best starts that are not neighbours, then the report.
@@ -310,35 +275,20 @@ impl<'a> Search<'a> {
         let open = own * response;
         let margin = (-open).arg();
         let least_margin = margin.min(best.measures.other_margin_rad);
-        let wishes = self.wishes;
-        let mut unmet: Vec<Unmet> = self
-            .bounds(&best.measures)
-            .filter(|(_, wanted, reached)| reached / wanted > 1.0 + MET)
-            .map(|(what, wanted, reached)| Unmet {
-                what,
-                wanted,
-                reached,
-            })
-            .collect();
+        let margin_wanted = self.wishes.phase_margin_rad;
         let exact = [
-            ("crossover_rad_s", 1.0, open.norm()),
-            ("phase_margin_rad", wishes.phase_margin_rad, least_margin),
+            Some(Wish::new(WishName::Crossover, 1.0, open.norm())),
+            Some(Wish::new(
+                WishName::PhaseMargin,
+                margin_wanted,
+                least_margin,
+            )),
+            (self.wishes.iso_damping).then(|| Wish::new(WishName::IsoDamping, 0.0, slope.im)),
         ];
-        let missed = exact
-            .into_iter()
-            .filter(|(_, wanted, reached)| (reached / wanted - 1.0).abs() > MET);
-        unmet.extend(missed.map(|(what, wanted, reached)| Unmet {
-            what,
-            wanted,
-            reached,
-        }));
-        if wishes.iso_damping && slope.im.abs() > MET {
-            unmet.push(Unmet {
-                what: "iso_damping",
-                wanted: 0.0,
-                reached: slope.im,
-            });
-        }
+        let all = self
+            .bounds(&best.measures)
+            .chain(exact.into_iter().flatten());
+        let unmet = all.filter(|wish| !wish.is_met()).collect();
         Tuned {
             parameters: best.gains,
             gain_at_crossover: open.norm(),
@@ -373,5 +323,86 @@ impl<'a> Search<'a> {
                 "lower the crossover (dead time makes the phase fall), or change the phase margin"
             },
         }
+    }
+}
+
+/// The equations of a plant at its crossover.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Equations {
+    /// ln s, and its slope over ln ω.
+    ln_s: Complex<f64>,
+    slope_s: Complex<f64>,
+    /// Of the plant, over ln ω, rad.
+    phase_slope: f64,
+    /// `C(s_c)` that crossover and margin ask for.
+    target: Complex<f64>,
+    /// Of the plant.
+    sign: f64,
+}
+
+impl Equations {
+    pub(super) fn new(open: &OpenLoop, phase_margin_rad: f64, sign: f64) -> Self {
+        let (ln_s, slope_s, response, slope_plant) = open.crossover;
+        Self {
+            ln_s,
+            slope_s,
+            phase_slope: slope_plant.im,
+            target: Complex::from_polar(1.0, phase_margin_rad - PI) / response,
+            sign,
+        }
+    }
+
+    /// `K_p`, `K_i` and `K_d` of these orders and this slope, of any sign.
+    fn solved(&self, [lambda, mu, slope]: [f64; 3]) -> Option<Vector3<f64>> {
+        let powers =
+            [0.0, -lambda, mu].map(|order| (order, (self.ln_s * order).exp() / self.target));
+        // Σ k·s^μ/R = 1,   Im(σ·Σ k·μ·s^μ/R) = ψ − Im(G′/G)
+        let row = |value: &dyn Fn(f64, Complex<f64>) -> f64| {
+            powers.map(|(order, power)| value(order, power))
+        };
+        let rows = [
+            row(&|_, power| power.re),
+            row(&|_, power| power.im),
+            row(&|order, power| (power * self.slope_s * order).im),
+        ];
+        let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
+        let wanted = Vector3::new(1.0, 0.0, slope - self.phase_slope);
+        let gains = matrix.lu().solve(&wanted)?;
+        gains.iter().all(|gain| gain.is_finite()).then_some(gains)
+    }
+
+    /// The three gains, if `K_p` and `K_i` have the sign of the plant. `K_d` may have any: a negative one of small order is a lag.
+    pub(super) fn gains(&self, place: [f64; 3]) -> Option<PidParameters> {
+        let gains = self.solved(place)?;
+        let with_plant = gains[0] * self.sign >= 0.0 && gains[1] * self.sign >= 0.0;
+        with_plant.then_some(PidParameters {
+            proportional: gains[0],
+            integral: gains[1],
+            integral_order: place[0],
+            derivative: gains[2],
+            derivative_order: place[1],
+        })
+    }
+
+    /// Between two neighbours of μ where both `K_p` and `K_i` change sign, both may have the right one, however near these places are:
+    /// the middle of the two.
+    pub(super) fn between(&self, lambda: f64, ends: [f64; 2], slope: f64) -> Option<[f64; 3]> {
+        let zero = |gain: usize| {
+            let at = |mu: f64| Some(self.solved([lambda, mu, slope])?[gain] > 0.0);
+            let ([mut low, mut high], above) = (ends, at(ends[0])?);
+            if at(high)? == above {
+                return None;
+            }
+            while high - low > 1e-6 {
+                let middle = 0.5 * (low + high);
+                if at(middle)? == above {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            Some(low)
+        };
+        Some([lambda, 0.5 * (zero(0)? + zero(1)?), slope])
     }
 }

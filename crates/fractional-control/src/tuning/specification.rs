@@ -1,9 +1,14 @@
 //! Wishes for a loop, and which of them contradict each other.
 
-use crate::{ControlError, Plant, Rule};
+use crate::records::MODES;
+use crate::{
+    Actuator, ControlError, FractionalPid, Memory, PidParameters, Plant, Response, Rule,
+    SampledPlant, SetPoint, simulate,
+};
 use core::f64::consts::PI;
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
+use std::vec::Vec;
 
 /// A bound of a gain on one side of a frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,16 +20,6 @@ pub struct Bound {
 }
 
 /// Wishes for a loop of plant and PI^λD^μ.
-///
-/// ```
-/// use fractional_control::tuning::{Bound, Specification};
-///
-/// let wishes = Specification {
-///     noise: Some(Bound { omega_rad_s: 10.0, at_most: 0.2 }),
-///     ..Specification::new(0.5, 60_f64.to_radians())
-/// };
-/// assert!(wishes.iso_damping);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specification {
     /// `ω_c`, where |L| is 1, rad/s.
@@ -41,6 +36,83 @@ pub struct Specification {
     pub sensitivity_peak: Option<f64>,
     /// The largest |T|.
     pub complementary_peak: Option<f64>,
+}
+
+/// The wish of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum WishName {
+    /// `ω_c`, rad/s.
+    Crossover,
+    /// Phase margin, rad.
+    PhaseMargin,
+    /// dφ/d ln ω at `ω_c`, rad: 0 is flat.
+    IsoDamping,
+    /// Largest |S|.
+    SensitivityPeak,
+    /// Largest |T|.
+    ComplementaryPeak,
+    /// |T| from a frequency on.
+    Noise,
+    /// |S| up to a frequency.
+    Disturbance,
+}
+
+/// A wish and what is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Wish {
+    /// The wish.
+    pub name: WishName,
+    /// What is asked for.
+    pub wanted: f64,
+    /// What is there.
+    pub reached: f64,
+}
+
+/// A wish that is missed by less than this share is met.
+const MET: f64 = 0.01;
+
+impl Wish {
+    pub(crate) const fn new(name: WishName, wanted: f64, reached: f64) -> Self {
+        Self {
+            name,
+            wanted,
+            reached,
+        }
+    }
+
+    /// True if it is met within 1 %.
+    #[must_use]
+    pub fn is_met(&self) -> bool {
+        match self.name {
+            WishName::Crossover | WishName::PhaseMargin => {
+                (self.reached / self.wanted - 1.0).abs() <= MET
+            }
+            WishName::IsoDamping => self.reached.abs() <= MET,
+            _ => self.reached <= self.wanted * (1.0 + MET),
+        }
+    }
+}
+
+/// A wish that is not met, by the name of its field.
+impl core::fmt::Display for Wish {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let field = match self.name {
+            WishName::Crossover => "crossover_rad_s",
+            WishName::PhaseMargin => "phase_margin_rad",
+            WishName::IsoDamping => "iso_damping",
+            WishName::SensitivityPeak => "sensitivity_peak",
+            WishName::ComplementaryPeak => "complementary_peak",
+            WishName::Noise => "noise",
+            WishName::Disturbance => "disturbance",
+        };
+        write!(
+            f,
+            "`{field}` {:.4} is not reached: {:.4} is the best that was found; allow more, or move the crossover",
+            self.wanted, self.reached
+        )
+    }
 }
 
 /// The sample time for which a controller is tuned, with the rule of its powers. The hold is taken into account.
@@ -65,6 +137,33 @@ impl Specification {
             sensitivity_peak: None,
             complementary_peak: None,
         }
+    }
+
+    /// Each bound with what is reached: the largest |S| and |T|, and |T| and |S| beyond the frequencies of noise and disturbance.
+    pub(crate) fn bounds(
+        &self,
+        [sensitivity, complementary]: [f64; 2],
+        [noise, disturbance]: [Option<f64>; 2],
+    ) -> impl Iterator<Item = Wish> {
+        let peak = |name, most: Option<f64>, reached| Some(Wish::new(name, most?, reached));
+        let beyond = |name, bound: Option<Bound>, reached: Option<f64>| {
+            Some(Wish::new(name, bound?.at_most, reached?))
+        };
+        let all = [
+            peak(
+                WishName::SensitivityPeak,
+                self.sensitivity_peak,
+                sensitivity,
+            ),
+            peak(
+                WishName::ComplementaryPeak,
+                self.complementary_peak,
+                complementary,
+            ),
+            beyond(WishName::Noise, self.noise, noise),
+            beyond(WishName::Disturbance, self.disturbance, disturbance),
+        ];
+        all.into_iter().flatten()
     }
 
     /// |S| and |T| at the crossover: `1/(2 sin(φ_m/2))`.
@@ -151,4 +250,46 @@ impl Specification {
         }
         Ok(())
     }
+}
+
+/// Gains of the plant over the nominal one: ± 6 dB in five steps.
+pub const GAINS: [f64; 5] = [
+    0.501_187_233_627_272_2,
+    0.707_945_784_384_137_9,
+    1.0,
+    1.412_537_544_622_754_3,
+    1.995_262_314_968_879_5,
+];
+
+/// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples` samples each. The command is that for the
+/// nominal plant times the gain.
+///
+/// # Errors
+/// A plant that does not run, parameters outside their range.
+pub fn steps(
+    parameters: &PidParameters,
+    plant: &Plant,
+    memory: Memory,
+    sample_time: Seconds,
+    samples: usize,
+) -> Result<Vec<Response>, ControlError> {
+    let plant = SampledPlant::new(plant, memory, sample_time)?;
+    let one = |gain: f64| {
+        // The gain of the plant is that of the controller, as far as y goes.
+        let scaled = PidParameters {
+            proportional: gain * parameters.proportional,
+            integral: gain * parameters.integral,
+            derivative: gain * parameters.derivative,
+            ..*parameters
+        };
+        let pid = FractionalPid::<f64, MODES>::new(
+            scaled,
+            SetPoint::ERROR,
+            Actuator::UNLIMITED,
+            memory,
+            sample_time,
+        )?;
+        Ok(simulate(&pid, &plant, |_| 1.0, samples))
+    };
+    GAINS.into_iter().map(one).collect()
 }

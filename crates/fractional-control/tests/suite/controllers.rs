@@ -5,8 +5,8 @@ mod responses;
 use crate::golden::podlubny;
 use fracdiff::Seconds;
 use fractional_control::{
-    Actuator, ControlError, Controller, Crone, CroneParameters, FractionalPid, Memory, Mode,
-    PidParameters, Plant, Rule, SampledPlant, SetPoint, Station, simulate,
+    Actuator, ControlError, Controller, CroneParameters, FractionalPid, LeadController, Memory,
+    Mode, PidParameters, Plant, Rule, SampledPlant, SetPoint, Station, simulate,
 };
 
 const T: Seconds = Seconds(1e-3);
@@ -214,7 +214,8 @@ fn bad_parameters_are_refused_in_one_line() {
             low_rad_s,
             high_rad_s,
         };
-        Crone::<f64>::new(shape, Actuator::UNLIMITED, memory(Rule::Bdf2), T).expect_err("refused")
+        LeadController::<f64>::crone(shape, Actuator::UNLIMITED, memory(Rule::Bdf2), T)
+            .expect_err("refused")
     };
     let off = |change: fn(&mut PidParameters)| {
         let mut gains = GAINS;

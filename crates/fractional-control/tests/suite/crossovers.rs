@@ -1,7 +1,7 @@
 //! Loops with more than one crossover: the wished one has the least margin, or it is told.
 
 use fracdiff::Seconds;
-use fractional_control::tuning::{Sampling, Specification, Tuned, tune, tune_integer};
+use fractional_control::tuning::{Sampling, Specification, Tuned, WishName, tune, tune_integer};
 use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
 
 /// The least phase margin in size of all crossovers from a thousandth to a thousand times this frequency, rad.
@@ -88,7 +88,7 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
         let told = tuned
             .unmet
             .iter()
-            .find(|unmet| unmet.what == "phase_margin_rad");
+            .find(|unmet| unmet.name == WishName::PhaseMargin);
         let foreseen = told.map_or(wishes.phase_margin_rad, |unmet| unmet.reached);
         // To the points of the tuner's grid.
         assert!((least - foreseen).abs() < 0.1, "{least} {foreseen}");

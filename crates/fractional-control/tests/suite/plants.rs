@@ -5,9 +5,9 @@ use core::f64::consts::PI;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
 use fractional_control::{
-    Actuator, ControllerParameters, Crone, CroneParameters, FractionalPid,
-    FractionalTransferFunction, LeadLag, LeadLagParameters, Memory, PidParameters, Plant, Rule,
-    SampledLoop, SampledPlant, SetPoint, StateSpace, Tid, TidParameters,
+    Actuator, ControllerParameters, CroneParameters, FractionalPid, FractionalTransferFunction,
+    LeadController, LeadLagParameters, Memory, PidParameters, Plant, Rule, SampledLoop,
+    SampledPlant, SetPoint, StateSpace, TidParameters,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -144,15 +144,15 @@ fn one_of_each(t: Seconds) -> [(ControllerParameters, Box<dyn FrequencyResponse>
         ),
         (
             tid.into(),
-            Box::new(Tid::<f64, 112>::new(tid, 0.0, free, memory(), t).expect("valid")),
+            Box::new(FractionalPid::<f64, 112>::tid(tid, 0.0, free, memory(), t).expect("valid")),
         ),
         (
             crone.into(),
-            Box::new(Crone::<f64, 112>::new(crone, free, memory(), t).expect("valid")),
+            Box::new(LeadController::<f64, 112>::crone(crone, free, memory(), t).expect("valid")),
         ),
         (
             lead.into(),
-            Box::new(LeadLag::<f64, 112>::new(lead, free, memory(), t).expect("valid")),
+            Box::new(LeadController::<f64, 112>::lead_lag(lead, free, memory(), t).expect("valid")),
         ),
     ]
 }

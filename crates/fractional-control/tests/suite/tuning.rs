@@ -2,7 +2,7 @@
 
 use super::crossovers::least_margin;
 use fracdiff::Seconds;
-use fractional_control::tuning::{Bound, Sampling, Specification, Tuned, tune};
+use fractional_control::tuning::{Bound, Sampling, Specification, Tuned, WishName, tune};
 use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant, StateSpace};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use std::time::Instant;
@@ -111,11 +111,11 @@ fn checked(tuned: &Tuned, plant: &Plant, wishes: &Specification) {
     );
     let slope = (open(1.001 * here) / open(here / 1.001)).arg() / (2.0 * 1.001_f64.ln());
     assert!(slope.abs() < 0.01, "{slope}");
-    let missed = |what| tuned.unmet.iter().any(|unmet| unmet.what == what);
+    let missed = |what| tuned.unmet.iter().any(|unmet| unmet.name == what);
     let least = least_margin(tuned, plant, here);
     let asked = wishes.phase_margin_rad;
     assert!(
-        missed("phase_margin_rad") || least > 0.97 * asked,
+        missed(WishName::PhaseMargin) || least > 0.97 * asked,
         "{least}"
     );
     for k in 0..=400 {
@@ -127,7 +127,7 @@ fn checked(tuned: &Tuned, plant: &Plant, wishes: &Specification) {
         {
             // 1 % and the distance of two points of the tuner's grid.
             assert!(
-                missed("noise") || t.norm() <= 1.02 * bound.at_most,
+                missed(WishName::Noise) || t.norm() <= 1.02 * bound.at_most,
                 "{omega} {t}"
             );
         }
@@ -135,7 +135,7 @@ fn checked(tuned: &Tuned, plant: &Plant, wishes: &Specification) {
         let s = (open(omega) + 1.0).inv();
         if let Some(bound) = wishes.disturbance {
             assert!(
-                missed("disturbance") || s.norm() <= 1.02 * bound.at_most,
+                missed(WishName::Disturbance) || s.norm() <= 1.02 * bound.at_most,
                 "{omega} {s}"
             );
         }
@@ -280,7 +280,7 @@ fn a_wish_that_is_out_of_reach_is_told_with_what_was_reached() {
         tuned
             .unmet
             .iter()
-            .any(|unmet| unmet.what == "noise" && unmet.reached > 1e-3)
+            .any(|unmet| unmet.name == WishName::Noise && unmet.reached > 1e-3)
     );
     assert!(
         tuned.unmet[0]

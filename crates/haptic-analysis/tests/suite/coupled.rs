@@ -1,11 +1,9 @@
-//! The loop of device, coupler and object: three ways to judge it, its edge, and what passivity of the sampled port asks.
+//! The loop of device, coupler and object: two ways to judge it, its edge, and what passivity of the sampled port asks.
 
 mod passive;
 
 use fracdiff::{Scheme, Seconds};
-use haptic_analysis::{
-    CoupledLoop, CoupledObject, Coupler, Dynamics, Jury, LeastDamping, LoopOperator,
-};
+use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LeastDamping, LoopOperator};
 use num_complex::Complex;
 use testkit::operator::order;
 use testkit::{Random, assert_relative};
@@ -71,29 +69,23 @@ impl Case {
 }
 
 #[test]
-fn encirclement_jury_and_eigenvalues_agree() {
+fn encirclement_and_eigenvalues_agree() {
     let mut random = Random(31);
     let (mut stable, mut unstable) = (0, 0);
     for n in 0..300 {
         let mu = [0.0, 0.25, 0.5, 0.75, 1.0][n % 5];
         let operator = operator(["grunwald:12", "tustin-muir:3", "grunwald:40"][n % 3], mu);
         let coupled = Case::random(&mut random, mu).closed(&operator);
-        let jury = coupled.jury().expect("polynomial");
         let poles = coupled.poles().expect("eigenvalues");
         let largest = poles.iter().fold(0.0, |most: f64, z| most.max(z.norm()));
         // Nearer to the circle eigenvalues of a polynomial of this degree say nothing.
-        if (largest - 1.0).abs() < 1e-6 || jury == Jury::Undecided {
+        if (largest - 1.0).abs() < 1e-6 {
             continue;
         }
         assert_eq!(
             coupled.is_stable(),
             largest < 1.0,
             "case {n}: largest pole {largest}"
-        );
-        assert_eq!(
-            coupled.is_stable(),
-            jury == Jury::Stable,
-            "case {n}: {jury:?}"
         );
         // Of what drifts one is at rest, on the circle.
         let edge = 1.0 + if coupled.drifts() { 1e-6 } else { 0.0 };

@@ -32,22 +32,6 @@ fn a_spring_behind_part_of_a_sample_needs_what_its_closed_form_says() {
     }
 }
 
-#[test]
-fn whole_delays_are_theorem_1_to_the_bit() {
-    let operator = ExactDifference(order(0.6));
-    for samples in [0, 1, 7] {
-        let before = OnePort::new(&operator, order(0.6))
-            .expect("valid")
-            .with_delay(samples);
-        let want = before
-            .expect("valid")
-            .required_delta(0.2, 0.3)
-            .expect("valid");
-        let have = port(&operator, 0.6, path(samples as f64, 0.0));
-        assert_eq!(have.required_delta(0.2, 0.3).expect("valid"), want);
-    }
-}
-
 /// Response to a unit step of commands after the time t in samples.
 fn step(way: ForcePath, t: f64) -> f64 {
     let since = t - way.delay_samples();

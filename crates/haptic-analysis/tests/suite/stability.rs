@@ -1,11 +1,10 @@
-//! Stability verdicts: by encirclement, by the Schur–Cohn recursion, and by eigenvalues found here,
-//! independently of the crate.
+//! Stability verdicts: by encirclement, and by eigenvalues found here, independently of the crate.
 
 mod known;
 mod operators;
 
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_analysis::{Jury, LoopOperator, Nondimensional, SampledLoop, SampledPlant};
+use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop, SampledPlant};
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
 use testkit::Random;
@@ -121,7 +120,7 @@ fn drawn(random: &mut Random, case: usize) -> (f64, &'static str, Vec<f64>) {
 fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
     const CASES: usize = 10_000;
     let mut random = Random(20_241);
-    let (mut skipped, mut stable, mut undecided) = (0, 0, 0);
+    let (mut skipped, mut stable) = (0, 0);
     let mut worst_radius: f64 = 0.0;
     for case in 0..CASES {
         let (order, name, taps) = drawn(&mut random, case);
@@ -151,25 +150,16 @@ fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
         );
         assert_eq!(verdict.stable, want.unstable() == 0, "{what}");
         stable += usize::from(verdict.stable);
-        match subject.jury().expect("a polynomial") {
-            Jury::Stable => assert!(verdict.stable, "{what}"),
-            Jury::NotStable => assert!(!verdict.stable, "{what}"),
-            _ => undecided += 1,
-        }
         let radius = verdict.spectral_radius.expect("a polynomial");
         // A zero as good as double is known to the root of a rounding error only.
         worst_radius = worst_radius.max((radius - want.radius()).abs());
         assert_eq!(radius < 1.0, verdict.stable, "{what}, radius {radius}");
     }
-    println!(
-        "{stable} stable, {skipped} skipped, Jury undecided {undecided}, radius {worst_radius:.1e}"
-    );
     assert!(
         stable > CASES / 5 && stable < 4 * CASES / 5,
         "{stable} stable: a lopsided sample"
     );
     assert!(skipped < 5, "{skipped} skipped");
-    assert!(undecided < CASES / 100, "{undecided} undecided");
     assert!(worst_radius < 1e-6, "{worst_radius:e}");
 }
 
@@ -319,7 +309,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn encirclement_jury_and_eigenvalues_agree(
+    fn encirclement_and_eigenvalues_agree(
         mu in 0.0..=2.0_f64,
         alpha in 0.0..2.0_f64,
         beta in 0.0..2.0_f64,
@@ -337,11 +327,6 @@ proptest! {
         let poles = subject.poles().expect("a polynomial");
         let outside = poles.iter().filter(|z| z.norm() > 1.0).count();
         prop_assert_eq!(verdict.unstable_poles, Some(outside));
-        match subject.jury().expect("a polynomial") {
-            Jury::Stable => prop_assert!(verdict.stable),
-            Jury::NotStable => prop_assert!(!verdict.stable),
-            _ => {}
-        }
     }
 
     #[test]
@@ -354,8 +339,9 @@ proptest! {
         let plant = SampledPlant::new(delta, gamma).expect("in range");
         let w = Complex::from_polar(1.0, -theta);
         let p = (-w + 1.0).powf(mu);
-        let fed_back = w.powu(delay as u32 + 1) * (w * plant.n0() + plant.n1()) * (p * beta + alpha);
-        let want = w * w * plant.pole_product() - w * plant.pole_sum() + 1.0 + fed_back;
+        let at = |c: &[f64]| c.iter().rev().fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c);
+        let fed_back = w.powu(delay as u32 + 1) * at(plant.numerator()) * (p * beta + alpha);
+        let want = at(plant.denominator()) + fed_back;
         prop_assert!((have - want).norm() < 1e-12 * (1.0 + want.norm()), "{} {}", have, want);
     }
 }

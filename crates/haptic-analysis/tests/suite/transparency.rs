@@ -1,12 +1,12 @@
 //! The feel of the environment and the closed loop, against the definitions and their limits.
 
 use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
-use haptic_analysis::{ClosedLoop, Effective, Environment, ForcePath, Loop};
+use haptic_analysis::{ClosedLoop, Effective, Environment, ForcePath};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use testkit::assert_close;
-use testkit::operator::{exact, order};
+use testkit::operator::{exact, order, path};
 
 /// Figure 6.2: m = 0.65 kg, b = 3.5 N·s/m, K = 50 N/m, B = 1 N·s^μ/m; T is not given, 1 ms here.
 fn figure_6_2(mu: f64) -> ClosedLoop {
@@ -19,7 +19,7 @@ fn figure_6_2(mu: f64) -> ClosedLoop {
             order: order(mu),
             sample_time_s: 1e-3,
         },
-        delay_samples: 0,
+        path: ForcePath::NONE,
     }
 }
 
@@ -88,15 +88,15 @@ fn a_muir_environment_shows_its_false_spring_at_rest() {
 #[test]
 fn the_closed_forms_are_the_definition_of_the_closed_loop() {
     for mu in [-0.5, 0.0, 0.3, 1.0, 1.5, 2.0] {
-        for delay_samples in [0, 2] {
+        for delay in [0.0, 2.0] {
             let closed = ClosedLoop {
-                delay_samples,
+                path: path(delay, 0.0),
                 ..figure_6_2(mu)
             };
             let t = closed.environment.sample_time_s;
             for omega in [0.1, 5.0, 60.0, 1000.0, PI / t] {
                 let j = Complex::new(0.0, 1.0);
-                let late = (-j * omega * t * (0.5 + delay_samples as f64)).exp();
+                let late = (-j * omega * t * (0.5 + delay)).exp();
                 let z = |h: Complex<f64>| j * omega * 0.65 + 3.5 + h * late / (j * omega);
                 let derivative = (j * omega).powf(mu);
                 let difference = ((1.0 - (-j * omega * t).exp()) / t).powf(mu);
@@ -106,7 +106,7 @@ fn the_closed_forms_are_the_definition_of_the_closed_loop() {
                 ];
                 for (have, z) in cases {
                     let have = have.expect("valid");
-                    let what = format!("μ {mu} ω {omega} d {delay_samples}");
+                    let what = format!("μ {mu} ω {omega} d {delay}");
                     let scale = 1e-11 * (1.0 + z.norm());
                     assert_close(&what, have.stiffness_n_per_m, -omega * z.im, scale * omega);
                     assert_close(&what, have.damping_n_s_per_m, z.re, scale);
@@ -190,22 +190,6 @@ fn at_low_frequency_the_hand_feels_the_spring_and_at_order_1_the_sum_of_both_dam
 }
 
 #[test]
-fn the_parameters_of_a_loop_carry_over() {
-    let closed = figure_6_2(0.5);
-    let system = Loop {
-        mass_kg: 0.65,
-        damping_n_s_per_m: 3.5,
-        hand_stiffness_n_per_m: 100.0,
-        sample_time_s: 1e-3,
-        order: order(0.5),
-        stiffness_n_per_m: 50.0,
-        dissipation_n_s_mu_per_m: 1.0,
-    };
-    assert_eq!(ClosedLoop::from(&system), closed);
-    assert_eq!(Environment::from(&system), closed.environment);
-}
-
-#[test]
 fn bad_input_is_refused_in_words() {
     let closed = figure_6_2(1.0);
     let words = |result: Result<Effective, haptic_analysis::AnalysisError>| {
@@ -248,9 +232,9 @@ proptest! {
     #[test]
     fn every_result_is_a_number(
         mu in -2.0..=2.0_f64, k in 0.0..1e6_f64, b in 0.0..1e4_f64, t in 1e-6..1.0_f64,
-        share in 1e-6..=1.0_f64, delay_samples in 0..20_usize,
+        share in 1e-6..=1.0_f64, delay in 0..20_u32,
     ) {
-        let mut closed = ClosedLoop { delay_samples, ..figure_6_2(mu) };
+        let mut closed = ClosedLoop { path: path(f64::from(delay), 0.0), ..figure_6_2(mu) };
         closed.environment.stiffness_n_per_m = k;
         closed.environment.dissipation_n_s_mu_per_m = b;
         let closed = with_sample_time(closed, t);
@@ -305,17 +289,14 @@ fn any_linear_device_is_felt_as_its_impedance_says() {
         mass_kg: mass,
         damping_n_s_per_m: damping,
         environment,
-        delay_samples: 0,
+        path,
     };
     for omega in [1e-2, 1.0, 70.0, 900.0, 3000.0] {
         let own = Complex::new(damping, omega * mass);
         let have = environment
             .felt_on(own, path, &operator, omega)
             .expect("felt");
-        let want = closed
-            .through(path)
-            .sampled(&operator, omega)
-            .expect("felt");
+        let want = closed.sampled(&operator, omega).expect("felt");
         let scale = want.stiffness_n_per_m.abs().max(500.0);
         assert!((have.stiffness_n_per_m - want.stiffness_n_per_m).abs() < 1e-12 * scale);
         assert!(
@@ -334,6 +315,7 @@ fn any_linear_device_is_felt_as_its_impedance_says() {
         .expect("felt");
     let massless = ClosedLoop {
         mass_kg: 1e-12,
+        path: ForcePath::NONE,
         ..closed
     };
     let want = massless.sampled(&operator, omega).expect("felt");

@@ -5,8 +5,8 @@ use core::f64::consts::PI;
 use fracdiff::FrequencyResponse;
 use fractional_control::num_complex::Complex;
 use fractional_control::{
-    Actuator, Controller, Crone, CroneParameters, LeadLag, LeadLagParameters, PidParameters, Rule,
-    SetPoint, Tid, TidParameters,
+    Actuator, Controller, CroneParameters, FractionalPid, LeadController, LeadLagParameters,
+    PidParameters, Rule, SetPoint, TidParameters,
 };
 
 /// −u/y from the impulse response, on the circle.
@@ -48,12 +48,12 @@ const TID: TidParameters = TidParameters {
     derivative: 0.1,
 };
 
-fn crone(shape: CroneParameters) -> Crone<f64, 64> {
-    Crone::new(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid")
+fn crone(shape: CroneParameters) -> LeadController<f64, 64> {
+    LeadController::crone(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid")
 }
 
-fn lead_lag(shape: LeadLagParameters) -> LeadLag<f64, 64> {
-    LeadLag::new(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid")
+fn lead_lag(shape: LeadLagParameters) -> LeadController<f64, 64> {
+    LeadController::lead_lag(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid")
 }
 
 #[test]
@@ -87,8 +87,8 @@ fn each_controller_has_the_response_that_it_says_and_near_rest_the_continuous_on
             );
         }
     }
-    let runs =
-        Tid::<f64, 64>::new(TID, 0.0, Actuator::UNLIMITED, memory(Rule::Bdf2), T).expect("valid");
+    let runs = FractionalPid::<f64, 64>::tid(TID, 0.0, Actuator::UNLIMITED, memory(Rule::Bdf2), T)
+        .expect("valid");
     let (have, want) = (runs.response(0.02), TID.response(20.0));
     assert!((have - want).norm() < 1e-3 * want.norm(), "{have} {want}");
 }

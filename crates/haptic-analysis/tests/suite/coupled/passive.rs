@@ -12,13 +12,13 @@ use testkit::{Random, assert_relative};
 
 #[test]
 fn the_sampled_port_of_springs_and_dampers_is_known_in_closed_form() {
-    let late = |d: usize| ForcePath::whole(d).expect("valid");
+    let late = |d: u32| ForcePath::new(f64::from(d), 0.0).expect("valid");
     for d in [0, 1, 2, 7] {
         // (d + 1)²·b_c·T/2, at rest.
         let spring = exact(1.0, 0.0, 1000.0)
             .sampled_damping(late(d))
             .expect("valid");
-        let want = 0.5 * T * 1000.0 * ((d + 1) * (d + 1)) as f64;
+        let want = 0.5 * T * 1000.0 * f64::from((d + 1) * (d + 1));
         assert_relative(&format!("spring, d {d}"), enough(spring), want, 1e-7);
         let damper = exact(1.0, 3.0, 0.0)
             .sampled_damping(late(d))

@@ -68,13 +68,19 @@ fn a_tissue_without_a_spring_drifts_and_beside_that_it_is_stable() {
     }
 }
 
+/// n₁, n₀ and the product of the poles.
+fn coefficients(plant: &SampledPlant) -> [f64; 3] {
+    let n = plant.numerator();
+    [n[0], n[1], plant.denominator()[2]]
+}
+
 /// GH of β·v^μ alone on 1/(s(s + δ)), by itself; the least gain above 1 at which it is −1.
 fn edge_without_a_spring(plant: &SampledPlant, beta: f64, mu: f64) -> f64 {
     let gain = |theta: f64| {
         let w = Complex::from_polar(1.0, -theta);
         let v = -w + 1.0;
-        let moved = w * (w * plant.n0() + plant.n1());
-        moved * v.powf(mu) * beta / (v * (-w * plant.pole_product() + 1.0))
+        let [n1, n0, product] = coefficients(plant);
+        w * (w * n0 + n1) * v.powf(mu) * beta / (v * (-w * product + 1.0))
     };
     let mut edge = -1.0 / gain(PI).re;
     if edge < 1.0 {
@@ -137,8 +143,9 @@ fn the_margin_of_a_damper_alone_is_its_closed_form() {
     let operator = operator("exact", 1.0);
     for delta in [0.0, 0.01, 0.1, 1.0, 3.0] {
         let plant = SampledPlant::new(delta, 0.0).expect("in range");
-        let least = (1.0 + plant.pole_product()) / (plant.n1() - plant.n0()).max(1e-300);
-        let edge = least.min(1.0 / plant.n0());
+        let [n1, n0, product] = coefficients(&plant);
+        let least = (1.0 + product) / (n1 - n0).max(1e-300);
+        let edge = least.min(1.0 / n0);
         for share in [1e-3, 0.1, 0.9] {
             let closed = SampledLoop::with_plant(plant, 0.0, share * edge, &operator);
             let margins = closed.expect("in range").beside_rest().margins();

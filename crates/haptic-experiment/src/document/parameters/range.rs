@@ -141,7 +141,7 @@ pub(crate) const RATIOS: Range = above_0(1e6);
 /// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
 pub const BOUNDS: Range = Range::Within(1e-15, 1e6);
 /// Delays of a loop, samples.
-pub const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX as f64);
+pub const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX);
 /// Times to wait for something that may never come, s: a day.
 pub const WAITS: Range = up_to(86_400.0);
 /// Times of a line to a device, s.

@@ -7,7 +7,7 @@ use crate::options::Given;
 use clap::Args;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
-    AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
+    AnalysisError, Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::{
@@ -145,25 +145,27 @@ fn parameters(
     let mass = or(&ANALYSED_MASS, |file| file.mass_kg).ok_or_else(|| missing(&ANALYSED_MASS))?;
     let sample_time = given.number(&ANALYSED_SAMPLE_TIME);
     let sample_time = sample_time.ok_or_else(|| missing(&ANALYSED_SAMPLE_TIME))?;
-    let parameters = Loop {
-        mass_kg: mass,
-        damping_n_s_per_m: or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m).unwrap_or(0.0),
-        hand_stiffness_n_per_m: or(&ANALYSED_HAND, |file| file.hand_stiffness_n_per_m)
-            .unwrap_or(0.0),
-        sample_time_s: sample_time,
-        order: mu,
+    let damping = or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m).unwrap_or(0.0);
+    let hand = or(&ANALYSED_HAND, |file| file.hand_stiffness_n_per_m).unwrap_or(0.0);
+    let device = Dynamics {
+        hand_stiffness_n_per_m: hand,
+        ..Dynamics::ideal(mass, damping)
+    };
+    let wall = Environment {
         stiffness_n_per_m: needed(&STIFFNESS)?,
         dissipation_n_s_mu_per_m: needed(&DISSIPATION)?,
+        order: mu,
+        sample_time_s: sample_time,
     };
     let asked = Asked {
         mass_kg: Some(mass),
-        damping_n_s_per_m: Some(parameters.damping_n_s_per_m),
-        hand_stiffness_n_per_m: Some(parameters.hand_stiffness_n_per_m),
+        damping_n_s_per_m: Some(damping),
+        hand_stiffness_n_per_m: Some(hand),
         sample_time_s: Some(sample_time),
         stiffness_n_per_m: given.number(&STIFFNESS),
         dissipation_n_s_mu_per_m: given.number(&DISSIPATION),
     };
-    Ok((parameters.nondimensional(), asked))
+    Ok((device.nondimensional(&wall), asked))
 }
 
 impl ResolvedLoop {

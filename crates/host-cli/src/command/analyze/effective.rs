@@ -160,15 +160,16 @@ impl TransparencyArguments {
             Some(file) if !given.has(parameter) => Ok(of_file(file)),
             _ => given.needed(parameter),
         };
-        let closed = ClosedLoop {
-            mass_kg: or(&ANALYSED_MASS, |file| file.mass_kg)?,
-            damping_n_s_per_m: or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m)?,
-            environment: wall.environment,
-            delay_samples: 0,
-        };
+        let mass_kg = or(&ANALYSED_MASS, |file| file.mass_kg)?;
+        let damping_n_s_per_m = or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m)?;
         let sample_time_s = Some(wall.environment.sample_time_s);
         let path = path(&given, sample_time_s, file.as_ref())?;
-        let closed = closed.through(path);
+        let closed = ClosedLoop {
+            mass_kg,
+            damping_n_s_per_m,
+            environment: wall.environment,
+            path,
+        };
         let effective = |&omega: &f64| {
             let sampled = closed.sampled(&wall.operator, omega).map_err(refused)?;
             let continuous = closed.continuous(omega).map_err(refused)?;

@@ -86,7 +86,7 @@ impl RegionArguments {
             delta: parameters.delta,
             gamma: parameters.gamma,
             path: resolved.path_result(),
-            empty: region.is_empty(),
+            empty: region.bounded().is_none(),
             area: 0.0,
             alpha_max: None,
             beta_at_alpha_max: None,
