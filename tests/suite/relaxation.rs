@@ -3,9 +3,7 @@
 
 use fracdiff::full_memory::{Design, FullMemory, Kernel};
 use fracdiff::{Differintegrator, Order, Real, Seconds, ShortMemory, grunwald_weights};
-use haptic_loop::plant::{
-    EncoderQuantiser, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, SensorNoise,
-};
+use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals, SquareMetres};
 use haptic_loop::{Contact, Controller, Device, KelvinVoigt, SafetyChain, Specimen, Tissue};
 
@@ -114,11 +112,10 @@ fn a_short_memory_of_one_second_is_far_off_after_six() {
 #[test]
 fn a_run_repeats_bit_for_bit_from_its_seed() {
     let sensed = |seed| {
-        let noisy =
-            SensorNoise::new(rig(RigContact::COMPLIANT), Metres(1e-8), seed).expect("valid");
+        let rig = rig(RigContact::COMPLIANT);
         run(
             full::<f32>(),
-            EncoderQuantiser::new(noisy, Metres(1e-9)).expect("valid"),
+            Sensed::new(rig, Metres(1e-9), (Metres(1e-8), seed)).expect("valid"),
         )
     };
     assert_eq!(sensed(7), sensed(7));

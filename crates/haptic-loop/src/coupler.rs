@@ -1,9 +1,10 @@
 //! A fractional virtual coupler between the device and a simulated object.
 
 use crate::Environment;
-use crate::error::{Checks, ParameterError, not_negative, positive};
+use crate::error::{Checks, ParameterError};
 use crate::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use core::array;
+use fracdiff::parameter::{not_negative, positive};
 use fracdiff::{Differintegrator, Order, Real};
 use nalgebra::SVector;
 
@@ -79,7 +80,7 @@ impl VirtualObject {
 /// ```
 pub fn deflection_order(order: Order) -> Result<Order, ParameterError> {
     let mu = order.get();
-    crate::error::range(
+    fracdiff::parameter::range(
         "order of a coupler",
         mu,
         (0.0..=1.0).contains(&mu),

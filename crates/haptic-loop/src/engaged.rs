@@ -10,7 +10,6 @@ use crate::device::{Device, Reading};
 use crate::environment::Environment;
 use crate::safety::{Fault, SafeForce};
 use core::borrow::BorrowMut;
-use core::fmt;
 use core::marker::PhantomData;
 use fracdiff::Real;
 use nalgebra::SVector;
@@ -50,6 +49,7 @@ use nalgebra::SVector;
 /// assert!(controller.safety().is_at_rest());
 /// # Ok::<(), haptic_loop::ParameterError>(())
 /// ```
+#[derive(Debug)]
 pub struct Engaged<F, const D: usize, E, V, C = Controller<F, D, E>>
 where
     F: Real,
@@ -226,18 +226,6 @@ where
     }
 }
 
-impl<F, const D: usize, E, V, C> fmt::Debug for Engaged<F, D, E, V, C>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D>,
-    C: BorrowMut<Controller<F, D, E>>,
-{
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Engaged").finish_non_exhaustive()
-    }
-}
-
 impl<F, const D: usize, E, V, C> Drop for Engaged<F, D, E, V, C>
 where
     F: Real,
@@ -259,6 +247,7 @@ where
 /// It holds the loop, so nothing can come between the two halves: no other tick, stop or reset. *Dropped* unfinished its force counts
 /// as one that did not get through: the device lets go, as after a failed write, and the history has the position.
 #[must_use = "send its force, then finish it"]
+#[derive(Debug)]
 pub struct Begun<'a, F, const D: usize, E, V, C = Controller<F, D, E>>
 where
     F: Real,
@@ -295,18 +284,6 @@ where
     pub fn finish(mut self) -> Sample<F, D> {
         self.sent = true;
         self.sample
-    }
-}
-
-impl<F, const D: usize, E, V, C> fmt::Debug for Begun<'_, F, D, E, V, C>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D>,
-    C: BorrowMut<Controller<F, D, E>>,
-{
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Begun").finish_non_exhaustive()
     }
 }
 

@@ -1,8 +1,9 @@
 //! Soft tissue after the fractional Kelvin–Voigt (KVFD) model, and a specimen of it.
 
-use crate::error::{ParameterError, not_negative, positive, range};
+use crate::error::ParameterError;
 use crate::units::{Metres, Newtons, Pascals, SquareMetres};
 use crate::{Environment, SpringDamper};
+use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{Differintegrator, Order, Real};
 use nalgebra::SVector;
 

@@ -18,12 +18,11 @@
 mod bounding;
 mod observer;
 mod profile;
-mod state;
 
 pub use bounding::EnergyBounding;
 pub use observer::PassivityObserver;
+pub(crate) use profile::GuardState;
 pub use profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
-pub(crate) use state::GuardState;
 
 use crate::error::Checks;
 use bounding::Bounding;

@@ -1,11 +1,11 @@
 //! A device whose axes differ.
 
 use super::mass_damper::{MassDamper, MassDamperConfig};
-use crate::error::range;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::array;
 use core::convert::Infallible;
 use fracdiff::Real;
+use fracdiff::parameter::range;
 use nalgebra::SVector;
 
 /// A simulated device with a mass, damping, hand and friction of its own on each axis, each a [`MassDamper`].

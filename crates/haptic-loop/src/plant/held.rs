@@ -1,7 +1,6 @@
 //! The indentation rig whose indenter something else holds: a controller, sample by sample.
 
-use super::rig::IndentationRig;
-use super::rig_config::{RigConfig, RigContact, RigDrive};
+use super::rig::{IndentationRig, RigConfig, RigContact, RigDrive};
 use crate::units::Newtons;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::convert::Infallible;

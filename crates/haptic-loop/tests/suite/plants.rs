@@ -1,7 +1,7 @@
 //! The simulated mass-damper against closed forms.
 
 use fracdiff::{Real, Seconds};
-use haptic_loop::plant::{MassDamper, MassDamperConfig, SensorNoise};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Device, Reading};
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3};
@@ -252,7 +252,7 @@ fn axes_are_independent_and_runs_repeat_bit_for_bit() {
     };
     let run = || {
         let mut both = MassDamper::<2>::new(config).expect("valid");
-        let mut noisy = SensorNoise::new(both.clone(), Metres(1e-5), 7).expect("valid");
+        let mut noisy = Sensed::new(both.clone(), Metres(0.0), (Metres(1e-5), 7)).expect("valid");
         let mut alone = plant(config);
         let mut digest = Vec::new();
         for n in 0..500_u32 {
