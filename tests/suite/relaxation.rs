@@ -5,7 +5,7 @@ use fracdiff::full_memory::{Design, FullMemory, Kernel};
 use fracdiff::{Differintegrator, Order, Real, Seconds, ShortMemory, grunwald_weights};
 use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals, SquareMetres};
-use haptic_loop::{Contact, Controller, Device, KelvinVoigt, SafetyChain, Specimen, Tissue};
+use haptic_loop::{Contact, Controller, Device, SafetyChain, Specimen, SpringDamper, Tissue};
 
 const T: Seconds = Seconds(1e-3);
 const ORDER: f64 = 0.2247;
@@ -38,7 +38,7 @@ fn run<F: Real, O: Differintegrator<F>>(
     operator: O,
     device: impl Device<F, 1, Error = core::convert::Infallible>,
 ) -> (Vec<f64>, Vec<f64>) {
-    let rendered = KelvinVoigt::new(&tissue(), &specimen(), operator).expect("valid");
+    let rendered = SpringDamper::of_tissue(&tissue(), &specimen(), operator).expect("valid");
     let environment = Contact::at(Metres(0.0), rendered).expect("valid");
     let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), T).expect("valid");
     let mut controller = Controller::new(environment, chain);

@@ -5,18 +5,6 @@ use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, MODES_MAX};
 
 /// Abilities of a real board with one axis, as far as this crate knows them. The board adds its own: forces, in N and
 /// N/s, the sensor's resolution, in m, and other periods than 100 µs to 10 ms.
-///
-/// ```
-/// use haptic_board::{haptic_link::Capabilities, one_axis};
-///
-/// let mine = Capabilities {
-///     force_max_n: 3.5,
-///     force_rate_max_n_per_s: 7000.0,
-///     position_resolution_m: 1e-5,
-///     ..one_axis("my-board")
-/// };
-/// assert_eq!(mine.board(), "my-board");
-/// ```
 #[must_use]
 pub const fn one_axis(board: &str) -> Capabilities {
     Capabilities {

@@ -10,22 +10,6 @@ use serde::{Deserialize, Serialize};
 
 /// The whole configuration but the coefficients. Applied in one transaction: stage this, stage the
 /// blocks of coefficients, commit with the digest of both.
-///
-/// ```
-/// use haptic_link::{CoefficientBlock, Configuration, OperatorForm, OperatorShape, block_count};
-///
-/// // 500 N/m and a backward difference: g and k₁ of D¹ at 1 kHz.
-/// let taps = [1000.0_f32, -1000.0];
-/// let configuration = Configuration {
-///     stiffness_n_per_m: 500.0,
-///     dissipation_n_s_mu_per_m: 2.0,
-///     order: 1.0,
-///     operator: OperatorShape { form: OperatorForm::Taps, integer: 0, count: 2 },
-///     ..Configuration::PASSIVE
-/// };
-/// assert_eq!(block_count(configuration.operator.count), 1);
-/// assert_eq!(CoefficientBlock::of(&taps, 0).values[..3], [1000.0, -1000.0, 0.0]);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Configuration {
     /// The side on which the loop runs.
@@ -247,13 +231,6 @@ pub struct WorkspaceBox {
 }
 
 /// Digest of what two hands must share: CRC-32 (as zlib's) over numbers of eight little-endian bytes each, then a text.
-///
-/// ```
-/// use haptic_link::hand_digest;
-///
-/// assert_eq!(hand_digest(&[300.0, 10.0, 0.5], "full"), hand_digest(&[300.0, 10.0, 0.5], "full"));
-/// assert_ne!(hand_digest(&[300.0, 10.0, 0.5], "full"), hand_digest(&[300.0, 11.0, 0.5], "full"));
-/// ```
 #[must_use]
 pub fn hand_digest(numbers: &[f64], text: &str) -> u32 {
     let mut digest = CRC.digest();
@@ -266,15 +243,6 @@ pub fn hand_digest(numbers: &[f64], text: &str) -> u32 {
 
 /// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
 /// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
-///
-/// ```
-/// use haptic_link::{Configuration, DigestBuilder};
-///
-/// let configuration = Configuration { stiffness_n_per_m: 500.0, ..Configuration::PASSIVE };
-/// let digest = DigestBuilder::new(&configuration).coefficients(&[1.0, -0.5]).finish();
-/// let other = DigestBuilder::new(&configuration).coefficients(&[1.0, -0.25]).finish();
-/// assert_ne!(digest, other);
-/// ```
 #[derive(Clone)]
 pub struct DigestBuilder(crc::Digest<'static, u32, crc::NoTable>);
 

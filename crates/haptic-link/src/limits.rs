@@ -7,19 +7,6 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Limits of force and motion. All numbers are finite; with one axis `force_n` limits the norm of the force too.
-///
-/// ```
-/// use haptic_link::Limits;
-///
-/// // A run that asks for more force than was set to last keeps what was set.
-/// let set = Limits { force_n: 4.0, ..Limits::DEFAULT };
-/// let (force_n, looser) = {
-///     let (tight, looser) = Limits::DEFAULT.tightened(&set);
-///     (tight.force_n, looser)
-/// };
-/// assert_eq!(force_n, 4.0);
-/// assert!(looser.is_some());
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
 pub struct Limits {
     /// Largest force, N, above 0.

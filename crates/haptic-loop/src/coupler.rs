@@ -70,14 +70,6 @@ impl VirtualObject {
 ///
 /// # Errors
 /// μ below 0 or above 1. Above 1 the coupler itself gives energy at low frequency.
-///
-/// ```
-/// use fracdiff::Order;
-///
-/// assert_eq!(haptic_loop::deflection_order(Order::new(0.75)?)?.get(), 0.25);
-/// assert!(haptic_loop::deflection_order(Order::new(1.5)?).is_err());
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 pub fn deflection_order(order: Order) -> Result<Order, ParameterError> {
     let mu = order.get();
     fracdiff::parameter::range(

@@ -158,29 +158,6 @@ where
     /// reading. Send it by what [`Begun::device`] lends, then [`finish`](Begun::finish).
     ///
     /// With [`Device::write`] between the two halves it is [`tick`](Self::tick), bit for bit.
-    ///
-    /// ```
-    /// use fracdiff::{Order, Seconds, ShortMemory};
-    /// use haptic_loop::plant::{MassDamper, MassDamperConfig};
-    /// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-    /// use haptic_loop::{Controller, Device, SafetyChain, SpringDamper};
-    ///
-    /// let t = Seconds(1e-3);
-    /// let operator = ShortMemory::<f32, 64>::new(Order::new(0.5)?, t)?;
-    /// let wall = SpringDamper::new(500.0, 2.0, operator)?;
-    /// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t)?;
-    /// let mut controller = Controller::<_, 1, _>::new(wall, chain);
-    /// let testbed = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), t);
-    /// let mut engaged = controller.engage(MassDamper::<1>::new(testbed)?);
-    ///
-    /// let Ok(reading) = engaged.read();
-    /// let mut begun = engaged.begin(reading);
-    /// let force = begun.force();
-    /// let Ok(()) = begun.device().write(force); // start it, do not wait for its end
-    /// let sample = begun.finish(); // meanwhile the history takes the position in
-    /// assert_eq!(sample.force, force);
-    /// # Ok::<(), haptic_loop::ParameterError>(())
-    /// ```
     #[inline]
     pub fn begin(&mut self, reading: Reading<F, D>) -> Begun<'_, F, D, E, V, C> {
         let sample = self.controller.borrow_mut().force(reading, None);

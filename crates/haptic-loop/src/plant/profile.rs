@@ -61,19 +61,6 @@ impl RampHold {
 /// ```
 /// The same positions as an [`IndentationRig`](super::IndentationRig) with a rigid contact, bit for bit, without
 /// its matrices. *Start-up*: tick 0. *Cost*: a division a tick; no allocation, no panic.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::Device;
-/// use haptic_loop::plant::{ImposedMotion, RampHold};
-/// use haptic_loop::units::Metres;
-///
-/// let ramp = RampHold::new(Metres(2e-3), Seconds(0.5))?;
-/// let mut motion = ImposedMotion::new(ramp, Seconds(1e-3))?;
-/// let reading = Device::<f64, 1>::read(&mut motion).unwrap_or_else(|never| match never {});
-/// assert_eq!((reading.tick, reading.position_m[0]), (0, 0.0));
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImposedMotion {
     profile: RampHold,

@@ -139,24 +139,6 @@ pub const SUB_STEPS: usize = 8;
 /// - *Cost* per sample: [`SUB_STEPS`] 8×8 products; no allocation, no panic.
 ///
 /// Source: dissertation ch. VII.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive};
-/// use haptic_loop::units::Metres;
-/// use haptic_loop::{Device, SafeForce};
-///
-/// // 1 mm in a second, then held.
-/// let ramp = RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0))?);
-/// let config = RigConfig::new(ramp, RigContact::Rigid, Seconds(1e-3));
-/// let mut rig = IndentationRig::new(config)?;
-/// for _ in 0..2000 {
-///     Device::<f64, 1>::write(&mut rig, SafeForce::zero()).unwrap_or_else(|never| match never {});
-/// }
-/// let reading = Device::<f64, 1>::read(&mut rig).unwrap_or_else(|never| match never {});
-/// assert!((reading.position_m[0] - 1e-3).abs() < 1e-12); // imposed exactly
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct IndentationRig {
     config: RigConfig,

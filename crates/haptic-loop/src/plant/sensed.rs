@@ -16,21 +16,6 @@ use rand_pcg::{Pcg32, rand_core::SeedableRng};
 /// - *Repeatable*: the same seed gives the same readings, bit for bit, in the order they are taken.
 /// - *Rounding*: halves away from zero; each step is rounded once to the loop's precision.
 /// - *Cost* per axis: a ziggurat draw, one division and one rounding.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::Device;
-/// use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-/// use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
-/// use nalgebra::vector;
-///
-/// let ideal = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3));
-/// let mut sensed = Sensed::new(MassDamper::<1>::new(ideal)?, Metres(0.5), (Metres(0.0), 1))?;
-/// sensed.device_mut().set_state(vector![1.3], vector![0.0]);
-/// let read = Device::<f64, 1>::read(&mut sensed).unwrap_or_else(|never| match never {});
-/// assert_eq!(read.position_m[0], 1.5);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct Sensed<V> {
     device: V,

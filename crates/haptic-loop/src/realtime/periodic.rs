@@ -110,20 +110,6 @@ pub struct Cycle {
 }
 
 /// A loop by the clock, in the thread that made it.
-///
-/// ```
-/// use haptic_loop::realtime::{Periodic, PeriodicConfig};
-/// use std::time::Duration;
-///
-/// let mut periodic = Periodic::new(PeriodicConfig::new(Duration::from_millis(1)))?;
-/// for tick in 0..10 {
-///     assert_eq!(periodic.wait().number, tick);
-///     // read, compute, write
-/// }
-/// let (timing, _) = periodic.finish();
-/// assert_eq!(timing.compute_ns().len(), 10);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Debug)]
 pub struct Periodic<W = SystemWaiter> {
     waiter: W,
