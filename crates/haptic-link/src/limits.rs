@@ -3,6 +3,7 @@
 use crate::configuration::{Configuration, LoopMode};
 use crate::field::Field;
 use crate::in_order::{Blank, Fixed, blank, read_in_order};
+use core::f32::{MAX, MIN_POSITIVE};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -188,76 +189,31 @@ impl Limit {
     }
 }
 
-const fn limit(
-    field: Field,
-    of: fn(&mut Limits) -> &mut f32,
-    [least, most]: [f32; 2],
-    tighter: Tighter,
-) -> Limit {
-    Limit {
-        field,
-        of,
-        least,
-        most,
-        tighter,
-    }
+macro_rules! rows {
+    ($($field:ident $place:ident [$least:expr, $most:expr] $tighter:ident;)*) => { [$(Limit {
+        field: Field::$field,
+        of: |limits| &mut limits.$place,
+        least: $least,
+        most: $most,
+        tighter: Tighter::$tighter,
+    }),*] };
 }
 
 impl Limits {
     /// Each number that is a limit by itself. Workspace, speed zone, braking, stuck time and guard depend on one another:
     /// see [`tightened`](Self::tightened).
-    pub const TABLE: [Limit; 11] = {
-        use Tighter::{Less, LessUnlessOff, More};
-        const ABOVE_0: [f32; 2] = [f32::MIN_POSITIVE, f32::MAX];
-        const FROM_0: [f32; 2] = [0.0, f32::MAX];
-        [
-            limit(Field::ForceLimit, |l| &mut l.force_n, ABOVE_0, Less),
-            limit(
-                Field::ForceRateLimit,
-                |l| &mut l.force_rate_n_per_s,
-                ABOVE_0,
-                Less,
-            ),
-            limit(
-                Field::StartForce,
-                |l| &mut l.start_force_n,
-                FROM_0,
-                LessUnlessOff,
-            ),
-            limit(Field::RiseTime, |l| &mut l.rise_time_s, [0.0, 60.0], More),
-            limit(
-                Field::SpeedHard,
-                |l| &mut l.speed_hard_m_per_s,
-                [1e-6, 1e3],
-                LessUnlessOff,
-            ),
-            limit(
-                Field::VelocityBandwidth,
-                |l| &mut l.velocity_bandwidth_hz,
-                [0.1, 1e4],
-                More,
-            ),
-            limit(Field::StopTime, |l| &mut l.stop_time_s, [1e-3, 1.0], Less),
-            limit(
-                Field::BrakeForce,
-                |l| &mut l.brake_force_n,
-                [0.0, 10.0],
-                Less,
-            ),
-            limit(
-                Field::DeviceMass,
-                |l| &mut l.device_mass_kg,
-                [1e-6, 1e3],
-                LessUnlessOff,
-            ),
-            limit(
-                Field::StuckForce,
-                |l| &mut l.stuck_force_n,
-                FROM_0,
-                LessUnlessOff,
-            ),
-            limit(Field::Jump, |l| &mut l.jump_m, [1e-6, 1.0], LessUnlessOff),
-        ]
+    pub const TABLE: [Limit; 11] = rows! {
+        ForceLimit force_n [MIN_POSITIVE, MAX] Less;
+        ForceRateLimit force_rate_n_per_s [MIN_POSITIVE, MAX] Less;
+        StartForce start_force_n [0.0, MAX] LessUnlessOff;
+        RiseTime rise_time_s [0.0, 60.0] More;
+        SpeedHard speed_hard_m_per_s [1e-6, 1e3] LessUnlessOff;
+        VelocityBandwidth velocity_bandwidth_hz [0.1, 1e4] More;
+        StopTime stop_time_s [1e-3, 1.0] Less;
+        BrakeForce brake_force_n [0.0, 10.0] Less;
+        DeviceMass device_mass_kg [1e-6, 1e3] LessUnlessOff;
+        StuckForce stuck_force_n [0.0, MAX] LessUnlessOff;
+        Jump jump_m [1e-6, 1.0] LessUnlessOff;
     };
 
     /// These limits, each replaced by the one of `set` where that is tighter; and the first that was looser.
