@@ -37,7 +37,7 @@ use fractional_haptics::haptic_loop::units::{
     SquareMetres,
 };
 use fractional_haptics::haptic_loop::{
-    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, KelvinVoigt, Limits,
+    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, SpringDamper, Limits,
     PassivityObserver, SafetyChain, SafetyState, Specimen, Tissue, Workspace,
 };
 use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
@@ -290,21 +290,21 @@ fn operator<F: Real>(scheme: &str, horizon: f64) -> Result<Operator<F>, Box<dyn 
 
 fn tissue<F: Real, O: Differintegrator<F>>(
     operator: O,
-) -> Result<KelvinVoigt<F, O>, Box<dyn Error>> {
+) -> Result<SpringDamper<F, O>, Box<dyn Error>> {
     let prostate = Tissue::new(Pascals(0.0), 8650.0, order())?;
     let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
-    Ok(KelvinVoigt::new(&prostate, &specimen, operator)?)
+    Ok(SpringDamper::of_tissue(&prostate, &specimen, operator)?)
 }
 
 fn contact<F: Real, O: Differintegrator<F>, const D: usize>(
     direction: [f64; D],
     operator: O,
-) -> Result<Contact<F, KelvinVoigt<F, O>, D>, Box<dyn Error>> {
+) -> Result<Contact<F, SpringDamper<F, O>, D>, Box<dyn Error>> {
     Ok(Contact::new(direction, Metres(0.0), tissue(operator)?)?)
 }
 
 /// Kelvin–Voigt tissue in the form of a ball.
-type SoftBall<F, O, const D: usize> = Contact<F, KelvinVoigt<F, O>, D, Ball<F, D>>;
+type SoftBall<F, O, const D: usize> = Contact<F, SpringDamper<F, O>, D, Ball<F, D>>;
 
 /// A disc or sphere whose surface goes through the origin, met along the diagonal.
 fn touched<F: Real, O: Differintegrator<F>, const D: usize>(

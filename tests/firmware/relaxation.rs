@@ -8,7 +8,7 @@ use haptic_link::{
     Configuration, EventKind, Limits, LoopMode, Sample, Simulation, SimulationKind, Start,
 };
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals, SquareMetres};
-use haptic_loop::{Contact, Controller, KelvinVoigt, SafetyChain, Specimen, Tissue};
+use haptic_loop::{Contact, Controller, SafetyChain, Specimen, SpringDamper, Tissue};
 use haptic_remote::operator_shape;
 use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
 use haptic_tissue::SampledModel;
@@ -249,7 +249,7 @@ fn a_host_loop_loses_nothing_and_follows_theory() {
     let done = emulated(|emulator| {
         let mut link = connected(emulator, configuration, &[0.0])?;
         let (tissue, specimen) = tissue();
-        let law = KelvinVoigt::new(&tissue, &specimen, operator::<f64>(PERIOD_US, TICKS));
+        let law = SpringDamper::of_tissue(&tissue, &specimen, operator::<f64>(PERIOD_US, TICKS));
         let contact = Contact::at(Metres(0.0), law.expect("valid")).expect("valid");
         let sample_time = Seconds(f64::from(PERIOD_US) * 1e-6);
         let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), sample_time);

@@ -3,11 +3,9 @@
 
 use fracdiff::full_memory::{Design, FullMemory, Kernel};
 use fracdiff::{Differintegrator, Order, Real, Seconds, ShortMemory, grunwald_weights};
-use haptic_loop::plant::{
-    EncoderQuantiser, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, SensorNoise,
-};
+use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals, SquareMetres};
-use haptic_loop::{Contact, Controller, Device, KelvinVoigt, SafetyChain, Specimen, Tissue};
+use haptic_loop::{Contact, Controller, Device, SafetyChain, Specimen, SpringDamper, Tissue};
 
 const T: Seconds = Seconds(1e-3);
 const ORDER: f64 = 0.2247;
@@ -40,7 +38,7 @@ fn run<F: Real, O: Differintegrator<F>>(
     operator: O,
     device: impl Device<F, 1, Error = core::convert::Infallible>,
 ) -> (Vec<f64>, Vec<f64>) {
-    let rendered = KelvinVoigt::new(&tissue(), &specimen(), operator).expect("valid");
+    let rendered = SpringDamper::of_tissue(&tissue(), &specimen(), operator).expect("valid");
     let environment = Contact::at(Metres(0.0), rendered).expect("valid");
     let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), T).expect("valid");
     let mut controller = Controller::new(environment, chain);
@@ -114,11 +112,10 @@ fn a_short_memory_of_one_second_is_far_off_after_six() {
 #[test]
 fn a_run_repeats_bit_for_bit_from_its_seed() {
     let sensed = |seed| {
-        let noisy =
-            SensorNoise::new(rig(RigContact::COMPLIANT), Metres(1e-8), seed).expect("valid");
+        let rig = rig(RigContact::COMPLIANT);
         run(
             full::<f32>(),
-            EncoderQuantiser::new(noisy, Metres(1e-9)).expect("valid"),
+            Sensed::new(rig, Metres(1e-9), (Metres(1e-8), seed)).expect("valid"),
         )
     };
     assert_eq!(sensed(7), sensed(7));

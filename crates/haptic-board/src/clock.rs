@@ -4,14 +4,6 @@ use core::cell::Cell;
 use critical_section::Mutex;
 
 /// Extends a 32-bit counter of microseconds to 64 bits. Has to be read once in 71 minutes; a tick does.
-///
-/// ```
-/// use haptic_board::Clock;
-///
-/// static CLOCK: Clock = Clock::new();
-/// assert_eq!(CLOCK.now_us(|| u32::MAX), u64::from(u32::MAX));
-/// assert_eq!(CLOCK.now_us(|| 9), u64::from(u32::MAX) + 10); // it has wrapped
-/// ```
 #[derive(Debug)]
 pub struct Clock(Mutex<Cell<u64>>);
 

@@ -3,10 +3,8 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 
-mod abilities;
 mod clock;
 mod device;
-mod identity;
 mod main_loop;
 #[cfg(all(feature = "defmt", target_os = "none"))]
 mod news;
@@ -18,12 +16,10 @@ mod retained;
 // All that a board needs, so that it has one dependency and versions that belong together.
 pub use {haptic_link, haptic_loop, haptic_remote, nalgebra};
 
-pub use abilities::{one_axis, only_real};
 pub use clock::Clock;
 pub use device::{Place, Shared, Ticker, TickerSlot, power_up};
-pub use identity::identity;
 pub use main_loop::{MainLoop, serve};
-pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog};
+pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog, identity, one_axis, only_real};
 pub use quadrature::Quadrature;
 pub use queue::Queue;
 pub use retained::{Retained, RetainedMemory};

@@ -1,4 +1,7 @@
-//! The parts of a chip that a device needs, and their promises.
+//! What a board is: the parts of its chip that a device needs, its abilities, its identity.
+
+use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, MODES_MAX};
 
 /// The timer whose interrupt is the tick.
 pub trait TickTimer {
@@ -52,4 +55,61 @@ pub struct Parts<H, T, L, W> {
     pub line: L,
     /// Watches tick and main loop.
     pub watchdog: W,
+}
+
+/// Abilities of a real board with one axis, as far as this crate knows them. The board adds its own: forces, in N and
+/// N/s, the sensor's resolution, in m, and other periods than 100 µs to 10 ms.
+#[must_use]
+pub const fn one_axis(board: &str) -> Capabilities {
+    Capabilities {
+        board: Capabilities::board_name(board),
+        axes: 1,
+        simulated: false,
+        tick_period_min_us: 100,
+        tick_period_max_us: 10_000,
+        force_max_n: 0.0,
+        force_rate_max_n_per_s: 0.0,
+        position_resolution_m: 0.0,
+        coefficients_max: COEFFICIENTS_MAX as u16,
+        modes_max: MODES_MAX as u16,
+        degree_max: DEGREE_MAX as u16,
+        flight_samples: FLIGHT_SAMPLES as u16,
+    }
+}
+
+/// [`Hardware::prepare`](haptic_remote::Hardware::prepare) of a board that simulates nothing.
+///
+/// # Errors
+/// A configuration that asks for a simulated plant.
+pub fn only_real(simulation: &Simulation) -> Result<(), Refusal> {
+    if simulation.kind == SimulationKind::Real {
+        Ok(())
+    } else {
+        Err(Refusal::Unsupported(Field::SimulationKind))
+    }
+}
+
+const MARK: [u8; 20] = *b"haptic-device image\0";
+
+/// Identity of an image: a mark, the board's name in 16 bytes, the version (major, minor, patch).
+/// `host-cli device flash` looks for it in the image and compares it with the device that answers afterwards.
+///
+/// Keep it in the image, though nothing there reads it:
+///
+/// ```
+/// static IDENTITY: [u8; 39] = haptic_board::identity("my-board", [0, 1, 0]);
+/// core::hint::black_box(&IDENTITY);
+/// # assert_eq!(IDENTITY[20..28], *b"my-board");
+/// # assert_eq!(IDENTITY[36..], [0, 1, 0]);
+/// ```
+#[must_use]
+pub const fn identity(board: &str, version: [u8; 3]) -> [u8; 39] {
+    let board = Capabilities::board_name(board);
+    let mut identity = [0; 39];
+    let (mark, rest) = identity.split_at_mut(MARK.len());
+    mark.copy_from_slice(&MARK);
+    let (name, of_version) = rest.split_at_mut(board.len());
+    name.copy_from_slice(&board);
+    of_version.copy_from_slice(&version);
+    identity
 }

@@ -1,30 +1,15 @@
-//! Everything that can be set on a device but the coefficients, in one structure.
+//! Everything that can be set on a device, and the digest by which both ends know it.
 
-use crate::coefficients::{OperatorForm, OperatorShape};
+use crate::frame::{CRC, written};
+use crate::in_order::{Blank, blank, read_in_order};
 use crate::limits::Limits;
-use crate::loop_mode::LoopMode;
-use crate::simulation::Simulation;
+#[cfg(feature = "several-axes")]
+use crate::sample::AXES_MAX;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// The whole configuration but the coefficients. Applied in one transaction: stage this, stage the
 /// blocks of coefficients, commit with the digest of both.
-///
-/// ```
-/// use haptic_link::{CoefficientBlock, Configuration, OperatorForm, OperatorShape, block_count};
-///
-/// // 500 N/m and a backward difference: g and k₁ of D¹ at 1 kHz.
-/// let taps = [1000.0_f32, -1000.0];
-/// let configuration = Configuration {
-///     stiffness_n_per_m: 500.0,
-///     dissipation_n_s_mu_per_m: 2.0,
-///     order: 1.0,
-///     operator: OperatorShape { form: OperatorForm::Taps, integer: 0, count: 2 },
-///     ..Configuration::PASSIVE
-/// };
-/// assert_eq!(block_count(configuration.operator.count), 1);
-/// assert_eq!(CoefficientBlock::of(&taps, 0).values[..3], [1000.0, -1000.0, 0.0]);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Configuration {
     /// The side on which the loop runs.
@@ -68,4 +53,239 @@ impl Configuration {
         limits: Limits::DEFAULT,
         simulation: Simulation::REAL,
     };
+}
+
+/// The side on which the loop runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum LoopMode {
+    /// On the device; the host sets parameters and records.
+    #[default]
+    Device,
+    /// On the host; the device reports its position and applies the force it is sent.
+    Host,
+}
+
+impl LoopMode {
+    /// The watchdog time unless given, ms: 20 in a host loop, whose force is as old as the silence, and 500 in a
+    /// device loop, whose force does not come from the host.
+    #[must_use]
+    pub const fn watchdog_ms(self) -> u16 {
+        match self {
+            Self::Device => 500,
+            Self::Host => 20,
+        }
+    }
+}
+
+/// Coefficients in a [`CoefficientBlock`].
+pub const COEFFICIENTS_PER_BLOCK: usize = 16;
+
+/// Blocks that hold this many coefficients.
+#[must_use]
+pub const fn block_count(coefficients: u16) -> u16 {
+    coefficients.div_ceil(COEFFICIENTS_PER_BLOCK as u16)
+}
+
+/// The meaning of a list of coefficients.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum OperatorForm {
+    /// g, k₁, …: weights of the newest sample and of those before.
+    #[default]
+    Taps,
+    /// g, k₁, …, k₁₅, then a pair (d, W) for each decaying mode.
+    Modes,
+    /// g, then a pair (b, a) for each degree of a recursion.
+    Recursion,
+    /// gain, g, then three (direct, decay, slow) for each first-order section.
+    Sections,
+}
+
+/// The key to the coefficients of an operator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct OperatorShape {
+    /// Their meaning.
+    pub form: OperatorForm,
+    /// Differences (> 0) or sums (< 0) around them, −2 to 2.
+    pub integer: i8,
+    /// Their number.
+    #[serde(with = "postcard::fixint::le")]
+    pub count: u16,
+}
+
+/// Sixteen coefficients of the operator; the last block is filled up with zeros.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct CoefficientBlock {
+    /// Of the first one, a multiple of 16.
+    #[serde(with = "postcard::fixint::le")]
+    pub offset: u16,
+    /// In the order of [`OperatorForm`](crate::OperatorForm).
+    #[serde(deserialize_with = "crate::in_order::array")]
+    pub values: [f32; COEFFICIENTS_PER_BLOCK],
+}
+
+impl CoefficientBlock {
+    /// The block at this offset of a list; what lies behind its end is zero.
+    #[must_use]
+    pub fn of(values: &[f32], offset: u16) -> Self {
+        let rest = values.get(usize::from(offset)..).unwrap_or_default();
+        let mut block = [0.0; COEFFICIENTS_PER_BLOCK];
+        for (slot, value) in block.iter_mut().zip(rest) {
+            *slot = *value;
+        }
+        Self {
+            offset,
+            values: block,
+        }
+    }
+}
+
+/// The plant of a simulated device.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
+pub struct Simulation {
+    /// The simulated plant.
+    pub kind: SimulationKind,
+    /// Mass of the device, kg.
+    pub mass_kg: f32,
+    /// Its viscous damping, N·s/m.
+    pub damping_n_s_per_m: f32,
+    /// Stiffness of the hand, N/m.
+    pub hand_stiffness_n_per_m: f32,
+    /// Constant push of the hand, N.
+    pub push_n: f32,
+    /// Indentation that is held, m.
+    pub depth_m: f32,
+    /// Time to reach it, s.
+    pub ramp_time_s: f32,
+    /// Ticks from the start of a run in which the plant stands still; with one axis only.
+    pub start_ticks: f32,
+}
+
+read_in_order!(Simulation {
+    kind,
+    mass_kg,
+    damping_n_s_per_m,
+    hand_stiffness_n_per_m,
+    push_n,
+    depth_m,
+    ramp_time_s,
+    start_ticks,
+});
+
+blank!(SimulationKind: Self::Real);
+
+impl Simulation {
+    /// A real device.
+    pub const REAL: Self = Self {
+        kind: SimulationKind::Real,
+        mass_kg: 0.0,
+        damping_n_s_per_m: 0.0,
+        hand_stiffness_n_per_m: 0.0,
+        push_n: 0.0,
+        depth_m: 0.0,
+        ramp_time_s: 0.0,
+        start_ticks: 0.0,
+    };
+
+    /// The dissertation's testbed without a hand: 65 g, 3.5 N·s/m.
+    pub const TESTBED: Self = Self {
+        kind: SimulationKind::MassDamper,
+        mass_kg: 0.065,
+        damping_n_s_per_m: 3.5,
+        ..Self::REAL
+    };
+}
+
+/// The plant of a simulated device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum SimulationKind {
+    /// Nothing: a real device.
+    #[default]
+    Real,
+    /// A mass-damper with a hand that pushes.
+    MassDamper,
+    /// An indentation by ramp and hold, imposed exactly.
+    RigidIndentation,
+    /// The same by an indenter of its own mass and servo, through a stiff contact.
+    CompliantIndentation,
+}
+
+/// The range in which a device may move on an axis.
+#[cfg(feature = "several-axes")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct AxisWorkspace {
+    /// Lowest position, m, −100 to 100.
+    pub low_m: f32,
+    /// Highest position, m, above the lowest, at most 100. Beyond either a fault latches.
+    pub high_m: f32,
+    /// Width of the zones at both ends in which an outward motion is braked, m, 0 or 1e-6 to half the range.
+    pub soft_m: f32,
+}
+
+/// A workspace of its own for each axis of a device of several, in a run. Where [`Limits`](crate::Limits) has a workspace for
+/// all axes, this one lies in it.
+#[cfg(feature = "several-axes")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct WorkspaceBox {
+    /// An element an axis.
+    pub axes: heapless::Vec<AxisWorkspace, AXES_MAX>,
+}
+
+/// Digest of what two hands must share: CRC-32 (as zlib's) over numbers of eight little-endian bytes each, then a text.
+#[must_use]
+pub fn hand_digest(numbers: &[f64], text: &str) -> u32 {
+    let mut digest = CRC.digest();
+    for number in numbers {
+        digest.update(&number.to_le_bytes());
+    }
+    digest.update(text.as_bytes());
+    digest.finalize()
+}
+
+/// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
+/// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
+#[derive(Clone)]
+pub struct DigestBuilder(crc::Digest<'static, u32, crc::NoTable>);
+
+impl core::fmt::Debug for DigestBuilder {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("DigestBuilder").finish_non_exhaustive()
+    }
+}
+
+impl DigestBuilder {
+    /// Over the configuration; the coefficients follow.
+    #[must_use]
+    pub fn new(configuration: &Configuration) -> Self {
+        let mut digest = CRC.digest();
+        // Longer than any configuration can be on the wire.
+        let mut bytes = [0; 192];
+        // A message of fixed size into a buffer that is longer cannot fail.
+        digest.update(written(configuration, &mut bytes).unwrap_or_default());
+        Self(digest)
+    }
+
+    /// Adds coefficients.
+    #[must_use]
+    pub fn coefficients(mut self, values: &[f32]) -> Self {
+        for value in values {
+            self.0.update(&value.to_le_bytes());
+        }
+        self
+    }
+
+    /// Adds the workspace of each axis, behind the coefficients: as they are on the wire, without their number.
+    #[cfg(feature = "several-axes")]
+    #[must_use]
+    pub fn workspace(mut self, workspace: &WorkspaceBox) -> Self {
+        for axis in &workspace.axes {
+            self = self.coefficients(&[axis.low_m, axis.high_m, axis.soft_m]);
+        }
+        self
+    }
+
+    /// The digest.
+    #[must_use]
+    pub fn finish(self) -> u32 {
+        self.0.finalize()
+    }
 }

@@ -99,6 +99,29 @@ pub enum Field {
 }
 
 impl Field {
+    /// The key of a limit in files, options and reports; empty for what is none.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::ForceLimit => "force_limit_n",
+            Self::ForceRateLimit => "force_rate_limit_n_per_s",
+            Self::StartForce => "start_force_n",
+            Self::RiseTime => "rise_time_s",
+            Self::SpeedHard => "speed_limit_m_per_s",
+            Self::VelocityBandwidth => "velocity_bandwidth_hz",
+            Self::StopTime => "stop_time_s",
+            Self::BrakeForce => "brake_force_n",
+            Self::DeviceMass => "device_mass_kg",
+            Self::StuckForce => "stuck_force_n",
+            Self::StuckTime => "stuck_time_s",
+            Self::Jump => "jump_m",
+            Self::Braking => "braking_n_s_per_m",
+            Self::WorkspaceSoft => "workspace_soft_m",
+            Self::SpeedSoft => "speed_soft_m_per_s",
+            _ => "",
+        }
+    }
+
     /// A number as on the wire in the unit that [`Display`](core::fmt::Display) names.
     #[must_use]
     pub fn shown(self, on_the_wire: f32) -> f32 {

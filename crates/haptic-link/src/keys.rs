@@ -3,15 +3,19 @@
 //! A host compares the keys of the messages that it uses and outlives everything else: a message that is new, one that
 //! it does not use and that has changed.
 
+use crate::report::Report;
+use crate::request::Request;
 use heapless::Vec;
 use postcard_schema::Schema;
+use postcard_schema::key::Key;
+use postcard_schema::schema::{DataModelType, NamedType, NamedVariant};
 use serde::{Deserialize, Serialize};
 
 /// Messages of one direction that a list of keys has room for.
 pub const KEYS_MAX: usize = 24;
 
 /// So many requests, the first ones, are those of a device of one axis.
-pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
+const ONE_AXIS_REQUESTS: usize = 17;
 /// Requests in all.
 pub(crate) const REQUESTS: usize =
     ONE_AXIS_REQUESTS + if cfg!(feature = "several-axes") { 1 } else { 0 };
@@ -31,3 +35,86 @@ pub struct Keys {
     /// Of the reports.
     pub reports: Vec<MessageKey, KEYS_MAX>,
 }
+
+/// Keys of the requests in this version of the crate.
+#[cfg(not(feature = "several-axes"))]
+pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
+    keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
+/// Keys of the requests in this version of the crate.
+#[cfg(feature = "several-axes")]
+pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
+    keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17);
+/// Keys of the reports.
+pub const REPORT_KEYS: [MessageKey; REPORTS] = keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12);
+
+impl Keys {
+    /// Of the messages in this version of the crate.
+    #[must_use]
+    pub fn current() -> Self {
+        // There is room for all, see below.
+        Self {
+            requests: REQUEST_KEYS.into_iter().collect(),
+            reports: REPORT_KEYS.into_iter().collect(),
+        }
+    }
+
+    /// Name of the first message for a device of so many axes that the other end does not have, or has in another form. More
+    /// messages than these do no harm.
+    #[must_use]
+    pub fn first_unlike(&self, axes: u8) -> Option<&'static str> {
+        let requests = match axes {
+            0 | 1 => ONE_AXIS_REQUESTS,
+            _ => REQUESTS,
+        };
+        let unlike = |have: &[MessageKey], want: &[MessageKey]| {
+            (0..want.len()).find(|&n| have.get(n) != want.get(n))
+        };
+        let request = unlike(&self.requests, &REQUEST_KEYS[..requests]).map(|n| Request::NAMES[n]);
+        request.or_else(|| unlike(&self.reports, &REPORT_KEYS).map(|n| Report::NAMES[n]))
+    }
+}
+
+const _: () = assert!(
+    REQUEST_KEYS.len() == variants(Request::SCHEMA).len()
+        && REPORT_KEYS.len() == variants(Report::SCHEMA).len()
+        && REQUEST_KEYS.len() <= KEYS_MAX
+        && REPORT_KEYS.len() <= KEYS_MAX,
+    "a key for each message, and room for all"
+);
+
+/// A request as a type of its own, for its schema.
+struct RequestVariant<const N: usize>;
+/// A report likewise.
+struct ReportVariant<const N: usize>;
+
+impl<const N: usize> Schema for RequestVariant<N> {
+    const SCHEMA: &'static NamedType = &NamedType {
+        name: "Request",
+        ty: &DataModelType::Enum(&[variants(Request::SCHEMA)[N]]),
+    };
+}
+
+impl<const N: usize> Schema for ReportVariant<N> {
+    const SCHEMA: &'static NamedType = &NamedType {
+        name: "Report",
+        ty: &DataModelType::Enum(&[variants(Report::SCHEMA)[N]]),
+    };
+}
+
+const fn variants(schema: &'static NamedType) -> &'static [&'static NamedVariant] {
+    match schema.ty {
+        DataModelType::Enum(variants) => variants,
+        _ => panic!("messages are an enumeration"),
+    }
+}
+
+/// The path tells directions apart. The schema does not see that integers have a fixed length; all of them have.
+const fn key<T: Schema>(path: &str) -> MessageKey {
+    let hash = u64::from_le_bytes(Key::for_path::<T>(path).to_bytes());
+    MessageKey((hash >> 32) as u32 ^ hash as u32)
+}
+
+macro_rules! keys {
+    ($variant:ident: $($n:literal)*) => { [$(key::<$variant<$n>>(stringify!($variant))),*] };
+}
+use keys;

@@ -1,24 +1,13 @@
-//! Limits of a device, and its passivity guard.
+//! Limits of a device and its passivity guard: their ranges, their defaults, and what is tighter.
 
+use crate::configuration::{Configuration, LoopMode};
+use crate::field::Field;
 use crate::in_order::{Blank, Fixed, blank, read_in_order};
-use crate::loop_mode::LoopMode;
+use core::f32::{MAX, MIN_POSITIVE};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Limits of force and motion. All numbers are finite; with one axis `force_n` limits the norm of the force too.
-///
-/// ```
-/// use haptic_link::Limits;
-///
-/// // A run that asks for more force than was set to last keeps what was set.
-/// let set = Limits { force_n: 4.0, ..Limits::DEFAULT };
-/// let (force_n, looser) = {
-///     let (tight, looser) = Limits::DEFAULT.tightened(&set);
-///     (tight.force_n, looser)
-/// };
-/// assert_eq!(force_n, 4.0);
-/// assert!(looser.is_some());
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
 pub struct Limits {
     /// Largest force, N, above 0.
@@ -151,6 +140,204 @@ impl Limits {
     pub const WATCHDOG_MAX_MS: u16 = 1000;
     /// Largest [`max_age_ticks`](Self::max_age_ticks).
     pub const MAX_AGE_TICKS: u16 = 1000;
+}
+
+/// What of two values of a limit is the tighter one. A number that is none is loose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tighter {
+    /// The smaller one.
+    Less,
+    /// The larger one.
+    More,
+    /// The smaller one, but 0 is no limit at all.
+    LessUnlessOff,
+}
+
+/// A number of [`Limits`] that is a limit by itself: one row of [`Limits::TABLE`].
+#[derive(Clone, Copy, Debug)]
+pub struct Limit {
+    /// Its name on the wire; its key is [`Field::key`].
+    pub field: Field,
+    /// Its place.
+    pub of: fn(&mut Limits) -> &mut f32,
+    /// Least value; 0 is allowed too where it means no limit.
+    pub least: f32,
+    /// Largest value; a board may allow less.
+    pub most: f32,
+    /// What is tighter.
+    pub tighter: Tighter,
+}
+
+impl Limit {
+    /// The least value that is allowed beside this one.
+    #[must_use]
+    pub const fn least_for(&self, value: f32) -> f32 {
+        match self.tighter {
+            Tighter::LessUnlessOff if value <= 0.0 => 0.0,
+            _ => self.least,
+        }
+    }
+
+    /// True if `value` is at least as tight as what is set.
+    #[must_use]
+    pub const fn is_tight(&self, value: f32, set: f32) -> bool {
+        match self.tighter {
+            Tighter::Less => value <= set,
+            Tighter::More => value >= set,
+            Tighter::LessUnlessOff => set <= 0.0 || (value > 0.0 && value <= set),
+        }
+    }
+}
+
+macro_rules! rows {
+    ($($field:ident $place:ident [$least:expr, $most:expr] $tighter:ident;)*) => { [$(Limit {
+        field: Field::$field,
+        of: |limits| &mut limits.$place,
+        least: $least,
+        most: $most,
+        tighter: Tighter::$tighter,
+    }),*] };
+}
+
+impl Limits {
+    /// Each number that is a limit by itself. Workspace, speed zone, braking, stuck time and guard depend on one another:
+    /// see [`tightened`](Self::tightened).
+    pub const TABLE: [Limit; 11] = rows! {
+        ForceLimit force_n [MIN_POSITIVE, MAX] Less;
+        ForceRateLimit force_rate_n_per_s [MIN_POSITIVE, MAX] Less;
+        StartForce start_force_n [0.0, MAX] LessUnlessOff;
+        RiseTime rise_time_s [0.0, 60.0] More;
+        SpeedHard speed_hard_m_per_s [1e-6, 1e3] LessUnlessOff;
+        VelocityBandwidth velocity_bandwidth_hz [0.1, 1e4] More;
+        StopTime stop_time_s [1e-3, 1.0] Less;
+        BrakeForce brake_force_n [0.0, 10.0] Less;
+        DeviceMass device_mass_kg [1e-6, 1e3] LessUnlessOff;
+        StuckForce stuck_force_n [0.0, MAX] LessUnlessOff;
+        Jump jump_m [1e-6, 1.0] LessUnlessOff;
+    };
+
+    /// These limits, each replaced by the one of `set` where that is tighter; and the first that was looser.
+    ///
+    /// - *Tighter* are less force, rate, force at a start, speed, a narrower workspace, a longer rise, a faster estimate
+    ///   of the velocity, a shorter stop, less force of braking in it, a stricter look at the position.
+    /// - *Mass and delay* of the device say how much braking it bears: less mass and more delay are tighter.
+    /// - *Braking and guard* have no order: where they are on they stay as they were set, where they are off a run may
+    ///   switch them on.
+    /// - *Of the run* are watchdog, late ticks and age of a force, within their ranges: they suit its line and its host.
+    #[must_use]
+    pub fn tightened(&self, set: &Self) -> (Self, Option<Field>) {
+        let mut looser = None;
+        let (mut tight, mut of_set) = (*self, *set);
+        for limit in &Self::TABLE {
+            let (value, set) = ((limit.of)(&mut tight), *(limit.of)(&mut of_set));
+            let is_tight = limit.is_tight(*value, set);
+            keep(value, set, is_tight, limit.field, &mut looser);
+        }
+        if set.stuck_force_n > 0.0 {
+            let is_tight = self.stuck_time_s <= set.stuck_time_s;
+            let (time, set) = (&mut tight.stuck_time_s, set.stuck_time_s);
+            keep(time, set, is_tight, Field::StuckTime, &mut looser);
+        }
+        if set.device_mass_kg > 0.0 && self.device_delay_ticks < set.device_delay_ticks {
+            looser.get_or_insert(Field::DeviceMass);
+            tight.device_delay_ticks = set.device_delay_ticks;
+        }
+        self.tighten_workspace(set, &mut tight, &mut looser);
+        self.tighten_braking(set, &mut tight, &mut looser);
+        if set.guard.kind != GuardKind::Off && self.guard != set.guard {
+            looser.get_or_insert(Field::GuardDamping);
+            tight.guard = set.guard;
+        }
+        (tight, looser)
+    }
+
+    fn tighten_workspace(&self, set: &Self, tight: &mut Self, looser: &mut Option<Field>) {
+        let (low, high) = (self.workspace_low_m, self.workspace_high_m);
+        let (set_low, set_high) = (set.workspace_low_m, set.workspace_high_m);
+        if set_low >= set_high {
+            return;
+        }
+        let inside = low < high && low < set_high && high > set_low;
+        let (low_end, high_end) = (&mut tight.workspace_low_m, &mut tight.workspace_high_m);
+        keep(
+            low_end,
+            set_low,
+            inside && low >= set_low,
+            Field::WorkspaceLow,
+            looser,
+        );
+        keep(
+            high_end,
+            set_high,
+            inside && high <= set_high,
+            Field::WorkspaceHigh,
+            looser,
+        );
+    }
+
+    fn tighten_braking(&self, set: &Self, tight: &mut Self, looser: &mut Option<Field>) {
+        if set.braking_n_s_per_m > 0.0 {
+            let same = (self.braking_n_s_per_m - set.braking_n_s_per_m).abs() <= 0.0;
+            let braking = &mut tight.braking_n_s_per_m;
+            keep(braking, set.braking_n_s_per_m, same, Field::Braking, looser);
+            let half = 0.5 * (tight.workspace_high_m - tight.workspace_low_m);
+            let (zone, least) = (&mut tight.workspace_soft_m, set.workspace_soft_m.min(half));
+            keep(
+                zone,
+                least,
+                self.workspace_soft_m >= least,
+                Field::WorkspaceSoft,
+                looser,
+            );
+            // 0 brakes every motion.
+            if set.speed_hard_m_per_s > 0.0 {
+                let (soft, most) = (&mut tight.speed_soft_m_per_s, set.speed_soft_m_per_s);
+                keep(
+                    soft,
+                    most,
+                    self.speed_soft_m_per_s <= most,
+                    Field::SpeedSoft,
+                    looser,
+                );
+            }
+        }
+        // If the hard limit came from the set configuration, the zone before it has to fit.
+        if tight.speed_hard_m_per_s > 0.0 && tight.speed_soft_m_per_s >= tight.speed_hard_m_per_s
+            || self.speed_hard_m_per_s <= 0.0
+        {
+            tight.speed_soft_m_per_s = set.speed_soft_m_per_s.min(tight.speed_hard_m_per_s);
+        }
+    }
+}
+
+/// Leaves a value that is tight; another one becomes what is set, and the first such is told.
+#[inline(never)]
+fn keep(value: &mut f32, set: f32, is_tight: bool, field: Field, looser: &mut Option<Field>) {
+    if !is_tight {
+        *value = set;
+        looser.get_or_insert(field);
+    }
+}
+
+impl Configuration {
+    /// [`Limits::tightened`] of a run whose ticks may be of another length than those of what was set to last: delays
+    /// are times, so many ticks there are other ones here.
+    #[must_use]
+    pub fn tightened(&self, set: &Self) -> (Limits, Option<Field>) {
+        let mut limits = set.limits;
+        if self.tick_period_us != set.tick_period_us {
+            // Ticks of this run in a tick of what was set.
+            let ticks = set.tick_period_us as f32 / self.tick_period_us.max(1) as f32;
+            limits.guard.delay_least_samples *= ticks;
+            limits.guard.delay_most_samples *= ticks;
+            let delay = f32::from(limits.device_delay_ticks) * ticks;
+            // Rounded up; a cast stays within a byte.
+            let whole = delay as u8;
+            let more = u8::from(f32::from(whole) < delay);
+            limits.device_delay_ticks = whole.saturating_add(more);
+        }
+        self.limits.tightened(&limits)
+    }
 }
 
 /// The passivity guard: keeps the loop from feeding the device energy.

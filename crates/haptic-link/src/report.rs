@@ -1,13 +1,9 @@
-//! Messages of a device to its host.
+//! Messages of a device to its host: what it is, how it is, what happens to it.
 
-use crate::answer::Ack;
-use crate::coefficients::CoefficientBlock;
-use crate::configuration::Configuration;
-use crate::identity::{Capabilities, Hello};
+use crate::configuration::{CoefficientBlock, Configuration};
 use crate::keys::{Keys, REPORTS};
+use crate::request::Ack;
 use crate::sample::{Batch, Flight, Sample};
-use crate::statistics::Statistics;
-use crate::status::{Alive, Event, FaultReport};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -65,4 +61,265 @@ impl Report {
         "flight",
         "keys",
     ];
+}
+
+/// The first answer of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Hello {
+    /// From the request.
+    #[serde(with = "postcard::fixint::le")]
+    pub nonce: u32,
+    /// The number of the connection, which every frame of the host carries from now on; another one for each nonce,
+    /// never 0.
+    #[serde(with = "postcard::fixint::le")]
+    pub connection: u32,
+    /// Firmware version: major, minor, patch.
+    pub firmware: [u8; 3],
+    /// Another number after each power-up or reset, as far as the board can tell.
+    #[serde(with = "postcard::fixint::le")]
+    pub boot: u32,
+    /// State and fault.
+    pub status: Status,
+}
+
+/// A device and its abilities.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Capabilities {
+    /// Name of the board, UTF-8, filled up with zeros.
+    pub board: [u8; 16],
+    /// Degrees of freedom, 1 to 3.
+    pub axes: u8,
+    /// The plant is simulated on the device: no actuator, no sensor.
+    pub simulated: bool,
+    /// Shortest period of a tick, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_period_min_us: u32,
+    /// Longest, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_period_max_us: u32,
+    /// Largest force that the actuator can make, N.
+    pub force_max_n: f32,
+    /// Largest rate of force, N/s.
+    pub force_rate_max_n_per_s: f32,
+    /// Position of one count of the sensor, m; 0 for none.
+    pub position_resolution_m: f32,
+    /// Room for coefficients.
+    #[serde(with = "postcard::fixint::le")]
+    pub coefficients_max: u16,
+    /// Room for modes of a full memory.
+    #[serde(with = "postcard::fixint::le")]
+    pub modes_max: u16,
+    /// Largest degree of a recursion and number of sections.
+    #[serde(with = "postcard::fixint::le")]
+    pub degree_max: u16,
+    /// Samples that the flight recorder keeps.
+    #[serde(with = "postcard::fixint::le")]
+    pub flight_samples: u16,
+}
+
+impl Capabilities {
+    /// The board's name.
+    #[must_use]
+    pub fn board(&self) -> &str {
+        let end = self.board.iter().position(|&byte| byte == 0);
+        let name = &self.board[..end.unwrap_or(self.board.len())];
+        core::str::from_utf8(name).unwrap_or("?")
+    }
+
+    /// A name of at most 16 bytes, cut after them, as the field wants it.
+    #[must_use]
+    pub const fn board_name(name: &str) -> [u8; 16] {
+        let (bytes, mut board, mut i) = (name.as_bytes(), [0; 16], 0);
+        while i < bytes.len() && i < board.len() {
+            board[i] = bytes[i];
+            i += 1;
+        }
+        board
+    }
+}
+
+/// State of a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum State {
+    /// Zero force; parameters can be set.
+    #[default]
+    Idle,
+    /// Zero force, ready to run; needs the host to be there.
+    Armed,
+    /// The loop is closed; needs the host to be there.
+    Running,
+    /// The force falls to zero within the stop time.
+    Stopping,
+    /// A fault is latched: the force falls to zero, or is.
+    Fault,
+}
+
+impl core::fmt::Display for State {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Idle => "idle",
+            Self::Armed => "armed",
+            Self::Running => "running",
+            Self::Stopping => "stopping",
+            Self::Fault => "in a fault",
+        })
+    }
+}
+
+/// State and fault of a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Status {
+    /// The state.
+    pub state: State,
+    /// Code of the latched fault; 0 for none.
+    pub fault: u8,
+    /// Faults since power-up, modulo 2¹⁶.
+    #[serde(with = "postcard::fixint::le")]
+    pub faults: u16,
+}
+
+/// Something happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Event {
+    /// The kind of event.
+    pub kind: EventKind,
+    /// At this tick.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// Device time, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u64,
+}
+
+/// The kind of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum EventKind {
+    /// A configuration took effect.
+    Configured,
+    /// Armed.
+    Armed,
+    /// A run began.
+    Started,
+    /// A run had all its ticks and its force has fallen to zero.
+    Finished,
+    /// A run was stopped and its force has fallen to zero.
+    Stopped,
+    /// Disarmed, and the force has fallen to zero.
+    Disarmed,
+}
+
+/// A fault latched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct FaultReport {
+    /// State, code of the fault, and their number.
+    pub status: Status,
+    /// At this tick.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// Device time, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u64,
+}
+
+/// The device is there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Alive {
+    /// From the request.
+    #[serde(with = "postcard::fixint::le")]
+    pub token: u32,
+    /// Device time, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u64,
+    /// State and fault.
+    pub status: Status,
+    /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop; 0 without
+    /// a guard.
+    pub observed_energy_j: f32,
+}
+
+/// All counters since power-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Statistics {
+    /// Ticks.
+    #[serde(with = "postcard::fixint::le")]
+    pub ticks: u32,
+    /// Ticks that began a whole period late or took longer than one.
+    #[serde(with = "postcard::fixint::le")]
+    pub overruns: u32,
+    /// Longest tick, processor cycles; 0 where there is no counter.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_cycles_max: u32,
+    /// Last tick, processor cycles.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_cycles_last: u32,
+    /// Ticks of a host loop without a new force.
+    #[serde(with = "postcard::fixint::le")]
+    pub stale_forces: u32,
+    /// Samples that found the queue full and were not sent.
+    #[serde(with = "postcard::fixint::le")]
+    pub samples_dropped: u32,
+    /// Frames sent.
+    #[serde(with = "postcard::fixint::le")]
+    pub sent: u32,
+    /// Frames received whole.
+    #[serde(with = "postcard::fixint::le")]
+    pub received: u32,
+    /// Frames damaged, cut, of no known kind, or not in their one form.
+    #[serde(with = "postcard::fixint::le")]
+    pub corrupt: u32,
+    /// Frames longer than the buffer.
+    #[serde(with = "postcard::fixint::le")]
+    pub oversize: u32,
+    /// Frames of another protocol version.
+    #[serde(with = "postcard::fixint::le")]
+    pub foreign: u32,
+    /// Frames that did not come.
+    #[serde(with = "postcard::fixint::le")]
+    pub lost: u32,
+    /// Frames that came twice.
+    #[serde(with = "postcard::fixint::le")]
+    pub duplicate: u32,
+    /// Frames that came after a later one.
+    #[serde(with = "postcard::fixint::le")]
+    pub late: u32,
+    /// Bytes that the hardware received but nobody fetched in time.
+    #[serde(with = "postcard::fixint::le")]
+    pub bytes_overrun: u32,
+    /// Frames of a connection that the device does not know.
+    #[serde(with = "postcard::fixint::le")]
+    pub strangers: u32,
+    /// Ticks in which a board behind a line of its own did not answer.
+    #[serde(with = "postcard::fixint::le")]
+    pub unanswered: u32,
+    /// Forces of which nothing says that such a board took them.
+    #[serde(with = "postcard::fixint::le")]
+    pub forces_not_taken: u32,
+}
+
+impl Statistics {
+    /// The counts since `before`. Counters go round at 2³², so a device that was reset in between gives
+    /// large numbers, never a failure. Longest and last tick are those of `self`.
+    #[must_use]
+    pub const fn since(&self, before: &Self) -> Self {
+        Self {
+            ticks: self.ticks.wrapping_sub(before.ticks),
+            overruns: self.overruns.wrapping_sub(before.overruns),
+            tick_cycles_max: self.tick_cycles_max,
+            tick_cycles_last: self.tick_cycles_last,
+            stale_forces: self.stale_forces.wrapping_sub(before.stale_forces),
+            samples_dropped: self.samples_dropped.wrapping_sub(before.samples_dropped),
+            sent: self.sent.wrapping_sub(before.sent),
+            received: self.received.wrapping_sub(before.received),
+            corrupt: self.corrupt.wrapping_sub(before.corrupt),
+            oversize: self.oversize.wrapping_sub(before.oversize),
+            foreign: self.foreign.wrapping_sub(before.foreign),
+            lost: self.lost.wrapping_sub(before.lost),
+            duplicate: self.duplicate.wrapping_sub(before.duplicate),
+            late: self.late.wrapping_sub(before.late),
+            bytes_overrun: self.bytes_overrun.wrapping_sub(before.bytes_overrun),
+            strangers: self.strangers.wrapping_sub(before.strangers),
+            unanswered: self.unanswered.wrapping_sub(before.unanswered),
+            forces_not_taken: self.forces_not_taken.wrapping_sub(before.forces_not_taken),
+        }
+    }
 }

@@ -144,15 +144,6 @@ impl SequenceTracker {
 ///
 /// A number up to 2³¹ − 1 ahead of the last is new, others are late, however many of them come: a capture that is
 /// played again is nothing but late. A new connection may begin with any number.
-///
-/// ```
-/// use haptic_link::RequestTracker;
-///
-/// let mut tracker = RequestTracker::default();
-/// assert!(tracker.is_new(7) && !tracker.is_new(7) && !tracker.is_new(6));
-/// let counts = tracker.out_of_order();
-/// assert_eq!((counts.lost, counts.duplicate, counts.late), (0, 1, 1));
-/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RequestTracker {
     last: Option<u32>,

@@ -48,27 +48,6 @@ impl<F: Real, const D: usize> Sample<F, D> {
 
 /// An environment behind a safety chain, with the state of both.
 ///
-/// ```
-/// use fracdiff::{Order, Seconds, ShortMemory};
-/// use haptic_loop::plant::{MassDamper, MassDamperConfig};
-/// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-/// use haptic_loop::{Controller, SafetyChain, SpringDamper};
-///
-/// let t = Seconds(1e-3);
-/// let operator = ShortMemory::<f64, 64>::new(Order::new(0.5)?, t)?;
-/// let wall = SpringDamper::new(500.0, 2.0, operator)?; // K in N/m, B in N·s^μ/m
-/// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e4), t)?;
-/// let mut controller = Controller::<_, 1, _>::new(wall, chain);
-/// let testbed = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), t);
-/// let mut device = MassDamper::<1>::new(testbed)?;
-/// let mut engaged = controller.engage(&mut device);
-/// for _ in 0..100 {
-///     let Ok(sample) = engaged.tick(); // this device never fails
-///     assert!(sample.force.newtons()[0].abs() <= 10.0 && sample.fault.is_none());
-/// }
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
-///
 /// *Start-up*: history at rest, force zero.
 #[derive(Clone, Debug)]
 pub struct Controller<F: Real, const D: usize, E: Environment<F, D>> {

@@ -1,9 +1,10 @@
 //! A fractional virtual coupler between the device and a simulated object.
 
 use crate::Environment;
-use crate::error::{Checks, ParameterError, not_negative, positive};
+use crate::error::{Checks, ParameterError};
 use crate::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use core::array;
+use fracdiff::parameter::{not_negative, positive};
 use fracdiff::{Differintegrator, Order, Real};
 use nalgebra::SVector;
 
@@ -69,17 +70,9 @@ impl VirtualObject {
 ///
 /// # Errors
 /// μ below 0 or above 1. Above 1 the coupler itself gives energy at low frequency.
-///
-/// ```
-/// use fracdiff::Order;
-///
-/// assert_eq!(haptic_loop::deflection_order(Order::new(0.75)?)?.get(), 0.25);
-/// assert!(haptic_loop::deflection_order(Order::new(1.5)?).is_err());
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 pub fn deflection_order(order: Order) -> Result<Order, ParameterError> {
     let mu = order.get();
-    crate::error::range(
+    fracdiff::parameter::range(
         "order of a coupler",
         mu,
         (0.0..=1.0).contains(&mu),

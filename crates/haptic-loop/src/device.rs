@@ -19,40 +19,6 @@ pub struct Reading<F, const D: usize> {
 /// A haptic device with D degrees of freedom, real or simulated: read, then write, once a tick.
 ///
 /// The force acts in the direction of positive position and holds until the next write.
-///
-/// ```
-/// use core::convert::Infallible;
-/// use haptic_loop::{Device, Reading, SafeForce};
-/// use nalgebra::vector;
-///
-/// #[derive(Default)]
-/// struct Knob {
-///     ticks: u64,
-///     counts: i32,
-///     motor_millivolts: i32,
-/// }
-///
-/// impl Device<f32, 1> for Knob {
-///     type Error = Infallible;
-///
-///     fn read(&mut self) -> Result<Reading<f32, 1>, Infallible> {
-///         Ok(Reading {
-///             tick: self.ticks,
-///             time_s: self.ticks as f64 * 1e-3,
-///             position_m: vector![self.counts as f32 * 5e-6],
-///         })
-///     }
-///
-///     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Infallible> {
-///         self.motor_millivolts = (400.0 * force.newtons()[0]) as i32;
-///         self.ticks += 1;
-///         Ok(())
-///     }
-/// }
-/// # let mut knob = Knob::default();
-/// # knob.write(SafeForce::zero()).unwrap_or_else(|never| match never {});
-/// # assert_eq!((knob.motor_millivolts, knob.read().map(|reading| reading.tick)), (0, Ok(1)));
-/// ```
 pub trait Device<F: Real, const D: usize> {
     /// Why a reading or a force did not get through; `Infallible` for a simulated device.
     type Error: Debug;

@@ -10,7 +10,6 @@ use crate::device::{Device, Reading};
 use crate::environment::Environment;
 use crate::safety::{Fault, SafeForce};
 use core::borrow::BorrowMut;
-use core::fmt;
 use core::marker::PhantomData;
 use fracdiff::Real;
 use nalgebra::SVector;
@@ -50,6 +49,7 @@ use nalgebra::SVector;
 /// assert!(controller.safety().is_at_rest());
 /// # Ok::<(), haptic_loop::ParameterError>(())
 /// ```
+#[derive(Debug)]
 pub struct Engaged<F, const D: usize, E, V, C = Controller<F, D, E>>
 where
     F: Real,
@@ -158,29 +158,6 @@ where
     /// reading. Send it by what [`Begun::device`] lends, then [`finish`](Begun::finish).
     ///
     /// With [`Device::write`] between the two halves it is [`tick`](Self::tick), bit for bit.
-    ///
-    /// ```
-    /// use fracdiff::{Order, Seconds, ShortMemory};
-    /// use haptic_loop::plant::{MassDamper, MassDamperConfig};
-    /// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-    /// use haptic_loop::{Controller, Device, SafetyChain, SpringDamper};
-    ///
-    /// let t = Seconds(1e-3);
-    /// let operator = ShortMemory::<f32, 64>::new(Order::new(0.5)?, t)?;
-    /// let wall = SpringDamper::new(500.0, 2.0, operator)?;
-    /// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t)?;
-    /// let mut controller = Controller::<_, 1, _>::new(wall, chain);
-    /// let testbed = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), t);
-    /// let mut engaged = controller.engage(MassDamper::<1>::new(testbed)?);
-    ///
-    /// let Ok(reading) = engaged.read();
-    /// let mut begun = engaged.begin(reading);
-    /// let force = begun.force();
-    /// let Ok(()) = begun.device().write(force); // start it, do not wait for its end
-    /// let sample = begun.finish(); // meanwhile the history takes the position in
-    /// assert_eq!(sample.force, force);
-    /// # Ok::<(), haptic_loop::ParameterError>(())
-    /// ```
     #[inline]
     pub fn begin(&mut self, reading: Reading<F, D>) -> Begun<'_, F, D, E, V, C> {
         let sample = self.controller.borrow_mut().force(reading, None);
@@ -226,18 +203,6 @@ where
     }
 }
 
-impl<F, const D: usize, E, V, C> fmt::Debug for Engaged<F, D, E, V, C>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D>,
-    C: BorrowMut<Controller<F, D, E>>,
-{
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Engaged").finish_non_exhaustive()
-    }
-}
-
 impl<F, const D: usize, E, V, C> Drop for Engaged<F, D, E, V, C>
 where
     F: Real,
@@ -259,6 +224,7 @@ where
 /// It holds the loop, so nothing can come between the two halves: no other tick, stop or reset. *Dropped* unfinished its force counts
 /// as one that did not get through: the device lets go, as after a failed write, and the history has the position.
 #[must_use = "send its force, then finish it"]
+#[derive(Debug)]
 pub struct Begun<'a, F, const D: usize, E, V, C = Controller<F, D, E>>
 where
     F: Real,
@@ -295,18 +261,6 @@ where
     pub fn finish(mut self) -> Sample<F, D> {
         self.sent = true;
         self.sample
-    }
-}
-
-impl<F, const D: usize, E, V, C> fmt::Debug for Begun<'_, F, D, E, V, C>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D>,
-    C: BorrowMut<Controller<F, D, E>>,
-{
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Begun").finish_non_exhaustive()
     }
 }
 

@@ -65,18 +65,6 @@ pub trait Environment<F: Real, const D: usize> {
 /// *Cost*: `force` two multiply-adds an axis, `advance` that of the operator.
 ///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
-///
-/// ```
-/// use fracdiff::{Order, Seconds, ShortMemory};
-/// use haptic_loop::SpringDamper;
-///
-/// let operator = ShortMemory::<f32, 256>::new(Order::new(0.5)?, Seconds(1e-3))?;
-/// let wall = SpringDamper::new(500.0, 3.0, operator.clone())?; // K = 500 N/m, B = 3 N·s^0.5/m
-/// let refused = SpringDamper::new(-1.0, 3.0, operator).unwrap_err();
-/// assert_eq!(refused.to_string(), "stiffness -1 N/m is not at least 0 N/m");
-/// # let _ = wall;
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringDamper<F, O> {
     stiffness: F,

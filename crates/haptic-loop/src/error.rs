@@ -63,17 +63,6 @@ impl fmt::Display for ParameterError {
 
 impl core::error::Error for ParameterError {}
 
-#[inline(never)]
-pub(crate) fn range(
-    what: &'static str,
-    value: f64,
-    accepted: bool,
-    allowed: &'static str,
-    unit: &'static str,
-) -> Result<f64, ParameterError> {
-    Ok(parameter::range(what, value, accepted, allowed, unit)?)
-}
-
 /// The checks of a constructor with many parameters, one after another: the first that fails is kept, and told at the end.
 ///
 /// Each way out in between would copy the error, on a microcontroller some 40 B of flash. What is computed meanwhile from
@@ -100,8 +89,8 @@ impl Checks {
         allowed: &'static str,
         unit: &'static str,
     ) -> f64 {
-        if let Err(error) = range(what, value, accepted, allowed, unit) {
-            self.refuse(error);
+        if let Err(error) = parameter::range(what, value, accepted, allowed, unit) {
+            self.refuse(error.into());
         }
         value
     }
@@ -143,24 +132,4 @@ impl Checks {
     pub(crate) fn done(self) -> Result<(), ParameterError> {
         self.first.map_or(Ok(()), Err)
     }
-}
-
-/// Accepts a finite value above zero.
-#[inline(never)]
-pub(crate) fn positive(
-    what: &'static str,
-    value: f64,
-    unit: &'static str,
-) -> Result<f64, ParameterError> {
-    Ok(parameter::positive(what, value, unit)?)
-}
-
-/// Accepts a finite value of at least zero.
-#[inline(never)]
-pub(crate) fn not_negative(
-    what: &'static str,
-    value: f64,
-    unit: &'static str,
-) -> Result<f64, ParameterError> {
-    Ok(parameter::not_negative(what, value, unit)?)
 }

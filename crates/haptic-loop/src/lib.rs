@@ -39,7 +39,7 @@ pub use safety::{
     Workspace,
 };
 pub use surface::{Ball, Plane, Shape, Surface};
-pub use tissue::{KelvinVoigt, Specimen, Tissue};
+pub use tissue::{Specimen, Tissue};
 pub use wall::{Wall, WallShape};
 
 /// Vectors of axes: [`nalgebra::SVector`].

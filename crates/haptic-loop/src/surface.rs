@@ -87,18 +87,6 @@ impl<F: Real, const D: usize> Surface<F, D> for Plane<F, D> {
 /// - *In the middle* a direction has no meaning. Within R/1024 of the centre the normal is therefore shorter than 1, and 0 at
 ///   the centre: the force is continuous there, bounded and without a direction of its own. A hollow ball is not felt there.
 /// - *Curvature* is not felt: the environment knows how deep the hand is, not where. See [`Contact`](crate::Contact).
-///
-/// ```
-/// use haptic_loop::units::Metres;
-/// use haptic_loop::{Ball, Surface};
-/// use nalgebra::vector;
-///
-/// let disc = Ball::<f64, 2>::solid([Metres(0.0), Metres(0.03)], Metres(0.02))?;
-/// let (depth, normal) = disc.touch(&vector![0.0, 0.012]); // 2 mm into it, from below
-/// assert!((depth - 2e-3).abs() < 1e-15);
-/// assert!((normal - vector![0.0, 1.0]).norm() < 1e-15);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball<F, const D: usize> {
     centre: SVector<F, D>,

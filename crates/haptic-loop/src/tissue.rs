@@ -1,10 +1,10 @@
 //! Soft tissue after the fractional Kelvin–Voigt (KVFD) model, and a specimen of it.
 
-use crate::error::{ParameterError, not_negative, positive, range};
+use crate::SpringDamper;
+use crate::error::ParameterError;
 use crate::units::{Metres, Newtons, Pascals, SquareMetres};
-use crate::{Environment, SpringDamper};
+use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{Differintegrator, Order, Real};
-use nalgebra::SVector;
 
 /// A tissue: three numbers.
 ///
@@ -153,46 +153,40 @@ impl Specimen {
     }
 }
 
-/// A specimen of tissue as a virtual environment.
-///
-/// ```text
-/// f = −(A/ℓ)·(E₀·x + η·D^α x)
-/// ```
-/// A [`SpringDamper`] with K = A·E₀/ℓ and B = A·η/ℓ; the operator must have the tissue's order.
-///
-/// ```
-/// use fracdiff::full_memory::{Design, Kernel};
-/// use fracdiff::{FullMemory, Order, Seconds};
-/// use haptic_loop::units::{Metres, Pascals, SquareMetres};
-/// use haptic_loop::{KelvinVoigt, Specimen, Tissue};
-///
-/// let (order, t) = (Order::new(0.2247)?, Seconds(1e-3));
-/// let prostate = Tissue::new(Pascals(0.0), 8650.0, order)?; // cancerous, η in Pa·s^α
-/// let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
-/// // 5 % in a second, held for 200 s: a third of the stress is left.
-/// let [peak, held] = [1.0, 200.0].map(|time| prostate.relaxation_stress(0.05, 1.0, time).0);
-/// assert!((held / peak - 0.236).abs() < 0.01);
-/// // The same, rendered, with all of the past.
-/// let design = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 2e5)?;
-/// let rendered = KelvinVoigt::new(&prostate, &specimen, FullMemory::<f32, 16, 40>::new(&design, t)?)?;
-/// # let _ = rendered;
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KelvinVoigt<F, O>(SpringDamper<F, O>);
-
-impl<F: Real, O: Differintegrator<F>> KelvinVoigt<F, O> {
-    /// `operator` is D^α with the tissue's α and the loop's sample time.
+impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
+    /// A specimen of tissue: f = −(A/ℓ)·(E₀·x + η·D^α x), K = A·E₀/ℓ and B = A·η/ℓ. `operator` is D^α with the tissue's α
+    /// and the loop's sample time.
+    ///
+    /// ```
+    /// use fracdiff::full_memory::{Design, Kernel};
+    /// use fracdiff::{FullMemory, Order, Seconds};
+    /// use haptic_loop::units::{Metres, Pascals, SquareMetres};
+    /// use haptic_loop::{Specimen, SpringDamper, Tissue};
+    ///
+    /// let (order, t) = (Order::new(0.2247)?, Seconds(1e-3));
+    /// let prostate = Tissue::new(Pascals(0.0), 8650.0, order)?; // cancerous, η in Pa·s^α
+    /// let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
+    /// // 5 % in a second, held for 200 s: a third of the stress is left.
+    /// let [peak, held] = [1.0, 200.0].map(|time| prostate.relaxation_stress(0.05, 1.0, time).0);
+    /// assert!((held / peak - 0.236).abs() < 0.01);
+    /// // The same, rendered, with all of the past.
+    /// let design = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 2e5)?;
+    /// let rendered = SpringDamper::of_tissue(&prostate, &specimen, FullMemory::<f32, 16, 40>::new(&design, t)?)?;
+    /// # let _ = rendered;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// If K or B overflows.
-    pub fn new(tissue: &Tissue, specimen: &Specimen, operator: O) -> Result<Self, ParameterError> {
+    pub fn of_tissue(
+        tissue: &Tissue,
+        specimen: &Specimen,
+        operator: O,
+    ) -> Result<Self, ParameterError> {
         let (modulus, viscosity) = (tissue.elastic_modulus, tissue.viscosity_pa_s_alpha);
-        SpringDamper::of_specimen(modulus, viscosity, specimen, operator).map(Self)
+        Self::of_specimen(modulus, viscosity, specimen, operator)
     }
-}
 
-impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// A specimen of any matter whose stress is a spring beside one operator: K = A·E/ℓ, B = A·B/ℓ.
     ///
     /// ```text
@@ -200,35 +194,6 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// ```
     /// Fractional Maxwell, Zener, Poynting–Thomson models and Prony series are of this form, for the memory of elements in
     /// series is one operator too: `SampledModel` of the crate `haptic-tissue` gives E, B and its design.
-    ///
-    /// ```
-    /// use fracdiff::full_memory::{Design, FullMemory, Memory, Mode};
-    /// use fracdiff::{Order, Seconds};
-    /// use haptic_loop::units::{Metres, Pascals, SquareMetres};
-    /// use haptic_loop::{Contact, Specimen, SpringDamper};
-    ///
-    /// /// A Maxwell element that relaxes within τ, sampled at T: E·(1 + T/τ)^(−j−1) after a step, in units of η/T.
-    /// struct Maxwell(f64); // T/τ
-    /// impl Memory for Maxwell {
-    ///     fn first(&self) -> f64 {
-    ///         self.0 / (1.0 + self.0)
-    ///     }
-    ///     fn density(&self, _: f64) -> f64 {
-    ///         0.0
-    ///     }
-    ///     fn mode(&self, index: usize) -> Option<Mode> {
-    ///         let (rate, weight) = (self.0.ln_1p(), self.first());
-    ///         (index == 0).then_some(Mode { rate, weight })
-    ///     }
-    /// }
-    /// let (e, tau, t) = (20e3, 3.0, Seconds(1e-3));
-    /// let design = Design::<16, 8>::of_memory(Order::new(1.0)?, &Maxwell(t.0 / tau), 1e-6, 1e5)?;
-    /// let memory = FullMemory::<f32, 16, 8>::new(&design, t)?;
-    /// let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
-    /// let gel = SpringDamper::of_specimen(Pascals(0.0), e * tau, &specimen, memory)?;
-    /// let touched: Contact<f32, _, 1> = Contact::at(Metres(0.0), gel)?; // an Environment
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -244,23 +209,5 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
             shape * viscosity_pa_s_mu,
             operator,
         )
-    }
-}
-
-impl<F: Real, O: Differintegrator<F>, const D: usize> Environment<F, D> for KelvinVoigt<F, O> {
-    type History = [O::History; D];
-
-    fn at_rest(&self) -> Self::History {
-        Environment::<F, D>::at_rest(&self.0)
-    }
-
-    #[inline]
-    fn force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D> {
-        self.0.force(history, position_m)
-    }
-
-    #[inline]
-    fn advance(&self, history: &mut Self::History, position_m: &SVector<F, D>) {
-        self.0.advance(history, position_m);
     }
 }

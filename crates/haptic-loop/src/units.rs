@@ -3,9 +3,9 @@
 
 pub use fracdiff::Seconds;
 
-macro_rules! unit {
-    ($(#[$doc:meta])* $name:ident, $symbol:literal) => {
-        $(#[$doc])*
+macro_rules! units {
+    ($($name:ident, $symbol:literal, $doc:literal;)*) => { $(
+        #[doc = $doc]
         #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
         pub struct $name(pub f64);
 
@@ -15,46 +15,18 @@ macro_rules! unit {
                 f.write_str(concat!(" ", $symbol))
             }
         }
-    };
+    )* };
 }
 
-unit!(
-    /// A length or position, m.
-    Metres, "m"
-);
-unit!(
-    /// An area, m².
-    SquareMetres, "m²"
-);
-unit!(
-    /// A force, N.
-    Newtons, "N"
-);
-unit!(
-    /// A rate of change of force, N/s.
-    NewtonsPerSecond, "N/s"
-);
-unit!(
-    /// A velocity or speed, m/s.
-    MetresPerSecond, "m/s"
-);
-unit!(
-    /// A frequency, Hz.
-    Hertz, "Hz"
-);
-unit!(
-    /// A stiffness, N/m.
-    NewtonsPerMetre, "N/m"
-);
-unit!(
-    /// A viscous damping, N·s/m.
-    NewtonSecondsPerMetre, "N·s/m"
-);
-unit!(
-    /// A mass, kg.
-    Kilograms, "kg"
-);
-unit!(
-    /// A stress or modulus, Pa.
-    Pascals, "Pa"
-);
+units! {
+    Metres, "m", "A length or position, m.";
+    SquareMetres, "m²", "An area, m².";
+    Newtons, "N", "A force, N.";
+    NewtonsPerSecond, "N/s", "A rate of change of force, N/s.";
+    MetresPerSecond, "m/s", "A velocity or speed, m/s.";
+    Hertz, "Hz", "A frequency, Hz.";
+    NewtonsPerMetre, "N/m", "A stiffness, N/m.";
+    NewtonSecondsPerMetre, "N·s/m", "A viscous damping, N·s/m.";
+    Kilograms, "kg", "A mass, kg.";
+    Pascals, "Pa", "A stress or modulus, Pa.";
+}

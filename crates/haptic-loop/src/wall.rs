@@ -9,21 +9,6 @@ use fracdiff::{Differintegrator, Real};
 use nalgebra::SVector;
 
 /// A wall whose kind is chosen at run time.
-///
-/// ```
-/// use fracdiff::{Order, Seconds, ShortMemory};
-/// use haptic_loop::units::Metres;
-/// use haptic_loop::{Environment, Wall};
-/// use nalgebra::vector;
-///
-/// let operator = ShortMemory::<f64, 64>::new(Order::new(0.5)?, Seconds(1e-3))?;
-/// let linear = Wall::new(500.0, 3.0, operator.clone(), None)?;
-/// let one_sided = Wall::new(500.0, 3.0, operator, Some(Metres(0.0)))?;
-/// let outside = vector![-1e-3];
-/// assert!(linear.force(&linear.at_rest(), &outside)[0] > 0.0); // pulls
-/// assert_eq!(one_sided.force(&one_sided.at_rest(), &outside)[0], 0.0);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wall<F, O> {
     /// Pushes and pulls, as theory assumes.

@@ -80,21 +80,6 @@ pub struct HostCounters {
 /// The host's half: one outstanding request at a time, keep-alives in between.
 ///
 /// Times are µs of any clock that does not go back.
-///
-/// ```
-/// use haptic_link::{FRAME_MAX, Request};
-/// use haptic_remote::Conversation;
-///
-/// let mut host = Conversation::new(50_000);
-/// let mut line = [0; FRAME_MAX];
-/// let length = host.ask(Request::Hello { nonce: 1 }, 0, &mut line);
-/// assert!(length > 0, "`line[..length]` is what the device is to get");
-/// // It does not answer within 50 ms, so it is asked again.
-/// assert_eq!(host.next_due_us(), Some(50_000));
-/// assert!(host.due(50_000, &mut line)? > 0);
-/// assert_eq!(host.counters().retries, 1);
-/// # Ok::<(), haptic_remote::LinkError>(())
-/// ```
 #[derive(Debug)]
 pub struct Conversation {
     receiver: Receiver<Report>,

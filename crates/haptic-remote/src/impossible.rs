@@ -148,7 +148,7 @@ impl Plausible {
     }
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use haptic_link::BatchItem;

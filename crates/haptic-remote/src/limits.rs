@@ -53,52 +53,42 @@ pub(super) fn chain_limits(
     capabilities: &Capabilities,
     fields: &mut Fields,
 ) -> Limits {
-    let positive = f32::MIN_POSITIVE;
-    let most = capabilities.force_max_n;
-    let force = fields.within(Field::ForceLimit, limits.force_n, positive, most);
-    let (asked, most) = (
-        limits.force_rate_n_per_s,
-        capabilities.force_rate_max_n_per_s,
-    );
-    let rate = fields.within(Field::ForceRateLimit, asked, positive, most);
-    let start = fields.within(Field::StartForce, limits.start_force_n, 0.0, f32::MAX);
-    let rise = fields.within(Field::RiseTime, limits.rise_time_s, 0.0, 60.0);
-    let asked = limits.velocity_bandwidth_hz;
-    let bandwidth = fields.within(Field::VelocityBandwidth, asked, 0.1, 1e4);
-    let [least, most] = Limits::STOP_TIME_S.map(|time| time as f32);
-    let stop_time = fields.within(Field::StopTime, limits.stop_time_s, least, most);
-    let most = Limits::BRAKE_FORCE_MAX_N as f32;
-    let brake_force = fields.within(Field::BrakeForce, limits.brake_force_n, 0.0, most);
-    let least = if limits.device_mass_kg > 0.0 {
-        1e-6
-    } else {
-        0.0
-    };
-    let mass = fields.within(Field::DeviceMass, limits.device_mass_kg, least, 1e3);
-    let stuck_force = fields.within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX);
-    let stuck_time = fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
-    let jump = zone(Field::Jump, limits.jump_m, 1.0, fields);
+    let mut numbers = *limits;
+    for limit in &haptic_link::Limits::TABLE {
+        let value = *(limit.of)(&mut numbers);
+        let most = match limit.field {
+            Field::ForceLimit => capabilities.force_max_n,
+            Field::ForceRateLimit => capabilities.force_rate_max_n_per_s,
+            _ => limit.most,
+        };
+        fields.within(limit.field, value, limit.least_for(value), most);
+    }
+    fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
     let on = |value: f32| (value > 0.0).then_some(f64::from(value));
+    let force = Newtons(f64::from(limits.force_n));
     let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
     let mut chain = Limits {
-        norm: several.then_some(Newtons(f64::from(force))),
-        start_force: on(start).map(Newtons),
-        rise_time: on(rise).map(Seconds),
+        norm: several.then_some(force),
+        start_force: on(limits.start_force_n).map(Newtons),
+        rise_time: on(limits.rise_time_s).map(Seconds),
         workspace: workspace(limits, fields),
         speed: speed(limits, fields),
-        velocity_bandwidth: Hertz(f64::from(bandwidth)),
+        velocity_bandwidth: Hertz(f64::from(limits.velocity_bandwidth_hz)),
         // The least single-precision number in the range may lie below it.
-        stop_time: Seconds(f64::from(stop_time).max(Limits::STOP_TIME_S[0])),
-        brake_force: Newtons(f64::from(brake_force)),
-        device_mass: on(mass).map(Kilograms),
+        stop_time: Seconds(f64::from(limits.stop_time_s).max(Limits::STOP_TIME_S[0])),
+        brake_force: Newtons(f64::from(limits.brake_force_n)),
+        device_mass: on(limits.device_mass_kg).map(Kilograms),
         device_delay_samples: u32::from(limits.device_delay_ticks),
-        stuck: on(stuck_force).map(|force| Stuck {
+        stuck: on(limits.stuck_force_n).map(|force| Stuck {
             force: Newtons(force),
-            time: Seconds(f64::from(stuck_time).max(1e-3)),
+            time: Seconds(f64::from(limits.stuck_time_s).max(1e-3)),
         }),
-        jump: on(jump).map(Metres),
+        jump: on(limits.jump_m).map(Metres),
         guard: guard(&limits.guard, tick_period_us, fields),
-        ..Limits::bare(Newtons(f64::from(force)), NewtonsPerSecond(f64::from(rate)))
+        ..Limits::bare(
+            force,
+            NewtonsPerSecond(f64::from(limits.force_rate_n_per_s)),
+        )
     };
     let most = chain.braking_max(Seconds(f64::from(tick_period_us) * 1e-6));
     let asked = limits.braking_n_s_per_m;
@@ -169,8 +159,6 @@ pub(super) fn box_ranges(
 
 fn speed(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<SpeedLimit> {
     let hard = limits.speed_hard_m_per_s;
-    let least = if hard > 0.0 { ZONE_MIN } else { 0.0 };
-    let hard = fields.within(Field::SpeedHard, hard, least, 1e3);
     if hard <= 0.0 {
         fields.within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, 0.0);
         return None;

@@ -7,9 +7,9 @@ use fracdiff::portable::{Form, ListError};
 use haptic_link::{
     Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
 };
-use haptic_loop::WallShape;
 use haptic_loop::units::{Metres, Seconds};
-use haptic_loop::{SafetyChain, Wall};
+use haptic_loop::{Environment, SafetyChain, Wall, WallShape};
+use nalgebra::SVector;
 
 /// Most coefficients of an operator on a device: taps of a finite memory.
 pub const COEFFICIENTS_MAX: usize = 256;
@@ -249,5 +249,43 @@ fn refused(error: ListError) -> Refusal {
             most: 1.0,
         },
         _ => Refusal::Unsupported(Field::Coefficient),
+    }
+}
+
+/// The wall of a device. With one axis it is felt along it; a device of several renders nothing by itself, as its forces come
+/// from the host.
+#[derive(Clone, Debug)]
+pub(crate) struct Rendered(pub(crate) DeviceWall);
+
+/// The first of the axes.
+fn first<const D: usize>(vector: &SVector<f32, D>) -> SVector<f32, 1> {
+    SVector::from([vector[0]])
+}
+
+impl<const D: usize> Environment<f32, D> for Rendered {
+    type History = <DeviceWall as Environment<f32, 1>>::History;
+
+    fn at_rest(&self) -> Self::History {
+        self.0.at_rest()
+    }
+
+    fn rest(&self, history: &mut Self::History) {
+        self.0.rest(history);
+    }
+
+    #[inline]
+    fn force(&self, history: &Self::History, position_m: &SVector<f32, D>) -> SVector<f32, D> {
+        if D > 1 {
+            return SVector::from([0.0; D]);
+        }
+        let force = self.0.force(history, &first(position_m));
+        SVector::from([force[0]; D])
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, position_m: &SVector<f32, D>) {
+        if D == 1 {
+            self.0.advance(history, &first(position_m));
+        }
     }
 }

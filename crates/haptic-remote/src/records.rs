@@ -1,7 +1,10 @@
-//! What a device remembers of its ticks, apart from its loop.
+//! What a device remembers of its ticks, apart from its loop: the samples around a fault, and what waits to be sent.
 
-use crate::flight::FlightRecorder;
-use crate::outbox::Outbox;
+use haptic_link::{
+    BATCH_MAX, Batch, BatchItem, Event, EventKind, FaultReport, Field, Flight, Refusal, Report,
+    Sample,
+};
+use heapless::{Deque, HistoryBuf, Vec};
 
 /// Flight recorder, and what waits to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds them itself, or borrows them
 /// from a static where it is made on a stack without room for both.
@@ -25,5 +28,286 @@ impl<const D: usize> Records<D> {
 impl<const D: usize> Default for Records<D> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// Samples that the flight recorder keeps.
+pub const FLIGHT_SAMPLES: usize = 96;
+/// Of these, samples after the fault.
+const AFTER: u16 = 24;
+
+/// Keeps the newest samples until a fault latches and some more have come; then it stands still until it is
+/// cleared.
+#[derive(Debug)]
+pub(super) struct FlightRecorder<const D: usize> {
+    samples: HistoryBuf<Tick<D>, FLIGHT_SAMPLES>,
+    /// Samples still to be taken: all until a fault latches.
+    left: Option<u16>,
+}
+
+impl<const D: usize> FlightRecorder<D> {
+    /// Empty.
+    pub(super) const fn new() -> Self {
+        Self {
+            samples: HistoryBuf::new(),
+            left: None,
+        }
+    }
+
+    pub(super) fn take(&mut self, sample: Tick<D>) {
+        match &mut self.left {
+            None => self.samples.write(sample),
+            Some(0) => {}
+            Some(left) => {
+                *left -= 1;
+                self.samples.write(sample);
+            }
+        }
+    }
+
+    /// A fault has latched.
+    pub(super) fn fault(&mut self) {
+        self.left = Some(AFTER);
+    }
+
+    /// Begins anew: what led to the last fault is no part of what comes.
+    pub(super) fn clear(&mut self) {
+        self.left = None;
+        self.samples.clear();
+    }
+
+    /// A sample, 0 the oldest. There is none before a fault has latched.
+    pub(super) fn read(&self, index: u16) -> Result<Report, Refusal> {
+        let count = match self.left {
+            Some(_) => self.samples.len() as u16,
+            None => 0,
+        };
+        let mut kept = self.samples.oldest_ordered().take(usize::from(count));
+        let sample = match kept.nth(usize::from(index)) {
+            Some(sample) => *sample,
+            None if index == 0 => Tick::NONE,
+            None => {
+                return Err(Refusal::Range {
+                    field: Field::FlightIndex,
+                    value: f32::from(index),
+                    least: 0.0,
+                    most: f32::from(count.saturating_sub(1)),
+                });
+            }
+        };
+        Ok(Report::Flight(Flight {
+            index,
+            count,
+            sample: sample.sample(),
+        }))
+    }
+}
+
+/// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
+pub const QUEUE_SAMPLES: usize = 32;
+/// Notices that wait to be sent at most.
+const QUEUE_NOTICES: usize = 8;
+
+/// Choice of the samples to send, and their number in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stream {
+    /// Sends every n-th tick; 0 for no ticks.
+    pub(super) every: u16,
+    /// Samples in a frame.
+    pub(super) batch: u8,
+}
+
+impl Stream {
+    pub(super) const OFF: Self = Self { every: 0, batch: 1 };
+
+    /// As a host asks for it.
+    pub(super) fn new(every: u16, batch: u8) -> Result<Self, Refusal> {
+        if (1..=BATCH_MAX).contains(&usize::from(batch)) {
+            Ok(Self { every, batch })
+        } else {
+            Err(Refusal::Range {
+                field: Field::BatchLength,
+                value: f32::from(batch),
+                least: 1.0,
+                most: BATCH_MAX as f32,
+            })
+        }
+    }
+
+    pub(super) fn takes(self, tick: u32) -> bool {
+        self.every > 0 && tick.is_multiple_of(u32::from(self.every))
+    }
+}
+
+/// A notice: an event or a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Notice {
+    Event(Event),
+    Fault(FaultReport),
+}
+
+/// Samples and notices that wait for the line.
+#[derive(Debug)]
+pub(super) struct Outbox<const D: usize> {
+    samples: Deque<Tick<D>, QUEUE_SAMPLES>,
+    notices: Deque<Notice, QUEUE_NOTICES>,
+}
+
+impl<const D: usize> Outbox<D> {
+    /// Empty.
+    pub(super) const fn new() -> Self {
+        Self {
+            samples: Deque::new(),
+            notices: Deque::new(),
+        }
+    }
+
+    /// Takes a sample; false if there is no room.
+    pub(super) fn take(&mut self, sample: Tick<D>) -> bool {
+        self.samples.push_back(sample).is_ok()
+    }
+
+    pub(super) fn forget_samples(&mut self) {
+        self.samples.clear();
+    }
+
+    /// Takes a notice. Without room the oldest goes: the newest say what the state is now.
+    #[inline(never)]
+    pub(super) fn notify(&mut self, notice: Notice) {
+        if self.notices.is_full() {
+            self.notices.pop_front();
+        }
+        // There is room now.
+        let _ = self.notices.push_back(notice);
+    }
+
+    /// The next thing to say: faults, then samples, then what happened after them. `more` says that
+    /// samples of the stream are still to come, so that a batch waits until it is full.
+    pub(super) fn next(&mut self, stream: Stream, more: bool) -> Option<Report> {
+        match self.notices.front() {
+            // The samples of a run go out before the event of its end.
+            Some(Notice::Event(event)) if self.samples.is_empty() || begins(event.kind) => {
+                let report = Report::Event(*event);
+                self.notices.pop_front();
+                Some(report)
+            }
+            Some(Notice::Fault(fault)) => {
+                let report = Report::Fault(*fault);
+                self.notices.pop_front();
+                Some(report)
+            }
+            _ => self.next_samples(stream, more),
+        }
+    }
+
+    #[inline(never)]
+    fn next_samples(&mut self, stream: Stream, more: bool) -> Option<Report> {
+        let every = stream.every.max(1);
+        let most = usize::from(stream.batch).min(Batch::ticks_most(D));
+        if most <= 1 {
+            return (self.samples.pop_front()).map(|tick| Report::Sample(tick.sample()));
+        }
+        if self.samples.len() < most && more {
+            return None;
+        }
+        let first = self.samples.pop_front()?;
+        let mut batch = Batch {
+            tick: first.tick,
+            time_us: first.time_us,
+            every,
+            axes: D as u8,
+            items: heapless::Vec::new(),
+        };
+        let mut next = Some(first);
+        let mut tick = first.tick;
+        while let Some(sample) = next {
+            sample.add_to(&mut batch.items);
+            tick = tick.wrapping_add(u32::from(every));
+            next = match self.samples.front() {
+                // A gap, where samples were dropped, ends a batch.
+                Some(sample) if batch.items.len() < most * D && sample.tick == tick => {
+                    self.samples.pop_front()
+                }
+                _ => None,
+            };
+        }
+        Some(Report::Batch(batch))
+    }
+}
+
+/// An event that comes before the samples in the queue.
+const fn begins(kind: EventKind) -> bool {
+    matches!(kind, EventKind::Started)
+}
+
+/// A tick of a device of D axes: see [`Sample`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick<const D: usize = 1> {
+    /// Number of the tick, from the start of the run, or from power-up before the first.
+    pub tick: u32,
+    /// The device's own time, µs, modulo 2³².
+    pub time_us: u32,
+    /// Position, m.
+    pub position_m: [f32; D],
+    /// The force that the environment, or the host, wanted, N.
+    pub environment_force_n: [f32; D],
+    /// The force that was applied, N.
+    pub force_n: [f32; D],
+    /// Limiters that acted, bits as in a [`BatchItem`].
+    pub limiters: u8,
+    /// Flaws of the exchange with a board, bits as in a [`BatchItem`].
+    pub flaws: u8,
+}
+
+impl<const D: usize> Tick<D> {
+    /// All zero.
+    pub const NONE: Self = Self {
+        tick: 0,
+        time_us: 0,
+        position_m: [0.0; D],
+        environment_force_n: [0.0; D],
+        force_n: [0.0; D],
+        limiters: 0,
+        flaws: 0,
+    };
+
+    /// Adds what each axis did in it, as far as there is room.
+    pub(crate) fn add_to<const N: usize>(&self, items: &mut Vec<BatchItem, N>) {
+        for axis in 0..D {
+            let _ = items.push(BatchItem {
+                position_m: self.position_m[axis],
+                environment_force_n: self.environment_force_n[axis],
+                force_n: self.force_n[axis],
+                limiters: self.limiters,
+                flaws: self.flaws,
+            });
+        }
+    }
+
+    /// As the device tells it.
+    pub(crate) fn sample(&self) -> Sample {
+        let mut sample = Sample {
+            tick: self.tick,
+            time_us: self.time_us,
+            axes: Vec::new(),
+        };
+        self.add_to(&mut sample.axes);
+        sample
+    }
+
+    /// As a device has told it; `None` for another number of axes.
+    #[must_use]
+    pub fn told(sample: &Sample) -> Option<Self> {
+        let axes: &[BatchItem; D] = sample.axes[..].try_into().ok()?;
+        let first = axes.first()?;
+        Some(Self {
+            tick: sample.tick,
+            time_us: sample.time_us,
+            position_m: axes.map(|axis| axis.position_m),
+            environment_force_n: axes.map(|axis| axis.environment_force_n),
+            force_n: axes.map(|axis| axis.force_n),
+            limiters: first.limiters,
+            flaws: first.flaws,
+        })
     }
 }

@@ -89,20 +89,6 @@ pub struct ChannelCounts {
 }
 
 /// One direction of a line. Time is an argument: the number of the tick.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_link::{HandSample, HandState};
-/// use haptic_teleoperation::{Channel, ChannelModel};
-///
-/// let model = ChannelModel { delay: Seconds(2e-3), ..ChannelModel::IDEAL };
-/// let mut line = Channel::new(model, Seconds(1e-3), 1)?;
-/// let state = HandState::Position { position_m: 0.5 };
-/// line.send(0, HandSample { sequence: 1, time_s: 0.0, state });
-/// assert!(line.next(2).is_none());
-/// assert_eq!(line.next(3).map(|message| message.sequence), Some(1));
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct Channel {
     model: ChannelModel,

@@ -5,19 +5,14 @@
 #[cfg(feature = "std")]
 extern crate std;
 
-mod account;
 #[cfg(feature = "std")]
 mod channel;
-mod coupled;
 mod law;
 mod peer;
 mod port;
-mod settings;
-mod wave;
 
 #[cfg(feature = "std")]
 pub use channel::{Channel, ChannelCounts, ChannelModel};
-pub use coupled::CouplerGains;
+pub use law::CouplerGains;
 pub use peer::{Heard, Introduction, Peer, PeerError};
-pub use port::{Begun, Port, PortCounts, Ticked};
-pub use settings::{PortLaw, Settings};
+pub use port::{Begun, Port, PortCounts, PortLaw, Settings, Ticked};

@@ -2,11 +2,12 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{
-    BRAKE_FORCE, BRAKING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MASS, DEVICE_NOISE, FORCE_LIMIT,
-    FORCE_RATE_LIMIT, FRICTION, HAND_STIFFNESS, JUMP, MASS, Parameter, RISE_TIME, SAMPLE_TIME,
-    SPEED_LIMIT, STOP_TIME, STUCK_FORCE, STUCK_TIME, WORKSPACE_HIGH, WORKSPACE_LOW,
+    CURRENT_LAG, DAMPING, DELAY, DEVICE_MASS, DEVICE_NOISE, FORCE_LIMIT, FORCE_RATE_LIMIT,
+    FRICTION, HAND_STIFFNESS, JUMP, MASS, Parameter, SAFETY, SAMPLE_TIME, SPEED_LIMIT,
+    WORKSPACE_HIGH, WORKSPACE_LOW,
 };
 use haptic_loop::ParameterError;
+use haptic_quantity::without_unit;
 
 /// A parameter that the loop refuses, with the key that sets it.
 pub(crate) fn parameter(error: ParameterError) -> Failure {
@@ -22,18 +23,21 @@ fn advice(error: &ParameterError) -> Option<String> {
         return None;
     };
     let change = |key: Parameter| format!("change {key}");
+    let plain = [
+        FORCE_LIMIT,
+        FORCE_RATE_LIMIT,
+        SAMPLE_TIME,
+        MASS,
+        DAMPING,
+        HAND_STIFFNESS,
+    ];
+    let named = |key: &&Parameter| without_unit(key.key).replace('_', " ") == range.what;
+    if let Some(&key) = SAFETY.iter().chain(&plain).find(named) {
+        return Some(change(key));
+    }
     Some(match range.what {
-        "force limit" => change(FORCE_LIMIT),
-        "force rate limit" => change(FORCE_RATE_LIMIT),
-        "sample time" => change(SAMPLE_TIME),
-        "rise time" => change(RISE_TIME),
-        "stop time" => change(STOP_TIME),
-        "brake force" => change(BRAKE_FORCE),
-        "braking" => change(BRAKING),
-        "stuck force" => change(STUCK_FORCE),
-        "stuck time" => change(STUCK_TIME),
         "jump of the position" => change(JUMP),
-        "speed limit" | "soft speed limit" => change(SPEED_LIMIT),
+        "soft speed limit" => change(SPEED_LIMIT),
         "low end of the workspace" | "high end of the workspace" | "workspace soft zone" => {
             format!("change {WORKSPACE_LOW} or {WORKSPACE_HIGH}")
         }
@@ -46,9 +50,7 @@ fn advice(error: &ParameterError) -> Option<String> {
             "change the delay of the device, or take another guard".to_owned()
         }
         "lag of the actuator" => "change the lag of the device, or take another guard".to_owned(),
-        "mass" => change(MASS),
-        "damping" => change(DAMPING),
-        "hand stiffness" | "with friction, hand stiffness" => change(HAND_STIFFNESS),
+        "with friction, hand stiffness" => change(HAND_STIFFNESS),
         "Coulomb friction" => change(FRICTION),
         "actuator time constant" => change(CURRENT_LAG),
         "force delay" => format!("change {DELAY} or the sample time"),

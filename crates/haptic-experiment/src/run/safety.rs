@@ -1,14 +1,15 @@
 //! Settings of the safety chain beyond force and rate, as an experiment asks for them.
 
 mod guard;
-pub(crate) mod reading;
 
+use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters::{
-    BRAKING, DEVICE, DEVICE_DAMPING, DEVICE_MASS, DEVICE_MODEL, GUARD, JUMP, SPEED_LIMIT,
-    STUCK_FORCE, STUCK_TIME,
+    self as p, BRAKING, DEVICE, DEVICE_DAMPING, DEVICE_MASS, DEVICE_MODEL, GUARD, JUMP, Parameter,
+    SPEED_LIMIT, STUCK_FORCE, STUCK_TIME,
 };
+use crate::document::reader::Table;
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
 use haptic_loop::units::{
@@ -50,6 +51,73 @@ pub struct Safety {
     pub device_lag_s: Option<f64>,
     /// Noise of the device's position, for its guard, m.
     pub device_noise_m: Option<f64>,
+}
+
+/// A number of the settings: its key, and its place.
+type Number = (Parameter, fn(&mut Safety) -> &mut Option<f64>);
+
+/// Every number that is read and told as it is.
+const NUMBERS: [Number; 12] = [
+    (SPEED_LIMIT, |s| &mut s.speed_limit_m_per_s),
+    (p::RISE_TIME, |s| &mut s.rise_time_s),
+    (BRAKING, |s| &mut s.braking_n_s_per_m),
+    (p::STOP_TIME, |s| &mut s.stop_time_s),
+    (p::BRAKE_FORCE, |s| &mut s.brake_force_n),
+    (STUCK_FORCE, |s| &mut s.stuck_force_n),
+    (STUCK_TIME, |s| &mut s.stuck_time_s),
+    (JUMP, |s| &mut s.jump_m),
+    (DEVICE_MASS, |s| &mut s.device_mass_kg),
+    (DEVICE_DAMPING, |s| &mut s.device_damping_n_s_per_m),
+    (p::DEVICE_LAG, |s| &mut s.device_lag_s),
+    (p::DEVICE_NOISE, |s| &mut s.device_noise_m),
+];
+
+/// Two numbers of a table of which neither stands alone, the first below the second, or the same where that is allowed.
+fn pair(
+    table: &Table<'_>,
+    [first, second]: [&Parameter; 2],
+    (one, same): (&str, bool),
+) -> Result<Option<(f64, f64)>, FileError> {
+    let (lone, missing) = match (table.number_if(first)?, table.number_if(second)?) {
+        (None, None) => return Ok(None),
+        (Some(low), Some(high)) if low < high || (same && low <= high) => {
+            return Ok(Some((low, high)));
+        }
+        (Some(low), Some(high)) => {
+            let [low_key, key] = [first.key, second.key];
+            let what = if same { "below" } else { "not above" };
+            let reason = format!("{key} = {high} is {what} {low_key} = {low}");
+            return Err(table.fail_at(key, reason));
+        }
+        (Some(_), None) => (first, second),
+        (None, Some(_)) => (second, first),
+    };
+    let too = if same {
+        ", the same if it is known"
+    } else {
+        ""
+    };
+    let reason = format!("{one} has two ends: give {} too{too}", missing.key);
+    Err(table.fail_at(lone.key, reason))
+}
+
+/// Reads the settings of the safety chain. A wall knows mass and damping of its device by other keys too.
+pub(crate) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
+    let delay = [&p::DEVICE_DELAY_LEAST, &p::DEVICE_DELAY_MOST];
+    let mut safety = Safety {
+        guard: table.choice(&GUARD)?,
+        workspace_m: pair(
+            table,
+            [&p::WORKSPACE_LOW, &p::WORKSPACE_HIGH],
+            ("a workspace", false),
+        )?,
+        device_delay_s: pair(table, delay, ("a delay", true))?,
+        ..Safety::default()
+    };
+    for (parameter, of) in &NUMBERS {
+        *of(&mut safety) = table.number_if(parameter)?;
+    }
+    Ok(safety)
 }
 
 /// Largest force with which a run on a real or serial device starts, N.
@@ -216,25 +284,15 @@ impl Safety {
         if self.guard != GuardChoice::Off {
             metadata.insert("guard".to_owned(), self.guard.name().to_owned());
         }
-        let numbers = [
+        let mut own = *self;
+        let numbers = NUMBERS.map(|(parameter, of)| (parameter.key, *of(&mut own)));
+        let ends = [
             ("workspace_low_m", self.workspace_m.map(|ends| ends.0)),
             ("workspace_high_m", self.workspace_m.map(|ends| ends.1)),
-            ("speed_limit_m_per_s", self.speed_limit_m_per_s),
-            ("rise_time_s", self.rise_time_s),
-            ("braking_n_s_per_m", self.braking_n_s_per_m),
-            ("stop_time_s", self.stop_time_s),
-            ("brake_force_n", self.brake_force_n),
-            ("stuck_force_n", self.stuck_force_n),
-            ("stuck_time_s", self.stuck_time_s),
-            ("jump_m", self.jump_m),
-            ("device_mass_kg", self.device_mass_kg),
-            ("device_damping_n_s_per_m", self.device_damping_n_s_per_m),
             ("device_delay_least_s", self.device_delay_s.map(|d| d.0)),
             ("device_delay_most_s", self.device_delay_s.map(|d| d.1)),
-            ("device_lag_s", self.device_lag_s),
-            ("device_noise_m", self.device_noise_m),
         ];
-        for (key, value) in numbers {
+        for (key, value) in numbers.into_iter().chain(ends) {
             if let Some(value) = value {
                 metadata.insert(key.to_owned(), value.to_string());
             }

@@ -9,11 +9,8 @@
 //!
 //! `DAMAGED_FRAMES` sets how many are tried: 10 000 000 take some seconds with `--release`.
 
-use haptic_link::{
-    Ack, Alive, BATCH_MAX, Batch, BatchItem, CoefficientBlock, Configuration, Direction, Event,
-    EventKind, FRAME_MAX, Header, Outcome, Receiver, Refusal, Report, Request, Sample, Scope,
-    Start, State, Statistics, Status, encode,
-};
+use crate::messages::{reports, requests};
+use haptic_link::{Direction, FRAME_MAX, Header, Receiver, encode};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Debug;
@@ -34,107 +31,8 @@ impl Random {
         (self.next() % end as u64) as usize
     }
 
-    /// Small, so that there are zeros in its bytes, or anything but NaN, which is not equal to itself.
-    fn force(&mut self) -> f32 {
-        match self.below(4) {
-            0 => 0.0,
-            1 => self.below(16) as f32 / 8.0,
-            _ => {
-                let value = f32::from_bits(self.next() as u32);
-                if value.is_nan() { -1.0 } else { value }
-            }
-        }
-    }
-}
-
-fn request(random: &mut Random) -> Request {
-    match random.below(8) {
-        0 => Request::Configure(Configuration {
-            stiffness_n_per_m: random.force(),
-            surface_m: random.force(),
-            ..Configuration::PASSIVE
-        }),
-        1 => {
-            let values = std::array::from_fn(|_| random.force());
-            Request::Coefficients(CoefficientBlock { offset: 16, values })
-        }
-        2 => Request::Commit {
-            digest: random.next() as u32,
-            scope: Scope::Lasting,
-        },
-        3 => Request::Arm { faults: 1 },
-        4 => Request::Stop,
-        5 => Request::Start(Start {
-            run: random.next() as u32,
-            ..Start::ENDLESS
-        }),
-        6 => Request::KeepAlive {
-            token: random.next() as u32,
-        },
-        _ => Request::Force {
-            tick: random.next() as u32,
-            force_n: [random.force()].into_iter().collect(),
-        },
-    }
-}
-
-fn report(random: &mut Random) -> Report {
-    let (tick, time_us) = (random.next() as u32, random.next());
-    let status = Status {
-        state: State::Fault,
-        fault: 2,
-        faults: 258,
-    };
-    match random.below(8) {
-        0 => Report::Ack(Ack {
-            sequence: tick as u16,
-            request: 4,
-            outcome: Outcome::Refused(Refusal::ForceNotSmall {
-                wanted_n: random.force(),
-                allowed_n: 1.0,
-            }),
-        }),
-        1 => Report::Event(Event {
-            kind: EventKind::Started,
-            tick,
-            time_us,
-        }),
-        2 => Report::Statistics(Statistics {
-            ticks: tick,
-            ..Statistics::default()
-        }),
-        3 => Report::Alive(Alive {
-            token: tick,
-            time_us,
-            status,
-            observed_energy_j: random.force(),
-        }),
-        4 => {
-            let items = 0..=random.below(BATCH_MAX);
-            let items = items.map(|_| item(random));
-            Report::Batch(Batch {
-                tick,
-                time_us: time_us as u32,
-                every: 1,
-                axes: 1,
-                items: items.collect(),
-            })
-        }
-        _ => Report::Sample(Sample {
-            tick,
-            time_us: time_us as u32,
-            axes: [item(random)].into_iter().collect(),
-        }),
-    }
-}
-
-fn item(random: &mut Random) -> BatchItem {
-    BatchItem {
-        position_m: random.force(),
-        environment_force_n: random.force(),
-        force_n: random.force(),
-        limiters: 1,
-        flaws: 1,
+    fn of<M: Clone>(&mut self, list: &[M]) -> M {
+        list[self.below(list.len())].clone()
     }
 }
 
@@ -185,9 +83,9 @@ struct Tally {
     missed: u32,
 }
 
-fn try_line<M: Serialize + DeserializeOwned + PartialEq + Debug>(
+fn try_line<M: Serialize + DeserializeOwned + PartialEq + Clone + Debug>(
     direction: Direction,
-    message: fn(&mut Random) -> M,
+    messages: &[M],
     tries: u32,
     seed: u64,
 ) -> Tally {
@@ -198,7 +96,7 @@ fn try_line<M: Serialize + DeserializeOwned + PartialEq + Debug>(
     // Frames of which something may be in the piece.
     let mut under_way: Vec<(Vec<u8>, (Header, M))> = Vec::new();
     while tally.damaged < tries {
-        let message = message(&mut random);
+        let message = random.of(messages);
         let header = match direction {
             Direction::FromHost => Header::from_host(tally.sent, 0x00ff_0100),
             Direction::FromDevice => Header::from_device(tally.sent as u16),
@@ -244,8 +142,8 @@ fn damaged_frames_are_never_taken_for_messages_and_whole_ones_always_are() {
     // Miri is a thousand times slower.
     let default = if cfg!(miri) { 40 } else { 200_000 };
     let tries = std::env::var("DAMAGED_FRAMES").map_or(default, |n| n.parse().expect("a number"));
-    let requests = try_line(Direction::FromHost, request, tries / 2, 1);
-    let reports = try_line(Direction::FromDevice, report, tries - tries / 2, 2);
+    let requests = try_line(Direction::FromHost, &requests(), tries / 2, 1);
+    let reports = try_line(Direction::FromDevice, &reports(), tries - tries / 2, 2);
     for tally in [requests, reports] {
         println!("{tally:?}");
         assert_eq!((tally.wrong, tally.missed), (0, 0), "{tally:?}");

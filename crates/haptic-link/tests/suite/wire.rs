@@ -98,6 +98,18 @@ fn every_message_comes_back_as_it_was_sent() {
 }
 
 #[test]
+fn a_message_that_is_cut_short_is_none() {
+    let mut room = [0; FRAME_MAX];
+    for request in requests() {
+        let bytes = postcard::to_slice(&request, &mut room).expect("fits");
+        assert_eq!(postcard::from_bytes::<Request>(bytes), Ok(request));
+        for short in 0..bytes.len() {
+            assert!(postcard::from_bytes::<Request>(&bytes[..short]).is_err());
+        }
+    }
+}
+
+#[test]
 fn lines_are_as_slow_as_they_may_be() {
     // A quarter to spare of the bits of a line with 10 bits a byte, of one axis.
     let sample = line(&Report::Sample(sample(1)), 0, Direction::FromDevice).len();

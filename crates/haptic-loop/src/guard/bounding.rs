@@ -1,7 +1,9 @@
 //! Energy bounding: the force is never larger than the energy at hand can pay for.
 
-use super::profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, Profile, Timing, dot, doubt};
-use super::state::{GuardState, forgotten};
+use super::profile::{
+    GuardState, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, Profile, Timing, dot, doubt,
+    forgotten,
+};
 use crate::error::Checks;
 use crate::units::{Metres, NewtonSecondsPerMetre, Seconds};
 use fracdiff::Real;

@@ -18,12 +18,11 @@
 mod bounding;
 mod observer;
 mod profile;
-mod state;
 
 pub use bounding::EnergyBounding;
 pub use observer::PassivityObserver;
+pub(crate) use profile::GuardState;
 pub use profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
-pub(crate) use state::GuardState;
 
 use crate::error::Checks;
 use bounding::Bounding;
@@ -33,23 +32,6 @@ use observer::Observer;
 use profile::Sent;
 
 /// A choice of guard, in SI units.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::units::NewtonSecondsPerMetre;
-/// use haptic_loop::{EnergyBounding, Guard, Limits, SafetyChain};
-///
-/// // The device surely has 3 N·s/m, and its force comes 0.4 ms late.
-/// let bounding = EnergyBounding {
-///     delay_least: Seconds(0.4e-3),
-///     delay_most: Seconds(0.4e-3),
-///     ..EnergyBounding::of(NewtonSecondsPerMetre(3.0))
-/// };
-/// let limits = Limits { guard: Some(Guard::EnergyBounding(bounding)), ..Limits::default() };
-/// let chain = SafetyChain::<f32>::from_limits(&limits, Seconds(1e-3))?;
-/// assert!(chain.has_guard());
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Guard {
     /// Adds damping.

@@ -1,7 +1,6 @@
 //! Time-domain passivity observer and controller.
 
-use super::profile::dot;
-use super::state::{GuardState, forgotten};
+use super::profile::{GuardState, dot, forgotten};
 use crate::error::Checks;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use core::array;

@@ -1,11 +1,11 @@
 //! A device whose axes differ.
 
 use super::mass_damper::{MassDamper, MassDamperConfig};
-use crate::error::range;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::array;
 use core::convert::Infallible;
 use fracdiff::Real;
+use fracdiff::parameter::range;
 use nalgebra::SVector;
 
 /// A simulated device with a mass, damping, hand and friction of its own on each axis, each a [`MassDamper`].
@@ -14,24 +14,6 @@ use nalgebra::SVector;
 /// m_i·x_i'' + b_i·x_i' + k_i·x_i = a_i + w_i        i = 1 … D
 /// ```
 /// *Cost* and exactness are those of the axes.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::plant::{Axes, MassDamperConfig};
-/// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-/// use haptic_loop::{Device, SafeForce};
-/// use nalgebra::vector;
-///
-/// let axis = |mass| MassDamperConfig::ideal(Kilograms(mass), NewtonSecondsPerMetre(0.0), Seconds(1e-3));
-/// let mut plotter = Axes::new([axis(0.05), axis(0.1)])?;
-/// plotter.set_external_force(vector![1.0, 1.0]);
-/// for _ in 0..100 {
-///     plotter.write(SafeForce::<f64, 2>::zero()).unwrap_or_else(|never| match never {});
-/// }
-/// // The lighter axis is twice as fast: v = F·t/m.
-/// assert!((plotter.velocity() - vector![2.0, 1.0]).norm() < 1e-12);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct Axes<const D: usize> {
     axes: [MassDamper<1>; D],

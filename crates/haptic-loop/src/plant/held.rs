@@ -1,7 +1,6 @@
 //! The indentation rig whose indenter something else holds: a controller, sample by sample.
 
-use super::rig::IndentationRig;
-use super::rig_config::{RigConfig, RigContact, RigDrive};
+use super::rig::{IndentationRig, RigConfig, RigContact, RigDrive};
 use crate::units::Newtons;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::convert::Infallible;
@@ -29,35 +28,6 @@ pub trait Holder {
 /// - *Exact* while in contact or apart, as [`IndentationRig`]. *Start-up*: at rest, just touching.
 /// - *Not finite*: a force that is not finite is none.
 /// - *Cost*: that of [`IndentationRig`] and of the holder; no allocation, no panic.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::plant::{HeldRig, Holder, RampHold, RigConfig, RigContact, RigDrive};
-/// use haptic_loop::units::Metres;
-/// use haptic_loop::{Device, SafeForce};
-///
-/// /// A spring and a damper to the set point.
-/// struct SpringDamper(f64);
-/// impl Holder for SpringDamper {
-///     fn force(&mut self, set_point: f64, measured: f64) -> f64 {
-///         let velocity = (measured - self.0) / 1e-3;
-///         self.0 = measured;
-///         3000.0 * (set_point - measured) - 20.0 * velocity
-///     }
-///     fn restart(&mut self) {
-///         self.0 = 0.0;
-///     }
-/// }
-///
-/// let ramp = RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.1))?);
-/// let config = RigConfig::new(ramp, RigContact::COMPLIANT, Seconds(1e-3));
-/// let mut rig = HeldRig::new(config, SpringDamper(0.0))?;
-/// for _ in 0..500 {
-///     Device::<f64, 1>::write(&mut rig, SafeForce::zero()).unwrap_or_else(|never| match never {});
-/// }
-/// assert!((rig.rig().indenter_position() - 1e-3).abs() < 1e-6); // nothing resists at rest
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct HeldRig<H> {
     rig: IndentationRig,

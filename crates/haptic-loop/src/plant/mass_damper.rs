@@ -1,9 +1,7 @@
 //! The standard simulated device: a mass with damping, and optionally a hand, friction, delay,
 //! saturation and actuator lag.
 
-use super::delay::{ForceLine, whole_and_fraction};
 use super::discretise::transition;
-use super::friction::{Friction, coulomb};
 use crate::error::Checks;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use crate::{Device, ParameterError, Reading, SafeForce};
@@ -24,7 +22,7 @@ pub struct MassDamperConfig {
     pub stiffness: NewtonsPerMetre,
     /// Fc ≥ 0, Coulomb friction per axis. With it k·T²/m must not exceed 1.
     pub friction: Newtons,
-    /// From a write to the force acting, 0 to [`MAX_DELAY_SAMPLES`](super::MAX_DELAY_SAMPLES)
+    /// From a write to the force acting, 0 to [`MAX_DELAY_SAMPLES`]
     /// sample times, not necessarily whole.
     pub delay: Seconds,
     /// Largest magnitude of the actuator's force, > 0, per axis.
@@ -307,5 +305,108 @@ impl Step {
                 axis.velocity = free[1] + self.transition[(1, 3)] * force;
             }
         }
+    }
+}
+
+/// Longest delay of a plant's force, in samples.
+pub const MAX_DELAY_SAMPLES: usize = 64;
+
+/// The newest sample and those up to [`MAX_DELAY_SAMPLES`] before it.
+const LENGTH: usize = MAX_DELAY_SAMPLES + 1;
+
+/// A delay of d + η samples, 0 ≤ η < 1: `(d, η)`.
+///
+/// A ratio within 1e-9 of a whole number is that number, so that 3e-3 s / 1e-3 s is 3 and not just
+/// below.
+///
+/// Refused unless 0 ≤ delay ≤ [`MAX_DELAY_SAMPLES`] sample times.
+fn whole_and_fraction(
+    what: &'static str,
+    delay: Seconds,
+    sample_time: f64,
+    checks: &mut Checks,
+) -> (usize, f64) {
+    let ratio = checks.not_negative(what, delay.0, "s") / sample_time;
+    let nearest = libm::rint(ratio);
+    let ratio = if (ratio - nearest).abs() < 1e-9 {
+        nearest
+    } else {
+        ratio
+    };
+    let short = ratio <= MAX_DELAY_SAMPLES as f64;
+    checks.range(what, delay.0, short, "from 0 to 64 sample times", "s");
+    let whole = libm::floor(ratio);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 ≤ whole ≤ 64"
+    )]
+    (whole as usize, ratio - whole)
+}
+
+/// The last commanded forces, N; zero before the first.
+#[derive(Clone, Debug)]
+struct ForceLine<const D: usize> {
+    forces: [SVector<f64, D>; LENGTH],
+    newest: usize,
+}
+
+impl<const D: usize> ForceLine<D> {
+    fn at_rest() -> Self {
+        Self {
+            forces: [SVector::from([0.0; D]); LENGTH],
+            newest: 0,
+        }
+    }
+
+    fn push(&mut self, force: SVector<f64, D>) {
+        self.newest = (self.newest + 1) % LENGTH;
+        self.forces[self.newest] = force;
+    }
+
+    /// The force pushed `age` pushes before the newest, `age` ≤ [`MAX_DELAY_SAMPLES`].
+    fn aged(&self, age: usize) -> &SVector<f64, D> {
+        &self.forces[(self.newest + LENGTH - age) % LENGTH]
+    }
+}
+
+/// The effect of friction in a step, chosen implicitly.
+///
+/// ```text
+/// v(h) = w + Y·r,  |r| ≤ Fc:    r = -w/Y if that is within Fc, so that v(h) = 0;  else r = -Fc·sign(w)
+/// ```
+/// w is the velocity without friction at the end of the step h, m/s, Y > 0 the velocity gained per newton held over it,
+/// m/(N·s). A force that follows sign(v) would chatter about zero for ever; this one ends there. It is held over the step,
+/// so stopping and reversing are right to one step, and sliding one way is exact.
+///
+/// Source: J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Friction {
+    /// It can bring the velocity to zero at the end of the step, with this force, N.
+    Stops(f64),
+    /// It can not, and opposes the motion with this force, N.
+    Slides(f64),
+}
+
+/// Chooses the friction force. `limit` ≥ 0 in N, `mobility` Y > 0 in m/(N·s).
+fn coulomb(limit: f64, free_velocity: f64, mobility: f64) -> Friction {
+    let stopping = -free_velocity / mobility;
+    if stopping.abs() <= limit {
+        Friction::Stops(stopping)
+    } else {
+        Friction::Slides(libm::copysign(limit, stopping))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_stops_what_it_can_and_opposes_the_rest() {
+        // Y = 0.5 m/(N·s): 1 m/s needs 2 N.
+        assert_eq!(coulomb(2.0, 1.0, 0.5), Friction::Stops(-2.0));
+        assert_eq!(coulomb(1.9, 1.0, 0.5), Friction::Slides(-1.9));
+        assert_eq!(coulomb(1.9, -1.0, 0.5), Friction::Slides(1.9));
     }
 }

@@ -1,9 +1,9 @@
 //! Mass that is felt along a direction.
 
 use crate::ParameterError;
-use crate::error::{positive, range};
 use crate::units::Kilograms;
 use fracdiff::parameter::RangeError;
+use fracdiff::parameter::{positive, range};
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 /// The mass matrix of a device in one posture.

@@ -1,13 +1,121 @@
 //! The indentation rig: two facing voice-coil actuators, one renders a tissue, one indents it.
 
 use super::discretise::transition;
-use super::rig_config::{RigConfig, RigContact, RigDrive, RigServo};
-use crate::error::{not_negative, positive, range};
-use crate::units::Newtons;
+use super::profile::RampHold;
+use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use fracdiff::Real;
-use nalgebra::{RowSVector, SMatrix, SVector};
+use fracdiff::parameter::{not_negative, positive, range};
+use nalgebra::{Matrix4, RowSVector, SMatrix, SVector, Vector4};
+
+/// The contact of the indenter with the renderer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RigContact {
+    /// An ideal indenter without mass: what drives it is imposed on the renderer exactly, for ever
+    /// in contact. Position: x₁ = profile. Force: F = push.
+    Rigid,
+    /// A one-sided contact: F = max(0, k·p + c·p') while the penetration p = x₂ - x₁ > 0.
+    Compliant {
+        /// k > 0.
+        stiffness: NewtonsPerMetre,
+        /// c ≥ 0.
+        damping: NewtonSecondsPerMetre,
+    },
+}
+
+impl RigContact {
+    /// k = 1e5 N/m, c = 80 N·s/m.
+    ///
+    /// The two masses of [`RigConfig::new`] bounce on the contact with their reduced mass
+    /// 0.065/2 kg: ω = √(k/0.0325) = 1754 rad/s (279 Hz), ζ = c/(2·√(k·0.0325)) = 0.70.
+    /// A force F compresses it by F/k: 1.8 µm under the 0.18 N of a prostate 1 mm deep.
+    pub const COMPLIANT: Self = Self::Compliant {
+        stiffness: NewtonsPerMetre(1e5),
+        damping: NewtonSecondsPerMetre(80.0),
+    };
+}
+
+/// The drive of the indenter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RigDrive {
+    /// A position profile, followed by the servo (relaxation experiment).
+    Position(RampHold),
+    /// A constant push from t = 0, without servo (creep experiment). Positive into the tissue.
+    Force(Newtons),
+}
+
+/// The indenter's position servo, continuous in time.
+///
+/// ```text
+/// S = K·(e + ∫e dt/Tᵢ) + D·e',    e = r - x₂
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigServo {
+    /// K > 0.
+    pub stiffness: NewtonsPerMetre,
+    /// D ≥ 0.
+    pub damping: NewtonSecondsPerMetre,
+    /// Tᵢ > 0. Stable for Tᵢ above mass/damping: (m₁ + m₂)/(D + b₁ + b₂) in contact.
+    pub integral_time: Seconds,
+}
+
+impl RigServo {
+    /// A triple pole at ω = 200 rad/s for the masses and damping of [`RigConfig::new`] moving
+    /// together, M = 0.13 kg and b = 7 N·s/m.
+    ///
+    /// M·s³ + (b + D)·s² + K·s + K/Tᵢ = M·(s + ω)³ gives K = 3·M·ω² = 15 600 N/m,
+    /// D = 3·M·ω - b = 71 N·s/m, Tᵢ = 3/ω = 15 ms. [`RigContact::COMPLIANT`] moves the poles to
+    /// -273, -177 ± 23i and -1517 ± 722i rad/s; apart, the indenter's are -899, -124 ± 50i.
+    /// So 0.1 s after a corner of the profile, less than 1e-6 of its error is left.
+    pub const DEFAULT: Self = Self {
+        stiffness: NewtonsPerMetre(15_600.0),
+        damping: NewtonSecondsPerMetre(71.0),
+        integral_time: Seconds(0.015),
+    };
+}
+
+/// Parameters of an [`IndentationRig`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigConfig {
+    /// The drive of the indenter.
+    pub drive: RigDrive,
+    /// Its contact with the renderer.
+    pub contact: RigContact,
+    /// T > 0, the time from one write to the next.
+    pub sample_time: Seconds,
+    /// m₁ > 0.
+    pub renderer_mass: Kilograms,
+    /// b₁ ≥ 0.
+    pub renderer_damping: NewtonSecondsPerMetre,
+    /// Largest magnitude of the renderer's force, > 0.
+    pub saturation: Option<Newtons>,
+    /// m₂ > 0.
+    pub indenter_mass: Kilograms,
+    /// b₂ ≥ 0.
+    pub indenter_damping: NewtonSecondsPerMetre,
+    /// Used by [`RigDrive::Position`] with a compliant contact.
+    pub servo: RigServo,
+}
+
+impl RigConfig {
+    /// Two of the dissertation's voice coils, 65 g and 3.5 N·s/m each, without saturation, and
+    /// [`RigServo::DEFAULT`].
+    #[must_use]
+    pub const fn new(drive: RigDrive, contact: RigContact, sample_time: Seconds) -> Self {
+        Self {
+            drive,
+            contact,
+            sample_time,
+            renderer_mass: Kilograms(0.065),
+            renderer_damping: NewtonSecondsPerMetre(3.5),
+            saturation: None,
+            indenter_mass: Kilograms(0.065),
+            indenter_damping: NewtonSecondsPerMetre(3.5),
+            servo: RigServo::DEFAULT,
+        }
+    }
+}
 
 /// Steps per sample between which making and breaking contact is noticed.
 pub const SUB_STEPS: usize = 8;
@@ -31,29 +139,11 @@ pub const SUB_STEPS: usize = 8;
 /// - *Cost* per sample: [`SUB_STEPS`] 8×8 products; no allocation, no panic.
 ///
 /// Source: dissertation ch. VII.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive};
-/// use haptic_loop::units::Metres;
-/// use haptic_loop::{Device, SafeForce};
-///
-/// // 1 mm in a second, then held.
-/// let ramp = RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0))?);
-/// let config = RigConfig::new(ramp, RigContact::Rigid, Seconds(1e-3));
-/// let mut rig = IndentationRig::new(config)?;
-/// for _ in 0..2000 {
-///     Device::<f64, 1>::write(&mut rig, SafeForce::zero()).unwrap_or_else(|never| match never {});
-/// }
-/// let reading = Device::<f64, 1>::read(&mut rig).unwrap_or_else(|never| match never {});
-/// assert!((reading.position_m[0] - 1e-3).abs() < 1e-12); // imposed exactly
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct IndentationRig {
     config: RigConfig,
-    pub(super) apart: SMatrix<f64, STATES, STATES>,
-    pub(super) together: SMatrix<f64, STATES, STATES>,
+    apart: SMatrix<f64, STATES, STATES>,
+    together: SMatrix<f64, STATES, STATES>,
     limit: f64,
     state: SVector<f64, STATES>,
     tick: u64,
@@ -67,9 +157,7 @@ const X2: usize = 2;
 const V2: usize = 3;
 const DRIVE: usize = 5;
 const RATE: usize = 6;
-pub(super) const FORCE: usize = 7;
-/// The drive under [`RigDrive::Force`].
-pub(super) const PUSH: usize = DRIVE;
+const FORCE: usize = 7;
 const STATES: usize = 8;
 
 impl IndentationRig {
@@ -183,7 +271,7 @@ impl IndentationRig {
 
     /// Another push from now on, under [`RigDrive::Force`].
     pub(super) fn push(&mut self, force: Newtons) {
-        self.state[PUSH] = force.0;
+        self.state[DRIVE] = force.0;
     }
 
     fn advance(&mut self, force: f64) {
@@ -288,4 +376,31 @@ fn natural_units(config: &RigConfig, step: f64) -> SVector<f64, STATES> {
         RigDrive::Force(_) => force,
     };
     SVector::from([1.0, velocity, 1.0, velocity, step, drive, velocity, force])
+}
+
+/// x\[n+1\] = Φ·x\[n\] + `Γ_S`·S\[n\] + `Γ_f`·f\[n\], both forces held over the sample.
+///
+/// x = (x₁, v₁, x₂, v₂): renderer and indenter, m and m/s; S on the indenter and f on the renderer, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigMotion {
+    /// Φ.
+    pub transition: Matrix4<f64>,
+    /// `Γ_S`, of the force on the indenter.
+    pub indenter: Vector4<f64>,
+    /// `Γ_f`, of the force on the renderer.
+    pub renderer: Vector4<f64>,
+}
+
+impl IndentationRig {
+    /// The motion in contact, or apart, for a rig under [`RigDrive::Force`]: the matrices that run.
+    #[must_use]
+    pub fn motion(&self, touching: bool) -> RigMotion {
+        let step = if touching { self.together } else { self.apart };
+        let sample = (1..SUB_STEPS).fold(step, |moved, _| step * moved);
+        RigMotion {
+            transition: sample.fixed_view::<4, 4>(0, 0).into_owned(),
+            indenter: sample.fixed_view::<4, 1>(0, DRIVE).into_owned(),
+            renderer: sample.fixed_view::<4, 1>(0, FORCE).into_owned(),
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Linux: clock, sleep, priority, affinity and locked memory.
 
-use super::system::{Refusal, System};
-use super::waiter::Waiter;
+use super::periodic::Waiter;
+use super::thread::Refusal;
 use rustix::io::Errno;
 use rustix::mm::{MlockAllFlags, mlockall, munlockall};
 use rustix::process::{Resource, getpriority_process, getrlimit};
@@ -24,14 +24,6 @@ use thread_priority::{
 /// The monotonic clock and sleep of this system.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SystemWaiter(());
-
-impl SystemWaiter {
-    /// The only one.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self(())
-    }
-}
 
 impl Waiter for SystemWaiter {
     fn now(&mut self) -> Duration {
@@ -95,8 +87,8 @@ pub(super) struct CurrentThread {
     locked: bool,
 }
 
-impl System for CurrentThread {
-    fn raise(&mut self, priority: u8) -> Result<(), Refusal> {
+impl CurrentThread {
+    pub(super) fn raise(&mut self, priority: u8) -> Result<(), Refusal> {
         let thread = thread_native_id();
         let before = policy_of(thread);
         let raised = fifo(thread, priority);
@@ -110,7 +102,7 @@ impl System for CurrentThread {
         raised
     }
 
-    fn pin(&mut self, core: usize) -> Result<(), Refusal> {
+    pub(super) fn pin(&mut self, core: usize) -> Result<(), Refusal> {
         if !allowed_cores().contains(&core) {
             return Err(Refusal::NotPermitted);
         }
@@ -122,7 +114,7 @@ impl System for CurrentThread {
         Ok(())
     }
 
-    fn lock_memory(&mut self) -> Result<(), Refusal> {
+    pub(super) fn lock_memory(&mut self) -> Result<(), Refusal> {
         // Below a limit that counts, locking what is to come would make allocations fail later.
         let unlimited = getrlimit(Resource::Memlock).current.is_none();
         let privileged =
@@ -137,7 +129,7 @@ impl System for CurrentThread {
         Ok(())
     }
 
-    fn restore(&mut self) {
+    pub(super) fn restore(&mut self) {
         // Best effort, in the order that gives up the most first.
         if let Some((policy, priority)) = self.policy.take() {
             let _ = set_thread_priority_and_policy(thread_native_id(), priority, policy);

@@ -18,24 +18,17 @@
 //! [`RaisedThread::fallback`], and the loop runs without it. Elsewhere a thread sleeps as the standard library
 //! does, at normal priority.
 
-mod config;
 #[cfg(target_os = "linux")]
 #[path = "linux.rs"]
 mod here;
 #[cfg(not(target_os = "linux"))]
 #[path = "elsewhere.rs"]
 mod here;
-mod margin;
 mod periodic;
-mod system;
 mod thread;
 mod timing;
-mod waiter;
 
-pub use config::{PeriodicConfig, SpinMargin};
 pub use here::{SystemWaiter, allowed_cores, raise_thread};
-pub use periodic::{Cycle, Periodic};
-pub use system::Refusal;
-pub use thread::{Fallback, PRIORITIES, RaisedThread, ThreadConfig};
+pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin, StdWaiter, Waiter};
+pub use thread::{Fallback, PRIORITIES, RaisedThread, Refusal, ThreadConfig};
 pub use timing::{Overruns, Percentiles, Timing, WorstCycle};
-pub use waiter::{StdWaiter, Waiter};

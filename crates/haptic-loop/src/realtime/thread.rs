@@ -1,9 +1,35 @@
 //! A thread that the system prefers to others, and what it refuses.
 
 use super::here::CurrentThread;
-use super::system::{Refusal, System};
 use core::fmt;
 use core::marker::PhantomData;
+
+/// Why the system did not do what was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// This user may not.
+    NotPermitted,
+    /// More than this user's limit.
+    Limit,
+    /// This system cannot.
+    Unsupported,
+    /// Its error code.
+    Other(i32),
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotPermitted => f.write_str("not permitted"),
+            Self::Limit => f.write_str("above this user's limit"),
+            Self::Unsupported => f.write_str("not on this system"),
+            Self::Other(code) => write!(f, "error {code} of the system"),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}
 
 /// Priorities that a system may grant.
 pub const PRIORITIES: core::ops::RangeInclusive<u8> = 1..=99;
@@ -61,27 +87,6 @@ impl fmt::Display for Fallback {
     }
 }
 
-/// Asks for everything, and gathers what is refused.
-fn ask(system: &mut impl System, config: ThreadConfig) -> Option<Fallback> {
-    let pin = config
-        .pin
-        .and_then(|core| Some((core, system.pin(core).err()?)));
-    let memory = match config.lock_memory {
-        true => system.lock_memory().err(),
-        false => None,
-    };
-    // Last, so that what comes before does not run at it.
-    let priority = config
-        .priority
-        .and_then(|priority| Some((priority, system.raise(priority).err()?)));
-    let fallback = Fallback {
-        priority,
-        pin,
-        memory,
-    };
-    (fallback != Fallback::default()).then_some(fallback)
-}
-
 /// The calling thread, raised until this is dropped.
 ///
 /// Threads that it starts meanwhile inherit priority and core: start those that are to be normal before.
@@ -89,7 +94,7 @@ fn ask(system: &mut impl System, config: ThreadConfig) -> Option<Fallback> {
 pub struct RaisedThread {
     thread: CurrentThread,
     config: ThreadConfig,
-    fallback: Option<Fallback>,
+    fallback: Fallback,
     /// Dropping it elsewhere would restore another thread.
     not_send: PhantomData<*const ()>,
 }
@@ -99,7 +104,22 @@ impl RaisedThread {
     #[must_use]
     pub fn new(config: ThreadConfig) -> Self {
         let mut thread = CurrentThread::default();
-        let fallback = ask(&mut thread, config);
+        let pin = config
+            .pin
+            .and_then(|core| Some((core, thread.pin(core).err()?)));
+        let memory = match config.lock_memory {
+            true => thread.lock_memory().err(),
+            false => None,
+        };
+        // Last, so that what comes before does not run at it.
+        let priority = config
+            .priority
+            .and_then(|priority| Some((priority, thread.raise(priority).err()?)));
+        let fallback = Fallback {
+            priority,
+            pin,
+            memory,
+        };
         Self {
             thread,
             config,
@@ -110,33 +130,27 @@ impl RaisedThread {
 
     /// The wishes that were refused.
     #[must_use]
-    pub const fn fallback(&self) -> Option<Fallback> {
-        self.fallback
+    pub fn fallback(&self) -> Option<Fallback> {
+        (self.fallback != Fallback::default()).then_some(self.fallback)
     }
 
     /// The priority that was granted.
     #[must_use]
     pub fn priority(&self) -> Option<u8> {
-        let refused = self
-            .fallback
-            .is_some_and(|fallback| fallback.priority.is_some());
+        let refused = self.fallback.priority.is_some();
         self.config.priority.filter(|_| !refused)
     }
 
     /// The core that it was pinned to.
     #[must_use]
     pub fn core(&self) -> Option<usize> {
-        let refused = self.fallback.is_some_and(|fallback| fallback.pin.is_some());
-        self.config.pin.filter(|_| !refused)
+        self.config.pin.filter(|_| self.fallback.pin.is_none())
     }
 
     /// True if the memory is locked.
     #[must_use]
-    pub fn memory_is_locked(&self) -> bool {
-        let refused = self
-            .fallback
-            .is_some_and(|fallback| fallback.memory.is_some());
-        self.config.lock_memory && !refused
+    pub const fn memory_is_locked(&self) -> bool {
+        self.config.lock_memory && self.fallback.memory.is_none()
     }
 }
 
@@ -151,64 +165,17 @@ mod tests {
     use super::*;
     use std::string::ToString as _;
 
-    /// Answers what it is told to.
-    struct Stubborn {
-        raise: Result<(), Refusal>,
-        pin: Result<(), Refusal>,
-        lock: Result<(), Refusal>,
-    }
-
-    impl System for Stubborn {
-        fn raise(&mut self, _: u8) -> Result<(), Refusal> {
-            self.raise
-        }
-
-        fn pin(&mut self, _: usize) -> Result<(), Refusal> {
-            self.pin
-        }
-
-        fn lock_memory(&mut self) -> Result<(), Refusal> {
-            self.lock
-        }
-
-        fn restore(&mut self) {}
-    }
-
-    const ALL: ThreadConfig = ThreadConfig {
-        priority: Some(80),
-        pin: Some(3),
-        lock_memory: true,
-    };
-
-    #[test]
-    fn what_is_granted_needs_no_words() {
-        let mut willing = Stubborn {
-            raise: Ok(()),
-            pin: Ok(()),
-            lock: Ok(()),
-        };
-        assert_eq!(ask(&mut willing, ALL), None);
-    }
-
     #[test]
     fn what_is_not_asked_is_not_refused() {
-        let mut unwilling = Stubborn {
-            raise: Err(Refusal::NotPermitted),
-            pin: Err(Refusal::Unsupported),
-            lock: Err(Refusal::Limit),
-        };
-        assert_eq!(ask(&mut unwilling, ThreadConfig::default()), None);
+        assert_eq!(RaisedThread::new(ThreadConfig::default()).fallback(), None);
     }
 
     #[test]
     fn a_refused_priority_says_how_to_get_it() {
-        let mut unwilling = Stubborn {
-            raise: Err(Refusal::NotPermitted),
-            pin: Ok(()),
-            lock: Ok(()),
+        let fallback = Fallback {
+            priority: Some((80, Refusal::NotPermitted)),
+            ..Fallback::default()
         };
-        let fallback = ask(&mut unwilling, ALL).expect("refused");
-        assert_eq!(fallback.priority, Some((80, Refusal::NotPermitted)));
         let text = fallback.to_string();
         for part in [
             "priority 80 (not permitted)",
@@ -224,14 +191,13 @@ mod tests {
 
     #[test]
     fn all_refusals_make_one_sentence() {
-        let mut unwilling = Stubborn {
-            raise: Err(Refusal::Unsupported),
-            pin: Err(Refusal::Other(22)),
-            lock: Err(Refusal::Limit),
+        let fallback = Fallback {
+            priority: Some((80, Refusal::Unsupported)),
+            pin: Some((3, Refusal::Other(22))),
+            memory: Some(Refusal::Limit),
         };
-        let text = ask(&mut unwilling, ALL).expect("refused").to_string();
         assert_eq!(
-            text,
+            fallback.to_string(),
             "no real-time priority 80 (not on this system); not pinned to core 3 (error 22 of the system); \
              memory not locked (above this user's limit): allow it with `ulimit -l unlimited` or `memlock` there"
         );

@@ -11,22 +11,6 @@ use fracdiff::parameter::Shown;
 ///
 /// The defaults suit a desktop device of some 65 g, to be replaced by those of the device at hand: its
 /// workspace is not known here, nor is a guard, which needs its mass or damping.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::units::{Kilograms, Metres, Newtons};
-/// use haptic_loop::{Limits, SafetyChain, Workspace};
-///
-/// let limits = Limits {
-///     force: Newtons(4.0),
-///     workspace: Some(Workspace { low: Metres(-0.02), high: Metres(0.02), soft: Metres(2e-3) }),
-///     device_mass: Some(Kilograms(0.065)),
-///     ..Limits::default()
-/// };
-/// let chain = SafetyChain::<f32>::from_limits(&limits, Seconds(1e-3))?;
-/// # let _ = chain;
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Largest force on each axis, above 0; a force beyond it is shortened, not turned. *Default* 10 N: what a desktop device makes and a

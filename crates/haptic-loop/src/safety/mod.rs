@@ -25,25 +25,20 @@
 //!   without; at most two square roots and three divisions; no allocation, no panic.
 
 mod clamps;
-mod fault;
 mod force;
 mod limits;
 mod motion;
-mod release;
-mod zone;
 
-pub use fault::Fault;
-pub use force::{Limiters, SafeForce};
+pub use force::{Fault, Limiters, SafeForce};
 pub use limits::{Limits, SpeedLimit, StartRefused, Stuck, Workspace};
 
 use crate::error::{Checks, ParameterError};
 use crate::guard::{GuardLaw, GuardState};
 use crate::units::{Newtons, NewtonsPerSecond, Seconds};
-use clamps::Clamps;
+use clamps::{Clamps, Release, Released};
 use fracdiff::Real;
 use motion::{Motion, MotionLimits};
 use nalgebra::SVector;
-use release::{Release, Released};
 
 /// The chain's immutable part.
 ///

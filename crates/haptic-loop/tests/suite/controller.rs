@@ -8,8 +8,7 @@ use haptic_loop::{
     Controller, Device, EnergyBounding, Fault, Guard, Limiters, Limits, Reading, SafeForce,
     SafetyChain, SafetyState, SpringDamper,
 };
-use nalgebra::{SVector, vector};
-use proptest::prelude::*;
+use nalgebra::vector;
 
 const T: Seconds = Seconds(1e-3);
 
@@ -24,21 +23,6 @@ fn a_force_within_the_limits_passes_unchanged() {
     let (force, limiters) = chain().apply(&mut state, &vector![0.0, 0.0], &vector![0.7, -0.3]);
     assert_eq!(*force.newtons(), vector![0.7, -0.3]);
     assert_eq!(limiters, Limiters::NONE);
-}
-
-#[test]
-fn a_jump_is_slewed_and_then_limited() {
-    let mut state = SafetyState::default();
-    for tick in 1..=20 {
-        let (force, limiters) = chain().apply(&mut state, &vector![0.0], &vector![100.0]);
-        assert_eq!(force.newtons()[0], f64::from(tick.min(10)));
-        assert!(limiters.contains(Limiters::RATE));
-        assert_eq!(
-            limiters.contains(Limiters::MAGNITUDE),
-            tick > 10,
-            "tick {tick}"
-        );
-    }
 }
 
 #[test]
@@ -159,64 +143,6 @@ fn a_sensor_that_reads_nan_ends_in_zero_force_and_a_fault() {
     assert!(device.forces[4] < 0.0);
     assert!(device.forces[5..].iter().all(|f| f.is_finite()));
     assert_eq!(device.forces[19], 0.0);
-}
-
-#[test]
-fn a_stop_ramps_the_force_to_zero_and_keeps_it_there() {
-    let mut device = Scripted::new(vec![0.02; 40]);
-    let mut controller = Controller::new(damper(), chain());
-    let mut engaged = controller.engage(&mut device);
-    for tick in 0..40 {
-        if tick == 10 {
-            engaged.controller_mut().stop();
-        }
-        engaged.tick().expect("infallible");
-    }
-    drop(engaged);
-    assert!(controller.safety().is_at_rest());
-    let steps = device.forces.windows(2).map(|f| (f[1] - f[0]).abs());
-    assert!(steps.fold(0.0, f64::max) <= 1.0 + 1e-12);
-}
-
-proptest! {
-    #[test]
-    fn no_input_whatever_leaves_the_limits_or_the_slew(
-        wanted in proptest::collection::vec(proptest::array::uniform2(any::<f64>()), 1..200),
-    ) {
-        let mut state = SafetyState::default();
-        let mut last = SVector::<f64, 2>::zeros();
-        for wanted in wanted {
-            let (force, _) = chain().apply(&mut state, &vector![0.0, 0.0], &SVector::from(wanted));
-            for axis in 0..2 {
-                let (now, before) = (force.newtons()[axis], last[axis]);
-                prop_assert!(now.abs() <= 10.0, "{}", now);
-                // One rounding of 1 N a tick at up to 10 N.
-                prop_assert!((now - before).abs() <= 1.0 + 2e-15, "{} {}", before, now);
-            }
-            last = *force.newtons();
-        }
-    }
-}
-
-#[test]
-fn a_loop_that_is_dropped_leaves_no_force_behind() {
-    let mut device = Scripted::new(vec![0.02; 40]);
-    let mut controller = Controller::new(damper(), chain());
-    let unwound = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        let mut engaged = controller.engage(&mut device);
-        for _ in 0..10 {
-            engaged.tick().expect("infallible");
-        }
-        panic!("in the middle of a run");
-    }));
-    assert!(unwound.is_err());
-    assert!(device.forces[9] < -1.0);
-    assert_eq!(device.forces[10..], [0.0]);
-    assert!(controller.safety().is_at_rest());
-    // At rest there is nothing to say.
-    let written = device.forces.len();
-    drop(controller.engage(&mut device));
-    assert_eq!(device.forces.len(), written);
 }
 
 #[test]

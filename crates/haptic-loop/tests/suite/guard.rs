@@ -8,14 +8,13 @@ mod books;
 mod bounding;
 
 use fracdiff::{Order, Real, Seconds, ShortMemory};
-use haptic_loop::plant::{EncoderQuantiser, MassDamper, MassDamperConfig};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, EnergyBounding, Guard, Limits, PassivityObserver, Reading, SafeForce,
-    SafetyChain, SafetyState, SpringDamper,
+    Controller, EnergyBounding, Guard, Limits, PassivityObserver, SafetyChain, SafetyState,
+    SpringDamper,
 };
 use nalgebra::vector;
-use std::convert::Infallible;
 
 const MASS: f64 = 0.065;
 
@@ -64,30 +63,6 @@ struct Case {
     delay: f64,
 }
 
-/// A device with an encoder, or without for a resolution of 0.
-enum Sensed {
-    Ideal(MassDamper<1>),
-    Encoder(EncoderQuantiser<MassDamper<1>>),
-}
-
-impl Device<f64, 1> for Sensed {
-    type Error = Infallible;
-
-    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
-        match self {
-            Self::Ideal(device) => device.read(),
-            Self::Encoder(device) => device.read(),
-        }
-    }
-
-    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
-        match self {
-            Self::Ideal(device) => device.write(force),
-            Self::Encoder(device) => device.write(force),
-        }
-    }
-}
-
 /// The end of a run: standard deviation and mean of the true position over the last 0.4 s, m.
 #[derive(Clone, Copy, Debug)]
 struct End {
@@ -126,19 +101,12 @@ impl Case {
         let delay = Seconds(self.delay * T.0);
         let mut mass = MassDamper::new(MassDamperConfig { delay, ..ideal }).expect("valid");
         mass.set_external_force(vector![1.0]);
-        let device = if self.encoder > 0.0 {
-            Sensed::Encoder(EncoderQuantiser::new(mass, Metres(self.encoder)).expect("valid"))
-        } else {
-            Sensed::Ideal(mass)
-        };
+        let device = Sensed::new(mass, Metres(self.encoder), (Metres(0.0), 1)).expect("valid");
         let mut positions = Vec::with_capacity(SAMPLES);
         let mut engaged = controller.engage(device);
         for _ in 0..SAMPLES {
             let Ok(_) = engaged.tick();
-            positions.push(match engaged.device() {
-                Sensed::Ideal(mass) => mass.position()[0],
-                Sensed::Encoder(encoder) => encoder.device().position()[0],
-            });
+            positions.push(engaged.device().device().position()[0]);
         }
         let last = &positions[SAMPLES - 200..];
         let mean = last.iter().sum::<f64>() / 200.0;

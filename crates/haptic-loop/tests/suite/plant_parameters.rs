@@ -1,10 +1,9 @@
 //! The refusals of the plants, by name, value, range and unit.
 
 use fracdiff::Seconds;
-use haptic_loop::ParameterError;
 use haptic_loop::plant::{
-    EncoderQuantiser, IndentationRig, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig,
-    MeasurementDelay, RampHold, RigConfig, RigContact, RigDrive, SensorNoise,
+    IndentationRig, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig, RampHold, RigConfig,
+    RigContact, RigDrive, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use testkit::device::{DAMPING as B, MASS as M, ideal, with_hand};
@@ -161,19 +160,19 @@ fn a_profile_refuses_bad_parameters() {
 }
 
 #[test]
-fn wrappers_refuse_bad_parameters() {
-    let still = || MassDamper::<1>::new(ideal(M, B, T)).expect("valid");
-    let message = |error: Option<ParameterError>| error.map(|error| error.to_string());
+fn sensors_refuse_bad_parameters() {
+    let refused = |resolution, noise| {
+        let still = MassDamper::<1>::new(ideal(M, B, T)).expect("valid");
+        let sensed = Sensed::new(still, Metres(resolution), (Metres(noise), 0));
+        sensed.expect_err("refused").to_string()
+    };
     assert_eq!(
-        message(EncoderQuantiser::new(still(), Metres(0.0)).err()),
-        Some("encoder resolution 0 m is not above 0 m".into())
+        refused(-1e-6, 0.0),
+        "encoder resolution -0.000001 m is not above 0 m"
     );
     assert_eq!(
-        message(SensorNoise::new(still(), Metres(-1e-6), 0).err()),
-        Some("standard deviation of the noise -0.000001 m is not at least 0 m".into())
+        refused(0.0, -1e-6),
+        "standard deviation of the noise -0.000001 m is not at least 0 m"
     );
-    assert_eq!(
-        message(MeasurementDelay::<_, f64, 1>::new(still(), 65).err()),
-        Some("measurement delay 65 samples is not at most 64 samples".into())
-    );
+    assert!(refused(f64::NAN, 0.0).contains("NaN") && refused(0.0, f64::NAN).contains("NaN"));
 }

@@ -52,45 +52,6 @@ fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
 }
 
 #[test]
-fn braking_after_a_fault_stays_in_the_envelope() {
-    // 3 kg bear 1000 N·s/m with a tick of delay.
-    let chain = chain(&Limits {
-        braking: Some(NewtonSecondsPerMetre(1000.0)),
-        device_mass: Some(Kilograms(3.0)),
-        ..Limits::bare(Newtons(100.0), NewtonsPerSecond(1e5))
-    });
-    let mut state = SafetyState::<f64, 1>::default();
-    let mut largest = 0.0_f64;
-    for tick in 0..300 {
-        // 1 m/s, whatever the force: 1000 N wanted of the damper.
-        let (force, _) = chain.apply(&mut state, &vector![1e-3 * f64::from(tick)], &vector![-1.8]);
-        let force = force.newtons()[0];
-        if tick >= 100 {
-            let envelope = 2.0 * (1.0 - f64::from(tick - 99) / 100.0).max(0.0);
-            assert!(force.abs() <= envelope + 1e-15, "{tick}: {force} N");
-            largest = largest.max(force.abs());
-        }
-        if tick == 99 {
-            assert_eq!(force, -1.8);
-            state.trip(Fault::HostSilent);
-        }
-    }
-    assert!(largest > 1.9, "the damper brakes: {largest} N");
-}
-
-#[test]
-fn ticks_that_did_not_come_count_on_the_way_to_zero() {
-    let chain = chain(&Limits::bare(Newtons(10.0), NewtonsPerSecond(1e5)));
-    let mut state = SafetyState::<f64, 1>::default();
-    chain.apply(&mut state, &vector![0.0], &vector![8.0]);
-    state.stop();
-    chain.apply(&mut state, &vector![0.0], &vector![8.0]);
-    state.skip(98);
-    chain.apply(&mut state, &vector![0.0], &vector![8.0]);
-    assert!(state.is_at_rest());
-}
-
-#[test]
 fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
     let of = |braking, mass: Option<f64>, delay| Limits {
         braking: Some(NewtonSecondsPerMetre(braking)),

@@ -326,25 +326,6 @@ fn a_collision_keeps_the_momentum_and_loses_the_energy_that_the_contact_damps() 
 }
 
 #[test]
-fn runs_repeat_bit_for_bit_in_either_precision() {
-    let run = || {
-        let mut rig = rig(ramp(DEPTH), RigContact::COMPLIANT);
-        let mut digest = Vec::new();
-        for _ in 0..300 {
-            let reading = Device::<f32, 1>::read(&mut rig).expect("infallible");
-            rig.write(safe(-170.0 * reading.position_m[0]))
-                .expect("infallible");
-            digest.push((
-                reading.position_m[0].to_bits(),
-                rig.contact_force().to_bits(),
-            ));
-        }
-        digest
-    };
-    assert_eq!(run(), run());
-}
-
-#[test]
 fn a_saturated_renderer_gives_its_limit() {
     let config = RigConfig {
         saturation: Some(Newtons(0.05)),

@@ -9,8 +9,7 @@ use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
 };
 use haptic_loop::{
-    EnergyBounding, Fault, Guard, Limiters, Limits, SafetyChain, SafetyState, SpeedLimit,
-    StartRefused, Stuck, Workspace,
+    Fault, Limiters, Limits, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck, Workspace,
 };
 use nalgebra::{SVector, vector};
 
@@ -49,20 +48,6 @@ fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
         }
         assert!(state.is_at_rest());
         state.clear();
-    }
-}
-
-#[test]
-fn the_start_is_over_with_the_sample_that_has_the_whole_force() {
-    // Quarters are exact.
-    let chain = chain(Limits {
-        rise_time: Some(Seconds(4e-3)),
-        ..BARE
-    });
-    let mut state = SafetyState::default();
-    for (share, bits) in [(0.0, 16), (0.25, 16), (0.5, 16), (0.75, 16), (1.0, 0)] {
-        let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![2.0]);
-        assert_eq!((force.newtons()[0], limiters.bits()), (2.0 * share, bits));
     }
 }
 
@@ -290,30 +275,5 @@ fn bad_ranges_of_place_and_speed_are_refused() {
             soft: MetresPerSecond(soft),
             hard: MetresPerSecond(hard),
         })));
-    }
-}
-
-#[test]
-fn a_bad_guard_is_refused() {
-    let good = EnergyBounding::of(NewtonSecondsPerMetre(3.5));
-    for guard in [
-        EnergyBounding { share: 1.1, ..good },
-        EnergyBounding { share: 0.0, ..good },
-        EnergyBounding {
-            delay_most: Seconds(0.1),
-            ..good
-        },
-        EnergyBounding {
-            forget: Seconds(0.5e-3),
-            ..good
-        },
-        EnergyBounding {
-            device_damping: NewtonSecondsPerMetre(0.0),
-            ..good
-        },
-    ] {
-        assert!(refused(
-            &|limits| limits.guard = Some(Guard::EnergyBounding(guard))
-        ));
     }
 }

@@ -1,26 +1,21 @@
 //! The sensor wrappers around a simulated device.
 
 use fracdiff::Seconds;
-use haptic_loop::plant::{
-    EncoderQuantiser, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig, MeasurementDelay,
-    SensorNoise,
-};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
 use nalgebra::Vector1;
 use testkit::assert_close;
 use testkit::device::{read, write};
 
-/// A free mass of 1 kg at `position` m with `velocity` m/s, one tick a second.
-fn plant(position: f64, velocity: f64) -> MassDamper<1> {
+/// A free mass of 1 kg, one tick a second.
+fn plant() -> MassDamper<1> {
     let ideal = MassDamperConfig::ideal(Kilograms(1.0), NewtonSecondsPerMetre(0.0), Seconds(1.0));
-    let mut plant = MassDamper::new(ideal).expect("valid");
-    plant.set_state(Vector1::new(position), Vector1::new(velocity));
-    plant
+    MassDamper::new(ideal).expect("valid")
 }
 
 #[test]
 fn an_encoder_reads_the_nearest_count() {
-    let mut encoder = EncoderQuantiser::new(plant(0.0, 0.0), Metres(1e-3)).expect("valid");
+    let mut encoder = Sensed::new(plant(), Metres(1e-3), (Metres(0.0), 0)).expect("valid");
     for (x, want) in [(0.4e-3, 0.0), (0.6e-3, 1e-3), (-2.6e-3, -3e-3)] {
         let device: &mut MassDamper<1> = encoder.device_mut();
         device.set_state(Vector1::new(x), Vector1::new(0.0));
@@ -33,7 +28,8 @@ fn an_encoder_reads_the_nearest_count() {
 #[test]
 fn sensor_noise_has_its_standard_deviation_and_its_seed() {
     let sample = |seed, deviation| {
-        let mut noisy = SensorNoise::new(plant(0.0, 0.0), Metres(deviation), seed).expect("valid");
+        let mut noisy =
+            Sensed::new(plant(), Metres(0.0), (Metres(deviation), seed)).expect("valid");
         (0..10_000)
             .map(|_| read::<1>(&mut noisy).position_m[0])
             .collect::<Vec<f64>>()
@@ -50,20 +46,4 @@ fn sensor_noise_has_its_standard_deviation_and_its_seed() {
         sample(1, 0.0).iter().all(|x| x.to_bits() == 0),
         "σ = 0 is exact"
     );
-}
-
-#[test]
-fn a_delayed_measurement_is_that_many_ticks_old() {
-    for samples in [0_usize, 1, 5, MAX_DELAY_SAMPLES] {
-        let mut delayed = MeasurementDelay::new(plant(100.0, 1.0), samples).expect("valid");
-        for n in 0..200_usize {
-            let first = read(&mut delayed);
-            assert_eq!(first, read(&mut delayed), "a second reading is the same");
-            assert_eq!(first.tick, n as u64);
-            // Position 100 + n at tick n, the first one before.
-            let want = 100.0 + n.saturating_sub(samples) as f64;
-            assert_close("position", first.position_m[0], want, 1e-11);
-            write(&mut delayed, 0.0);
-        }
-    }
 }

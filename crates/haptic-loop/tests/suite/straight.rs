@@ -22,22 +22,6 @@ fn size<const D: usize>(force: &SVector<f64, D>) -> f64 {
     force.dot(force).sqrt()
 }
 
-/// 8.66 N/s for 5 N/s was what three axes made of it, each for itself.
-#[test]
-fn three_equal_axes_grow_at_the_rate_of_one() {
-    for norm in [None, Some(Newtons(4.0))] {
-        let chain = chain::<f64>(norm);
-        let mut state = SafetyState::<f64, 3>::default();
-        let wanted = SVector::from([1.0; 3]);
-        for tick in 1..=300 {
-            let (force, limiters) = chain.apply(&mut state, &SVector::zeros(), &wanted);
-            let have = size(force.newtons());
-            assert!((have - STEP_N * f64::from(tick)).abs() < 1e-12, "{have}");
-            assert_eq!(limiters, Limiters::RATE);
-        }
-    }
-}
-
 /// A force along a line: a direction and a size for each tick, now and then a stop or a fault, which the next clear ends.
 #[derive(Clone, Debug)]
 struct Line<const D: usize> {

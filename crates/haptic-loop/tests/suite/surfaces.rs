@@ -6,7 +6,7 @@ mod axes;
 use fracdiff::{Order, Seconds, ShortMemory};
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Environment, Plane, Shape, SpringDamper, Surface};
-use nalgebra::{Rotation2, Rotation3, SVector, Vector2, Vector3, vector};
+use nalgebra::{Rotation3, SVector, Vector3, vector};
 use testkit::{assert_close, assert_relative};
 
 const T: Seconds = Seconds(1e-3);
@@ -84,31 +84,6 @@ fn turning_plane_and_path_turns_the_force() {
         most = most.max(straight.norm());
     }
     assert!(most > 1.0, "it was touched: {most} N");
-}
-
-#[test]
-fn turning_a_disc_and_its_path_turns_the_force() {
-    let (centre, radius) = (vector![0.01, -0.02], 0.03);
-    let disc = |centre: Vector2<f64>| {
-        let centre = [Metres(centre[0]), Metres(centre[1])];
-        Contact::behind(
-            Ball::solid(centre, Metres(radius)).expect("valid"),
-            tissue(),
-        )
-    };
-    let path = |n: u32| {
-        let s = 0.01 * f64::from(n);
-        centre + (radius - 3e-3 * (5.0 * s).sin()) * vector![s.cos(), s.sin()]
-    };
-    let turn = Rotation2::new(1.234);
-    let straight = run(&disc(centre), (0..900).map(path));
-    let turned = run(&disc(turn * centre), (0..900).map(|n| turn * path(n)));
-    for (straight, turned) in straight.iter().zip(&turned) {
-        assert!(
-            (turn * straight - turned).norm() <= 1e-11,
-            "{straight} {turned}"
-        );
-    }
 }
 
 #[test]

@@ -1,21 +1,23 @@
 //! Connecting: the port is opened, the device greeted and brought to rest, two threads are started.
 
 use super::error::SerialError;
-use super::greeting::{BAUDS, greet};
+use super::line;
 use super::line::Line;
 use super::link::SerialLink;
-use super::port;
+use super::link::Shared;
+use super::link::{Ends, write};
 use super::run::IN_TIME;
 use super::served::Served;
-use super::shared::Shared;
-use super::threads::{Reader, Writer};
 use crate::impossible::Plausible;
-use crate::{Conversation, LinkError, check_keys};
+use crate::{Conversation, Incoming, LinkError, check_keys};
 use core::fmt::Display;
-use haptic_link::{Capabilities, Keys, Report, Request, Sample, State, Status};
+use haptic_link::{Capabilities, FRAME_MAX, Hello, Keys, Report, Request, Sample, State, Status};
 use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher as _, Hasher as _};
+use std::io::ErrorKind;
 use std::string::ToString;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
@@ -81,11 +83,11 @@ impl SerialLink {
     }
 
     fn connect_once(path: &str, baud: Option<u32>) -> Result<Self, SerialError> {
-        let latency_ms = port::shorten_latency(path);
+        let latency_ms = line::shorten_latency(path);
         let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
-        let line = port::open(path, bauds[0])?;
+        let port = line::open(path, bauds[0])?;
         let mut link =
-            Self::over(line, bauds, path).map_err(|error| port::unanswered(path, error))?;
+            Self::over(port, bauds, path).map_err(|error| line::unanswered(path, error))?;
         link.latency_ms = latency_ms;
         Ok(link)
     }
@@ -122,19 +124,15 @@ impl SerialLink {
         let (commands, to_send) = sync_channel(COMMANDS_MOST);
         let (answered, answers) = sync_channel(8);
         let (hear, heard) = sync_channel(HEARD_MOST);
-        let reader = Reader {
-            shared: Arc::clone(&shared),
-            answers: answered.clone(),
-            heard: hear.clone(),
-        };
-        let writer = Writer {
+        let reader = Ends {
             shared: Arc::clone(&shared),
             answers: answered,
             heard: hear,
         };
+        let writer = reader.clone();
         let threads = [
-            spawn("link-reader", move || reader.run(reading))?,
-            spawn("link-writer", move || writer.run(port, &to_send))?,
+            spawn("link-reader", move || reader.listen(reading))?,
+            spawn("link-writer", move || writer.speak(port, &to_send))?,
         ];
         let mut link = Self {
             shared,
@@ -277,5 +275,82 @@ fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<(
 fn thread_error(error: impl Display) -> SerialError {
     SerialError::Thread {
         reason: error.to_string(),
+    }
+}
+
+/// Speeds that boards have, bits per second; the first is that of a device without a board.
+pub const BAUDS: [u32; 2] = [460_800, 921_600];
+
+/// Time to greet a port. After it without an answer, no device is there.
+pub const GREETING: Duration = Duration::from_millis(3500);
+
+/// Time to try one speed before the next.
+const TURN: Duration = Duration::from_millis(350);
+
+/// Greets until somebody answers; the first answer, and the speed at which it came.
+///
+/// # Errors
+/// No answer, an echo, another version of the protocol; a port that is gone.
+pub(super) fn greet(
+    port: &mut dyn Line,
+    conversation: &mut Conversation,
+    bauds: &[u32],
+) -> Result<(Hello, u32), SerialError> {
+    let began = Instant::now();
+    let nonce = RandomState::new().build_hasher().finish() as u32;
+    let mut silent = LinkError::Gone;
+    for &baud in bauds.iter().cycle() {
+        if began.elapsed() >= GREETING {
+            break;
+        }
+        // A port without speeds, as a pseudo-terminal may be, has the only one.
+        port.set_baud_rate(baud);
+        match take_turn(port, conversation, nonce) {
+            Ok(hello) => return Ok((hello, baud)),
+            Err(error @ LinkError::NoAnswer { .. }) => silent = error,
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Err(silent.into())
+}
+
+/// One turn at the speed that is set.
+fn take_turn(
+    port: &mut dyn Line,
+    conversation: &mut Conversation,
+    nonce: u32,
+) -> Result<Hello, LinkError> {
+    let began = Instant::now();
+    let now_us = |began: Instant| began.elapsed().as_micros() as u64;
+    let mut line = [0; FRAME_MAX];
+    // A zero ends what somebody else has begun, or what was sent at another speed.
+    let length = conversation.ask(Request::Hello { nonce }, now_us(began), &mut line[1..]);
+    send(port, &line[..=length])?;
+    let mut bytes = [0; 1024];
+    while began.elapsed() < TURN {
+        let count = match port.read(&mut bytes) {
+            Ok(0) => return Err(LinkError::Gone),
+            Ok(count) => count,
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => 0,
+            Err(_) => return Err(LinkError::Gone),
+        };
+        for &byte in &bytes[..count] {
+            if let Some(Incoming::Answer(Report::Hello(hello))) =
+                conversation.receive(byte, now_us(began))
+            {
+                return Ok(hello);
+            }
+        }
+        let length = conversation.due(now_us(began), &mut line)?;
+        send(port, &line[..length])?;
+    }
+    Err(conversation.no_answer())
+}
+
+fn send(port: &mut dyn Line, bytes: &[u8]) -> Result<(), LinkError> {
+    if write(port, bytes) {
+        Ok(())
+    } else {
+        Err(LinkError::Gone)
     }
 }

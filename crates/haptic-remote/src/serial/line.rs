@@ -1,9 +1,23 @@
-//! A way for bytes, there and back.
+//! Ways for bytes: serial ports, sockets, and a pipe within this process.
 
-use serialport::SerialPort;
+use super::error::SerialError;
+use super::link::lock;
+#[cfg(unix)]
+use super::socket::Socket;
+#[cfg(unix)]
+use crate::LinkError;
+#[cfg(unix)]
+use haptic_link::LineCounters;
+use serialport::{ClearBuffer, SerialPort, SerialPortType};
 use std::boxed::Box;
-use std::io::{self, Read, Write};
+use std::collections::VecDeque;
+use std::format;
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::Path;
+use std::string::{String, ToString};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
+use std::vec::Vec;
 
 /// A way for bytes, there and back: a serial port, a Unix socket, or a [`Pipe`](super::Pipe) of this process.
 ///
@@ -53,4 +67,233 @@ impl Line for Box<dyn Line> {
     fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
         self.as_mut().set_patience(patience)
     }
+}
+
+/// Bytes on their way at most: with more of them nobody reads.
+const ON_THE_WAY_MOST: usize = 1 << 18;
+/// Time that a read waits unless another is set, as that of a serial port.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// One end of a line within this process.
+#[derive(Clone, Debug)]
+pub struct Pipe {
+    incoming: Arc<Queue>,
+    outgoing: Arc<Queue>,
+    /// Of the handles of this end: with the last of them the end is gone.
+    _end: Arc<End>,
+    patience: Duration,
+}
+
+#[derive(Debug, Default)]
+struct Queue {
+    state: Mutex<Queued>,
+    arrived: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Queued {
+    bytes: VecDeque<u8>,
+    closed: bool,
+}
+
+#[derive(Debug)]
+struct End([Arc<Queue>; 2]);
+
+impl Drop for End {
+    fn drop(&mut self) {
+        for queue in &self.0 {
+            lock(&queue.state).closed = true;
+            queue.arrived.notify_all();
+        }
+    }
+}
+
+impl Pipe {
+    /// Both ends of a new line.
+    #[must_use]
+    pub fn pair() -> (Self, Self) {
+        let queues = [(); 2].map(|()| Arc::new(Queue::default()));
+        let end = |incoming: usize| Self {
+            incoming: Arc::clone(&queues[incoming]),
+            outgoing: Arc::clone(&queues[1 - incoming]),
+            _end: Arc::new(End(queues.clone())),
+            patience: PATIENCE,
+        };
+        (end(0), end(1))
+    }
+}
+
+impl Read for Pipe {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let queued = lock(&self.incoming.state);
+        let nothing = |queued: &mut Queued| queued.bytes.is_empty() && !queued.closed;
+        let waited = (self.incoming.arrived).wait_timeout_while(queued, self.patience, nothing);
+        let (mut queued, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if queued.bytes.is_empty() && !queued.closed {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        queued.bytes.read(into)
+    }
+}
+
+impl Write for Pipe {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut queued = lock(&self.outgoing.state);
+        if queued.closed {
+            return Err(ErrorKind::BrokenPipe.into());
+        }
+        let count = bytes.len().min(ON_THE_WAY_MOST - queued.bytes.len());
+        if count < bytes.len() {
+            return Err(ErrorKind::WouldBlock.into());
+        }
+        queued.bytes.extend(bytes);
+        drop(queued);
+        self.outgoing.arrived.notify_one();
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Pipe {
+    fn share(&self) -> io::Result<Box<dyn Line>> {
+        Ok(Box::new(self.clone()))
+    }
+
+    fn set_baud_rate(&mut self, _: u32) {}
+
+    fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
+        self.patience = patience;
+        Ok(())
+    }
+}
+
+/// A read returns after this time at the latest, so that a closing link is noticed.
+const READ_TIMEOUT: Duration = Duration::from_millis(20);
+
+/// A serial port of this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PortInfo {
+    /// Path or name to open it by.
+    pub path: String,
+    /// Description of the adapter, for a person.
+    pub description: String,
+    /// USB vendor and product number.
+    pub usb: Option<(u16, u16)>,
+    /// Time for which the adapter holds bytes back, ms; `None` if it is not known.
+    pub latency_ms: Option<u32>,
+}
+
+/// All serial ports of this machine. Pseudo-terminals, as of an emulated device, are not among them.
+#[must_use]
+pub fn ports() -> Vec<PortInfo> {
+    // Without libudev the crate looks there, and panics where a container has no such place.
+    if cfg!(target_os = "linux") && !Path::new("/sys/class/tty").exists() {
+        return Vec::new();
+    }
+    let found = serialport::available_ports().unwrap_or_default();
+    let infos = found.into_iter().map(|port| {
+        let (description, usb) = match &port.port_type {
+            SerialPortType::UsbPort(usb) => {
+                let names = [usb.manufacturer.as_deref(), usb.product.as_deref()];
+                let names: Vec<&str> = names.into_iter().flatten().collect();
+                let names = if names.is_empty() {
+                    "USB".to_string()
+                } else {
+                    names.join(" ")
+                };
+                (names, Some((usb.vid, usb.pid)))
+            }
+            SerialPortType::PciPort => ("PCI".to_string(), None),
+            SerialPortType::BluetoothPort => ("Bluetooth".to_string(), None),
+            SerialPortType::Unknown => ("built in".to_string(), None),
+        };
+        PortInfo {
+            latency_ms: latency_ms(&port.port_name),
+            path: port.port_name,
+            description,
+            usb,
+        }
+    });
+    infos.collect()
+}
+
+/// Opens a port for us alone, 8N1, and throws away what it still holds; or a Unix socket, where one is.
+///
+/// # Errors
+/// No such port, somebody else has it, the system does not let us; nobody listens at the socket.
+pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
+    #[cfg(unix)]
+    if let Some(socket) = Socket::open(path, baud, READ_TIMEOUT) {
+        return Ok(Box::new(socket?));
+    }
+    let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
+    let port = opened.map_err(|error| {
+        let text = error.to_string();
+        let busy = text.contains("exclusive lock") || text.contains("busy");
+        let path = path.to_string();
+        match error.kind() {
+            _ if busy => SerialError::InUse { path },
+            // Message of the system for a file that has no baud rate.
+            _ if text.contains("Not a typewriter") || text.contains("Inappropriate ioctl") => {
+                SerialError::NoPort { path }
+            }
+            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+                SerialError::Forbidden { path }
+            }
+            serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(ErrorKind::NotFound)
+                if !Path::new(&path).exists() =>
+            {
+                let others: Vec<String> = ports().into_iter().map(|port| port.path).collect();
+                SerialError::NotFound {
+                    path,
+                    others: others.join(", "),
+                }
+            }
+            _ => SerialError::Open {
+                path,
+                baud,
+                reason: text,
+            },
+        }
+    })?;
+    // Best effort: a line that cannot be cleared is cleaned by the first hello.
+    let _ = port.clear(ClearBuffer::All);
+    Ok(Box::new(port))
+}
+
+/// A greeting at this path that nobody answered: at a socket, which lets one program in at a time, most likely another one has it open.
+pub(super) fn unanswered(path: &str, error: SerialError) -> SerialError {
+    #[cfg(unix)]
+    if super::socket::is_socket(path)
+        && matches!(&error, SerialError::Link(LinkError::NoAnswer { line, .. }) if *line == LineCounters::default())
+    {
+        let path = path.to_string();
+        return SerialError::SilentSocket { path };
+    }
+    error
+}
+
+/// Time for which a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is
+/// allowed. The loop waits for this time at every tick.
+pub(super) fn shorten_latency(path: &str) -> Option<u32> {
+    let before = latency_ms(path)?;
+    if before > 1 {
+        // Needs a privilege on most systems; the caller warns when it did not help.
+        let _ = std::fs::write(latency_file(path), "1");
+    }
+    latency_ms(path)
+}
+
+fn latency_ms(path: &str) -> Option<u32> {
+    let text = std::fs::read_to_string(latency_file(path)).ok()?;
+    text.trim().parse().ok()
+}
+
+/// File in which Linux keeps the latency timer of FTDI adapters.
+fn latency_file(path: &str) -> String {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    format!("/sys/bus/usb-serial/devices/{name}/latency_timer")
 }

@@ -10,34 +10,20 @@
 //! Dropping a [`SerialLink`] disarms the device, then closes the port.
 
 mod connect;
-mod device_time;
 mod error;
-mod greeting;
 mod line;
 mod link;
-mod pipe;
-mod port;
-mod punctual;
 mod request;
 mod run;
 mod served;
-mod shared;
 #[cfg(unix)]
 mod socket;
-mod threads;
-mod trouble;
 
 pub use crate::held_clock::HeldClock;
-pub use connect::ConnectOptions;
-pub use device_time::DeviceTime;
-pub use error::SerialError;
-pub use greeting::{BAUDS, GREETING};
-pub use line::Line;
-pub use link::{LinkReport, SerialLink};
-pub use pipe::Pipe;
-pub use port::{PortInfo, open, ports};
-pub use served::{ServeError, Served, ServedHardware};
-pub use shared::Heard;
+pub use connect::{BAUDS, ConnectOptions, GREETING};
+pub use error::{BoardTrouble, SerialError, TroubleCause};
+pub use line::{Line, Pipe, PortInfo, open, ports};
+pub use link::{Heard, LinkReport, SerialLink};
+pub use served::{DeviceTime, ServeError, Served, ServedHardware};
 #[cfg(unix)]
 pub use socket::{set_patience, timed_out};
-pub use trouble::{BoardTrouble, TroubleCause};

@@ -2,7 +2,7 @@
 
 use super::error::SerialError;
 use super::link::SerialLink;
-use super::shared::{Command, lock};
+use super::link::{Command, lock};
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request,

@@ -2,7 +2,7 @@
 
 use super::error::SerialError;
 use super::link::SerialLink;
-use super::shared::{Command, Heard};
+use super::link::{Command, Heard};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{

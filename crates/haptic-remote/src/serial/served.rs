@@ -1,27 +1,17 @@
 //! A device that this process serves itself: a board of another maker behind the device's side of the link.
-//!
-//! ```text
-//! SerialLink ◀── Pipe ──▶ thread: DeviceSession, TickSide ◀── read, write ──▶ hardware of another maker
-//! ```
-//! The state machine of firmware and emulator, ticked by the clock. A period that has passed is skipped and counted as
-//! late, as on a board: nothing waits for a machine that is too busy, and the number of the next tick tells it. Where the thread stood
-//! still for longer than the watchdog time, as when the machine slept, the first that the hardware hears is that there is no force.
-//! Emulated hardware of this process needs no clock: it is served in its own time, which waits.
 
-use super::device_time::DeviceTime;
+use super::error::BoardTrouble;
 use super::line::Line as _;
-use super::pipe::Pipe;
-use super::punctual::Punctual;
-use super::shared::lock;
-use super::trouble::BoardTrouble;
+use super::line::Pipe;
+use super::link::lock;
 use crate::held_clock::HeldClock;
-use crate::{DeviceSession, Hardware, TickSide};
+use crate::{DeviceSession, Exchange, Hardware, TickSide};
 use core::cell::RefCell;
 use core::hint::spin_loop;
-use haptic_link::{FRAME_MAX, Refusal, State};
-use haptic_loop::Device as _;
+use haptic_link::{Capabilities, FRAME_MAX, Refusal, Simulation, State};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
 use std::io::{Read as _, Write as _};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -282,5 +272,105 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         }
         // Nobody reads, or nobody is there: lost, as on a line that is too slow, and missed by its number.
         let _ = self.line.write(&self.frame[..length]);
+    }
+}
+
+/// Hardware behind a deadline. This process may be stopped in the middle of a tick, for as long as somebody likes: a force that was
+/// computed before that belongs to a place of then, and does not go out. The tick fails instead, and the hardware lets go.
+#[derive(Debug)]
+pub(super) struct Punctual<H> {
+    pub(super) hardware: H,
+    /// None for hardware in its own time, which nothing holds up.
+    latest: Option<Instant>,
+}
+
+impl<H> Punctual<H> {
+    pub(super) const fn new(hardware: H) -> Self {
+        Self {
+            hardware,
+            latest: None,
+        }
+    }
+
+    /// Later than this the force of the next tick does not go out.
+    pub(super) const fn at_latest(&mut self, latest: Instant) {
+        self.latest = Some(latest);
+    }
+}
+
+impl<H: Hardware<D>, const D: usize> Device<f32, D> for Punctual<H> {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
+        self.hardware.read()
+    }
+
+    fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
+        let pushes = force.newtons().iter().any(|&axis| axis != 0.0);
+        if pushes && self.latest.is_some_and(|latest| Instant::now() > latest) {
+            return Err(Fault::HostSilent);
+        }
+        self.hardware.write(force)
+    }
+
+    fn let_go(&mut self) {
+        self.hardware.let_go();
+    }
+}
+
+impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
+    type Setup = H::Setup;
+
+    fn capabilities(&self) -> Capabilities {
+        self.hardware.capabilities()
+    }
+
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
+        H::prepare(simulation, tick_period_us)
+    }
+
+    fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {
+        self.hardware.fit(setup)
+    }
+
+    fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
+        self.hardware.install(setup, tick_period_us);
+    }
+
+    fn exchange(&mut self) -> Option<&mut Exchange> {
+        self.hardware.exchange()
+    }
+
+    fn restart(&mut self) {
+        self.hardware.restart();
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
+        self.hardware.idle()
+    }
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        self.hardware.persisting_fault()
+    }
+
+    fn cycles(&self) -> u32 {
+        self.hardware.cycles()
+    }
+}
+
+/// Time of a device that is served [in its own time](super::Served::in_its_own_time): that of its ticks, µs. Whoever emulates its
+/// hardware lives in it too.
+#[derive(Clone, Debug, Default)]
+pub struct DeviceTime(Arc<AtomicU64>);
+
+impl DeviceTime {
+    /// The time of the last tick, µs; 0 before the first. It goes on where the device is served anew.
+    #[must_use]
+    pub fn now_us(&self) -> u64 {
+        self.0.load(Ordering::Acquire)
+    }
+
+    pub(super) fn pass(&self, passed_us: u64) {
+        self.0.fetch_add(passed_us, Ordering::AcqRel);
     }
 }

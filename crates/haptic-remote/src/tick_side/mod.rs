@@ -13,11 +13,11 @@ mod requests;
 mod ticking;
 
 use crate::hardware::Hardware;
-use crate::outbox::Stream;
+use crate::prepared::Rendered;
 use crate::prepared::{Law, Prepared, prepare};
 use crate::records::Records;
-use crate::rendered::Rendered;
-use crate::tick::Tick;
+use crate::records::Stream;
+use crate::records::Tick;
 use core::borrow::BorrowMut;
 use haptic_link::{
     Configuration, EventKind, Refusal, Report, Simulation, State, Statistics, Status,

@@ -2,9 +2,9 @@
 
 use super::{After, TickSide};
 use crate::hardware::Hardware;
-use crate::outbox::Stream;
 use crate::prepared::Prepared;
 use crate::records::Records;
+use crate::records::Stream;
 use core::borrow::BorrowMut;
 use haptic_link::{EventKind, Field, LoopMode, Refusal, Start, State};
 use haptic_loop::Fault;

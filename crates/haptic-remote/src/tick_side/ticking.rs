@@ -2,9 +2,9 @@
 
 use super::{After, TickSide};
 use crate::hardware::Hardware;
-use crate::outbox::{Notice, Stream};
 use crate::records::Records;
-use crate::tick::Tick;
+use crate::records::Tick;
+use crate::records::{Notice, Stream};
 use core::borrow::BorrowMut;
 use haptic_link::{Event, EventKind, FaultReport, LoopMode, NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};

@@ -1,5 +1,6 @@
 //! A device of two axes: vectors, limits of the norm, a box, enemies.
 
+use crate::line::beyond;
 use crate::plane::{FORCE_N, Plane, configuration};
 use haptic_emulator::LineFaults;
 use haptic_link::{
@@ -23,20 +24,12 @@ fn spring(sample: &Sample) -> Request {
     forces(sample.tick, &force)
 }
 
-fn samples(bench: &Plane) -> Vec<Sample> {
-    let samples = bench.told.iter().filter_map(|report| match report {
-        Report::Sample(sample) => Some(sample.clone()),
-        _ => None,
-    });
-    samples.collect()
-}
-
 #[test]
 fn a_spring_of_the_host_holds_both_axes_where_it_should() {
     let mut bench = Plane::running(LineFaults::default(), Box::new(spring));
     bench.run_ms(2000);
     assert_eq!(bench.state(), State::Running);
-    let samples = samples(&bench);
+    let samples: Vec<&Sample> = bench.samples().collect();
     let last = samples.last().expect("came");
     assert_eq!(last.axes.len(), 2);
     // 1 N of the hand along x, 0.5 N of the host along y, on 200 N/m.
@@ -109,11 +102,7 @@ fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
         };
         let mut bench = Plane::running(LineFaults::default(), Box::new(law));
         falls_to_zero(&mut bench, Fault::HostSilent);
-        let tick = bench.told.iter().find_map(|report| match report {
-            Report::Fault(report) => Some(report.tick),
-            _ => None,
-        });
-        let tick = tick.expect("told");
+        let (_, tick) = bench.told_fault().expect("told");
         assert!((118..=124).contains(&tick), "{tick}");
     }
 }
@@ -165,7 +154,7 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
         panic!("no vector");
     };
     assert_eq!((first.index, first.count), (0, 96));
-    let told = samples(&bench);
+    let told: Vec<Sample> = bench.samples().cloned().collect();
     for index in 0..first.count {
         let Ok(Report::Flight(flight)) = bench.answered(Request::ReadFlight { index }) else {
             panic!("no vector");
@@ -218,13 +207,9 @@ fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
     bench.starts(Box::new(spring));
     // It comes to rest at 5 mm.
     falls_to_zero(&mut bench, Fault::Workspace);
-    let breach = samples(&bench)
-        .into_iter()
-        .find(|sample| sample.axes[0].position_m > 0.004);
-    let fault = bench.told.iter().find_map(|report| match report {
-        Report::Fault(report) => Some(report.tick),
-        _ => None,
-    });
+    let mut samples = bench.samples();
+    let breach = samples.find(|sample| sample.axes[0].position_m > 0.004);
+    let fault = bench.told_fault().map(|(_, tick)| tick);
     assert_eq!(breach.map(|sample| sample.tick), fault);
 }
 
@@ -248,31 +233,13 @@ fn a_box_that_is_none_or_would_last_is_refused() {
     let mut turned = square(0.05);
     turned.axes[1].low_m = 0.06;
     let refused = bench.set_within(configuration(), Some(turned), Scope::Run);
-    assert!(
-        matches!(
-            refused,
-            Err(Refusal::Range {
-                field: Field::WorkspaceHigh,
-                ..
-            })
-        ),
-        "{refused:?}"
-    );
+    assert_eq!(beyond(&refused), Some(Field::WorkspaceHigh));
     // Wider than that of all axes.
     let mut bounded = configuration();
     bounded.limits.workspace_low_m = -0.04;
     bounded.limits.workspace_high_m = 0.04;
     let refused = bench.set_within(bounded, Some(square(0.05)), Scope::Run);
-    assert!(
-        matches!(
-            refused,
-            Err(Refusal::Range {
-                field: Field::WorkspaceLow,
-                ..
-            })
-        ),
-        "{refused:?}"
-    );
+    assert_eq!(beyond(&refused), Some(Field::WorkspaceLow));
     bench
         .set_within(bounded, Some(square(0.04)), Scope::Run)
         .expect("within");
@@ -304,16 +271,7 @@ fn a_law_of_its_own_is_refused() {
         ..configuration()
     };
     let refused = bench.set_within(stiff, None, Scope::Lasting);
-    assert!(
-        matches!(
-            refused,
-            Err(Refusal::Range {
-                field: Field::Stiffness,
-                ..
-            })
-        ),
-        "{refused:?}"
-    );
+    assert_eq!(beyond(&refused), Some(Field::Stiffness));
     let Ok(Report::Capabilities(can)) = bench.answered(Request::GetCapabilities) else {
         panic!("no capabilities");
     };

@@ -52,11 +52,10 @@ const GUARD: Guard = Guard {
 
 /// Standard deviation of the last 400 positions, m.
 fn restlessness(bench: &Bench) -> f64 {
-    let samples = bench.told.iter().filter_map(|report| match report {
-        Report::Sample(sample) => Some(f64::from(sample.axes[0].position_m)),
-        _ => None,
-    });
-    let positions: Vec<f64> = samples.collect();
+    let positions = bench
+        .samples()
+        .map(|sample| f64::from(sample.axes[0].position_m));
+    let positions: Vec<f64> = positions.collect();
     let last = &positions[positions.len() - 400..];
     let mean = last.iter().sum::<f64>() / 400.0;
     let squares: f64 = last.iter().map(|x| (x - mean) * (x - mean)).sum();
@@ -85,10 +84,9 @@ fn a_guard_on_the_device_keeps_an_unstable_wall_calm() {
         let left = restlessness(&calm);
         assert!(left < 1e-6, "{:?}: {left}", guard.kind);
         // The guard acted, and what it observed is told.
-        let acted = calm.told.iter().any(|report| match report {
-            Report::Sample(sample) => sample.axes[0].limiters & 128 != 0,
-            _ => false,
-        });
+        let acted = calm
+            .samples()
+            .any(|sample| sample.axes[0].limiters & 128 != 0);
         assert!(acted, "{:?}", guard.kind);
         let energy = calm.energy_j.expect("keep-alives were answered");
         assert!(
@@ -97,14 +95,6 @@ fn a_guard_on_the_device_keeps_an_unstable_wall_calm() {
             guard.kind
         );
     }
-}
-
-/// The fault that was told.
-fn fault(bench: &Bench) -> Option<Fault> {
-    bench.told.iter().find_map(|report| match report {
-        Report::Fault(report) => Fault::from_code(report.status.fault),
-        _ => None,
-    })
 }
 
 #[test]
@@ -121,7 +111,7 @@ fn a_device_that_leaves_its_workspace_or_is_too_fast_latches_its_fault() {
     };
     for (limits, want) in [(workspace, Fault::Workspace), (speed, Fault::Velocity)] {
         let bench = ran(plain(100.0, limits), 500);
-        assert_eq!(fault(&bench), Some(want));
+        assert_eq!(bench.told_fault().map(|(fault, _)| fault), Some(want));
         assert_eq!((bench.state(), bench.force_n()), (State::Fault, 0.0));
         let status = bench.device.borrow().status();
         assert_eq!((status.fault, status.faults), (want.code(), 1));
@@ -137,7 +127,10 @@ fn a_device_that_leaves_its_workspace_or_is_too_fast_latches_its_fault() {
         ),
         500,
     );
-    assert_eq!((fault(&within), within.state()), (None, State::Running));
+    assert_eq!(
+        (within.told_fault(), within.state()),
+        (None, State::Running)
+    );
 }
 
 #[test]
@@ -201,10 +194,7 @@ fn the_force_rises_after_the_start() {
     };
     let bench = ran(plain(100.0, limits), 1000);
     let mut seen = 0;
-    for report in &bench.told {
-        let Report::Sample(sample) = report else {
-            continue;
-        };
+    for sample in bench.samples() {
         let rising = sample.axes[0].limiters & 16 != 0;
         // 500 shares of 1/500 are not quite 1 in single precision.
         assert!(

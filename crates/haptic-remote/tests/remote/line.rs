@@ -4,8 +4,8 @@ use crate::mirror::Mirror;
 use crate::witness::Witness;
 use haptic_emulator::{FaultyLine, LineFaults};
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, LoopMode, OperatorForm,
-    OperatorShape, Refusal, Report, Request, Sample, Scope, Start, State,
+    CoefficientBlock, Configuration, DigestBuilder, EventKind, FRAME_MAX, Field, LoopMode,
+    OperatorForm, OperatorShape, Refusal, Report, Request, Sample, Scope, Start, State,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceSession, Hardware, Incoming, LinkError, TickSide};
@@ -308,6 +308,31 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         self.ask(Request::Commit { digest, scope })
     }
 
+    /// The samples heard so far that came one by one.
+    pub(crate) fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample> {
+        self.told.iter().filter_map(|report| match report {
+            Report::Sample(sample) => Some(sample),
+            _ => None,
+        })
+    }
+
+    /// The events heard so far.
+    pub(crate) fn events(&self) -> Vec<EventKind> {
+        let events = self.told.iter().filter_map(|report| match report {
+            Report::Event(event) => Some(event.kind),
+            _ => None,
+        });
+        events.collect()
+    }
+
+    /// The first fault that was told, and its tick.
+    pub(crate) fn told_fault(&self) -> Option<(Fault, u32)> {
+        self.told.iter().find_map(|report| match report {
+            Report::Fault(report) => Some((Fault::from_code(report.status.fault)?, report.tick)),
+            _ => None,
+        })
+    }
+
     /// Ticks of the samples heard so far.
     pub(crate) fn ticks(&self) -> Vec<u32> {
         let samples = self.told.iter().flat_map(|report| match report {
@@ -318,6 +343,14 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
             _ => Vec::new(),
         });
         samples.collect()
+    }
+}
+
+/// The limit beyond whose range something was refused.
+pub(crate) fn beyond<T>(refused: &Result<T, Refusal>) -> Option<Field> {
+    match refused {
+        Err(Refusal::Range { field, .. }) => Some(*field),
+        _ => None,
     }
 }
 

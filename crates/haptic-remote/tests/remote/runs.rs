@@ -211,11 +211,5 @@ fn every_event_of_a_run_is_told_and_what_is_put_back_is_configured_again() {
     bench.hello();
     bench.done(Request::GetCapabilities);
     bench.run_ms(1);
-    let told: Vec<EventKind> = (bench.told.iter())
-        .filter_map(|report| match report {
-            Report::Event(event) => Some(event.kind),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(told, [EventKind::Configured]);
+    assert_eq!(bench.events(), [EventKind::Configured]);
 }

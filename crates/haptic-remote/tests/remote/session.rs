@@ -6,25 +6,14 @@ mod transactions;
 
 use crate::line::{Bench, START, spring};
 use haptic_link::{
-    Alive, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
-    Request, SimulationKind, Start, State, Status, encode,
+    Alive, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape, Report, Request,
+    SimulationKind, Start, State, Status, encode,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceOperator, Incoming, LinkError};
 
-fn events(bench: &Bench) -> Vec<EventKind> {
-    let events = bench.told.iter().filter_map(|report| match report {
-        Report::Event(event) => Some(event.kind),
-        _ => None,
-    });
-    events.collect()
-}
-
 fn fault(bench: &Bench) -> Option<Fault> {
-    bench.told.iter().find_map(|report| match report {
-        Report::Fault(report) => Fault::from_code(report.status.fault),
-        _ => None,
-    })
+    bench.told_fault().map(|(fault, _)| fault)
 }
 
 /// Connected, configured, armed, kept alive.
@@ -105,10 +94,10 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
     let ticks = bench.ticks();
     assert!(ticks.len() >= 200, "{}", ticks.len());
     assert!(ticks.iter().enumerate().all(|(n, &tick)| tick == n as u32));
-    let last = bench.told.iter().rev().find_map(|report| match report {
-        Report::Sample(sample) => Some(sample.axes[0].force_n),
-        _ => None,
-    });
+    let last = bench
+        .samples()
+        .next_back()
+        .map(|sample| sample.axes[0].force_n);
     assert_eq!(last, Some(0.0));
     let kinds = [
         EventKind::Configured,
@@ -116,7 +105,7 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
         EventKind::Started,
         EventKind::Finished,
     ];
-    assert_eq!(events(&bench), kinds);
+    assert_eq!(bench.events(), kinds);
     // The event comes after the last sample.
     assert!(matches!(bench.told.last(), Some(Report::Event(_))));
     assert_eq!(bench.host.counters().lost, 0);
@@ -179,10 +168,7 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
     plant.set_external_force(nalgebra::vector![1.0]);
     let mut engaged = controller.engage(plant);
     let mut compared = 0;
-    for report in &bench.told {
-        let Report::Sample(sample) = report else {
-            continue;
-        };
+    for sample in bench.samples() {
         if sample.tick >= 500 {
             break;
         }
@@ -204,27 +190,12 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
 }
 
 #[test]
-fn parameters_cannot_change_under_a_closed_loop() {
-    let mut bench = armed();
-    let (configuration, values) = spring();
-    let answer = bench.set(configuration, &values);
-    assert_eq!(answer, Err(Refusal::State(State::Armed)));
-    bench.done(Request::Start(START));
-    let answer = bench.set(configuration, &values);
-    assert_eq!(answer, Err(Refusal::State(State::Running)));
-}
-
-#[test]
 fn a_host_loop_applies_the_force_it_is_sent() {
     let mut bench = host_loop(|x| -500.0 * x);
     bench.run_ms(1500);
     assert_eq!(bench.state(), State::Running);
     // 1 N against 500 N/m at rest.
-    let last = bench.told.iter().rev().find_map(|report| match report {
-        Report::Sample(sample) => Some(sample.clone()),
-        _ => None,
-    });
-    let last = last.expect("samples came").axes[0];
+    let last = bench.samples().next_back().expect("samples came").axes[0];
     assert!((last.position_m - 2e-3).abs() < 1e-5, "{last:?}");
     assert!((last.force_n + 1.0).abs() < 1e-2, "{last:?}");
     // A host that stops computing trips the watchdog, though its keep-alives go on.
@@ -305,10 +276,7 @@ fn an_indentation_is_imposed_by_the_device_itself() {
     arm(&mut bench);
     bench.done(Request::Start(START));
     bench.run_ms(300);
-    for report in &bench.told {
-        let Report::Sample(sample) = report else {
-            continue;
-        };
+    for sample in bench.samples() {
         let want = 1e-3 * (f64::from(sample.tick) / 100.0).min(1.0);
         assert!((f64::from(sample.axes[0].position_m) - want).abs() < 1e-9);
     }

@@ -15,7 +15,7 @@ use crate::experiment::trial::reading::device_model;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::run::SAMPLES;
 use crate::run::preflight::PreflightRequest;
-use crate::run::safety::reading::safety;
+use crate::run::safety::safety;
 use crate::run::schedule::Pace;
 use crate::{Creep, Dynamics, Precision, Relaxation, Safety};
 use haptic_link::LoopMode;

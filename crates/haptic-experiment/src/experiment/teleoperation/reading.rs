@@ -15,7 +15,7 @@ use crate::experiment::teleoperation::{
     ArchitectureName, HandModel, HandMotion, PlaceName, RemotePlace, TeleoperationExperiment,
 };
 use crate::experiment::trial::keys::TRIAL_FORCE_RATE_LIMIT;
-use crate::run::safety::reading::safety;
+use crate::run::safety::safety;
 use crate::run::schedule::Pace;
 use fracdiff::{Order, Seconds};
 use haptic_loop::plant::MassDamperConfig;

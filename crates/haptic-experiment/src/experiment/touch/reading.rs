@@ -18,7 +18,7 @@ use crate::experiment::touch::{
 };
 use crate::experiment::trial::keys::TRIAL_FORCE_RATE_LIMIT;
 use crate::run::record::WHOLE_MOST;
-use crate::run::safety::reading::safety;
+use crate::run::safety::safety;
 use crate::run::schedule::Pace;
 use fracdiff::{Order, Seconds};
 use haptic_loop::plant::MassDamperConfig;

@@ -11,7 +11,7 @@ use crate::experiment::trial::keys::{
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteDevice;
 use crate::run::safety::GuardedDevice;
-use crate::run::safety::reading::safety;
+use crate::run::safety::safety;
 use crate::run::sensors::Sensors;
 use crate::{TrialPlan, TrialSetup};
 use fracdiff::Seconds;

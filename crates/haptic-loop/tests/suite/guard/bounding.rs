@@ -1,6 +1,7 @@
 //! Energy bounding by its books: delay, lag, noise, and what it cannot promise.
 
 use super::{DAMPING, T, bare, bounding, guarded, late, observer};
+use fracdiff::Seconds;
 use haptic_loop::units::{Metres, NewtonSecondsPerMetre};
 use haptic_loop::{EnergyBounding, Fault, Guard, Limiters, Limits, SafetyChain, SafetyState};
 use nalgebra::vector;
@@ -284,6 +285,20 @@ fn what_a_guard_cannot_promise_is_refused() {
                 ..late(0.0, 0.0, 0.0)
             },
             "noise for the guard",
+        ),
+        (
+            EnergyBounding {
+                forget: Seconds(0.5 * T.0),
+                ..late(0.0, 0.0, 0.0)
+            },
+            "time in which the guard forgets",
+        ),
+        (
+            EnergyBounding {
+                share: 0.0,
+                ..late(0.0, 0.0, 0.0)
+            },
+            "share of the damping",
         ),
         (
             EnergyBounding {

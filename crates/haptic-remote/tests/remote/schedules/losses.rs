@@ -55,12 +55,7 @@ fn losses(seed: u64, faults: LineFaults) {
         samples_dropped, ..
     } = device;
     assert_eq!(samples_dropped, 0);
-    let samples: Vec<Sample> = (bench.told.iter())
-        .filter_map(|report| match report {
-            Report::Sample(sample) => Some(sample.clone()),
-            _ => None,
-        })
-        .collect();
+    let samples: Vec<&Sample> = bench.samples().collect();
     let gaps = samples.windows(2).map(|pair| {
         assert!(pair[1].tick > pair[0].tick);
         u64::from(pair[1].tick - pair[0].tick - 1)

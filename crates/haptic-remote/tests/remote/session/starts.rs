@@ -1,6 +1,6 @@
 //! Starts whose answer is late or lost.
 
-use super::{armed, armed_host_loop, events, fault, started};
+use super::{armed, armed_host_loop, fault, started};
 use crate::line::{Bench, START};
 use haptic_emulator::LineFaults;
 use haptic_link::{
@@ -29,7 +29,7 @@ fn a_start_that_is_sent_again_after_its_run_has_ended_starts_nothing() {
     bench.done(Request::Start(start));
     bench.run_ms(10);
     assert_eq!(bench.state(), State::Armed);
-    assert_eq!(events(&bench).last(), Some(&EventKind::Finished));
+    assert_eq!(bench.events().last(), Some(&EventKind::Finished));
     // Another run, which is still stopping when its start comes again.
     let second = Start { run: 2, ..START };
     bench.done(Request::Start(second));
@@ -97,14 +97,7 @@ fn only_what_is_heard_of_the_new_run_answers_its_start() {
     bench.run_ms(100);
     bench.done(Request::Stop);
     bench.run_ms(200);
-    let samples = bench.told.iter().rev();
-    let mut sample = samples
-        .filter_map(|report| match report {
-            Report::Sample(sample) => Some(sample.clone()),
-            _ => None,
-        })
-        .next()
-        .expect("it ran");
+    let mut sample = bench.samples().next_back().expect("it ran").clone();
     let event = |kind| {
         Report::Event(Event {
             kind,

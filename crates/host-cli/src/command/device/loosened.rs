@@ -1,38 +1,27 @@
 //! Limits that became looser, in words: only `device set` can loosen one.
 
-use haptic_link::{GuardKind, Limits};
+use haptic_link::{GuardKind, Limits, Tighter};
 use haptic_quantity::{digits, label, written};
 
 /// The limits that are looser than before, a sentence each.
 pub(super) fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
+    let (mut then, mut now) = (*before, *after);
+    let numbers = Limits::TABLE.iter().filter_map(|limit| {
+        let (before, after) = (*(limit.of)(&mut then), *(limit.of)(&mut now));
+        let off = |value: f32| limit.tighter == Tighter::LessUnlessOff && value <= 0.0;
+        let told = |value: f32| if off(value) { f32::INFINITY } else { value };
+        (!limit.is_tight(after, before)).then(|| (limit.field.key(), told(before), told(after)))
+    });
     // 0 is no limit.
-    let at_most = |value: f32| if value > 0.0 { value } else { f32::INFINITY };
-    let numbers = [
-        ("force_limit_n", before.force_n, after.force_n),
-        (
-            "force_rate_limit_n_per_s",
-            before.force_rate_n_per_s,
-            after.force_rate_n_per_s,
-        ),
-        (
-            "start_force_n",
-            at_most(before.start_force_n),
-            at_most(after.start_force_n),
-        ),
-        (
-            "speed_limit_m_per_s",
-            at_most(before.speed_hard_m_per_s),
-            at_most(after.speed_hard_m_per_s),
-        ),
-        ("stop_time_s", before.stop_time_s, after.stop_time_s),
-        ("brake_force_n", before.brake_force_n, after.brake_force_n),
-        (
-            "stuck_force_n",
-            at_most(before.stuck_force_n),
-            at_most(after.stuck_force_n),
-        ),
+    let at_most = |ticks: u16| {
+        if ticks > 0 {
+            ticks.into()
+        } else {
+            f32::INFINITY
+        }
+    };
+    let of_run: [(_, f32, f32); 4] = [
         ("stuck_time_s", before.stuck_time_s, after.stuck_time_s),
-        ("jump_m", at_most(before.jump_m), at_most(after.jump_m)),
         (
             "watchdog_ms",
             before.watchdog_ms.into(),
@@ -40,29 +29,24 @@ pub(super) fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
         ),
         (
             "late_ticks",
-            at_most(before.late_ticks.into()),
-            at_most(after.late_ticks.into()),
+            at_most(before.late_ticks),
+            at_most(after.late_ticks),
         ),
         (
             "max_age_ticks",
             before.max_age_ticks.into(),
             after.max_age_ticks.into(),
         ),
-        // Turned round: a longer rise is the tighter one, and a faster estimate of the velocity.
-        ("rise_time_s", -before.rise_time_s, -after.rise_time_s),
-        (
-            "velocity_bandwidth_hz",
-            -before.velocity_bandwidth_hz,
-            -after.velocity_bandwidth_hz,
-        ),
     ];
-    let in_words = |key, value: f32| match value.abs() {
+    let of_run = of_run
+        .into_iter()
+        .filter(|(_, before, after)| after > before);
+    let in_words = |key, value: f32| match value {
         value if value.is_infinite() => "none".to_owned(),
         value => written(key, value.into()),
     };
     let mut words: Vec<String> = numbers
-        .into_iter()
-        .filter(|(_, before, after)| after > before)
+        .chain(of_run)
         .map(|(key, before, after)| {
             let (before, after) = (in_words(key, before), in_words(key, after));
             format!("{} from {before} to {after}", label(key))

@@ -1,10 +1,13 @@
 //! The parameters of a device as a person and a script see them.
 
-use haptic_link::{Configuration, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind};
-use serde::Serialize;
+use haptic_link::{
+    Configuration, Field, Guard, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind, Tighter,
+};
+use haptic_quantity::without_unit;
+use serde::ser::{Serialize, SerializeMap as _, Serializer};
 
 /// A configuration with units in its keys.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Parameters {
     /// Its name.
     pub device: String,
@@ -41,59 +44,56 @@ pub struct Parameters {
     pub simulation: Option<SimulationParameters>,
 }
 
-/// The safety chain beyond force and rate; 0 or null is off.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SafetyParameters {
-    /// Largest force with which the device's loop starts.
-    pub start_force_n: f32,
-    /// Why 0 is none.
-    pub start_force_reason: Option<&'static str>,
-    /// Time in which the force rises.
-    pub rise_time_s: f32,
-    /// Lowest and highest position.
-    pub workspace_m: Option<[f32; 2]>,
-    /// Why there is none.
-    pub workspace_reason: Option<&'static str>,
-    /// Width of the zones to brake in.
-    pub workspace_soft_m: f32,
-    /// Largest speed.
-    pub speed_limit_m_per_s: f32,
-    /// Why 0 is none.
-    pub speed_limit_reason: Option<&'static str>,
-    /// Speed from which on the motion is braked.
-    pub speed_soft_m_per_s: f32,
-    /// Bandwidth of the estimated velocity.
-    pub velocity_bandwidth_hz: f32,
-    /// Damping that brakes.
-    pub braking_n_s_per_m: f32,
-    /// Why 0 is none.
-    pub braking_reason: Option<&'static str>,
-    /// Time in which the force falls to zero after a fault or stop.
-    pub stop_time_s: f32,
-    /// Largest force of the braking meanwhile.
-    pub brake_force_n: f32,
-    /// Mass of the device; null for unknown.
-    pub device_mass_kg: Option<f32>,
-    /// From a force to its effect.
-    pub device_delay_ticks: u8,
-    /// Growth of the wanted force on a sensor that stands still.
-    pub stuck_force_n: f32,
-    /// Why 0 is none.
-    pub stuck_force_reason: Option<&'static str>,
-    /// Time for which it has to have stood still.
-    pub stuck_time_s: f32,
-    /// Largest move in a tick beyond the speed limit.
-    pub jump_m: f32,
-    /// Why 0 is none.
-    pub jump_reason: Option<&'static str>,
-    /// Passivity guard.
-    pub guard: Option<GuardParameters>,
-    /// Why there is none.
-    pub guard_reason: Option<&'static str>,
+/// The safety chain beyond force and rate, row by row of the table of limits; 0 or null is off, and X_reason says why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyParameters(Limits);
+
+impl Serialize for SafetyParameters {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut limits = self.0;
+        let mut map = serializer.serialize_map(None)?;
+        // Force and its rate stand beside the chain.
+        for limit in &Limits::TABLE[2..] {
+            let (value, key) = (*(limit.of)(&mut limits), limit.field.key());
+            let off = match limit.field {
+                Field::DeviceMass => {
+                    map.serialize_entry(key, &(value > 0.0).then_some(value))?;
+                    continue;
+                }
+                Field::Jump if value > 0.0 && limits.speed_hard_m_per_s <= 0.0 => true,
+                _ => value <= 0.0,
+            };
+            map.serialize_entry(key, &value)?;
+            if limit.tighter == Tighter::LessUnlessOff {
+                let why = match limit.field {
+                    Field::StartForce => "off: any force",
+                    Field::SpeedHard => "off: any speed",
+                    Field::Jump => "off: it needs a speed limit, and to be above 0",
+                    _ => "off",
+                };
+                let reason = format!("{}_reason", without_unit(key));
+                map.serialize_entry(&reason, &off.then_some(why))?;
+            }
+        }
+        let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
+        map.serialize_entry("workspace_m", &(low < high).then_some([low, high]))?;
+        map.serialize_entry("workspace_reason", &(low >= high).then_some("none is set"))?;
+        map.serialize_entry("workspace_soft_m", &limits.workspace_soft_m)?;
+        map.serialize_entry("speed_soft_m_per_s", &limits.speed_soft_m_per_s)?;
+        map.serialize_entry("braking_n_s_per_m", &limits.braking_n_s_per_m)?;
+        let unbraked = limits.braking_n_s_per_m <= 0.0;
+        map.serialize_entry("braking_reason", &unbraked.then_some("off"))?;
+        map.serialize_entry("device_delay_ticks", &limits.device_delay_ticks)?;
+        map.serialize_entry("stuck_time_s", &limits.stuck_time_s)?;
+        let guard = GuardParameters::of(&limits.guard);
+        map.serialize_entry("guard_reason", &guard.is_none().then_some("off"))?;
+        map.serialize_entry("guard", &guard)?;
+        map.end()
+    }
 }
 
 /// The passivity guard of a device.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct GuardParameters {
     /// `observer` or `energy-bounding`.
     pub kind: &'static str,
@@ -113,58 +113,28 @@ pub struct GuardParameters {
     pub noise_m: f32,
 }
 
-impl SafetyParameters {
-    fn new(limits: &Limits) -> Self {
-        let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
-        let guard = &limits.guard;
+impl GuardParameters {
+    fn of(guard: &Guard) -> Option<Self> {
         let kind = match guard.kind {
-            GuardKind::Off => None,
-            GuardKind::Observer => Some("observer"),
-            GuardKind::EnergyBounding => Some("energy-bounding"),
+            GuardKind::Off => return None,
+            GuardKind::Observer => "observer",
+            GuardKind::EnergyBounding => "energy-bounding",
         };
-        let off = |value: f32, words| (value <= 0.0).then_some(words);
-        Self {
-            start_force_reason: off(limits.start_force_n, "off: any force"),
-            speed_limit_reason: off(limits.speed_hard_m_per_s, "off: any speed"),
-            braking_reason: off(limits.braking_n_s_per_m, "off"),
-            stuck_force_reason: off(limits.stuck_force_n, "off"),
-            jump_reason: match limits.speed_hard_m_per_s > 0.0 && limits.jump_m > 0.0 {
-                true => None,
-                false => Some("off: it needs a speed limit, and to be above 0"),
-            },
-            start_force_n: limits.start_force_n,
-            rise_time_s: limits.rise_time_s,
-            workspace_m: (low < high).then_some([low, high]),
-            workspace_reason: (low >= high).then_some("none is set"),
-            workspace_soft_m: limits.workspace_soft_m,
-            speed_limit_m_per_s: limits.speed_hard_m_per_s,
-            speed_soft_m_per_s: limits.speed_soft_m_per_s,
-            velocity_bandwidth_hz: limits.velocity_bandwidth_hz,
-            braking_n_s_per_m: limits.braking_n_s_per_m,
-            stop_time_s: limits.stop_time_s,
-            brake_force_n: limits.brake_force_n,
-            device_mass_kg: (limits.device_mass_kg > 0.0).then_some(limits.device_mass_kg),
-            device_delay_ticks: limits.device_delay_ticks,
-            stuck_force_n: limits.stuck_force_n,
-            stuck_time_s: limits.stuck_time_s,
-            jump_m: limits.jump_m,
-            guard_reason: kind.is_none().then_some("off"),
-            guard: kind.map(|kind| GuardParameters {
-                kind,
-                damping_n_s_per_m: guard.damping_n_s_per_m,
-                share: guard.share,
-                forget_s: guard.forget_s,
-                delay_least_samples: guard.delay_least_samples,
-                delay_most_samples: guard.delay_most_samples,
-                lag_s: guard.lag_s,
-                noise_m: guard.noise_m,
-            }),
-        }
+        Some(Self {
+            kind,
+            damping_n_s_per_m: guard.damping_n_s_per_m,
+            share: guard.share,
+            forget_s: guard.forget_s,
+            delay_least_samples: guard.delay_least_samples,
+            delay_most_samples: guard.delay_most_samples,
+            lag_s: guard.lag_s,
+            noise_m: guard.noise_m,
+        })
     }
 }
 
 /// The operator of a device.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct OperatorParameters {
     /// `taps`, `modes`, `recursion` or `sections`.
     pub form: &'static str,
@@ -175,7 +145,7 @@ pub struct OperatorParameters {
 }
 
 /// The plant of a simulated device.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct SimulationParameters {
     /// `mass-damper`, `rigid-indentation` or `compliant-indentation`.
     pub kind: &'static str,
@@ -231,7 +201,7 @@ impl Parameters {
             watchdog_s: f64::from(configuration.limits.watchdog_ms) * 1e-3,
             late_ticks: configuration.limits.late_ticks,
             max_age_ticks: configuration.limits.max_age_ticks,
-            safety: SafetyParameters::new(&configuration.limits),
+            safety: SafetyParameters(configuration.limits),
             simulation: kind.map(|kind| SimulationParameters {
                 kind,
                 mass_kg: simulation.mass_kg,
