@@ -2,17 +2,12 @@
 //!
 //! Tests, benches, examples and build scripts are free.
 
-mod borrowed;
-mod changelog;
+mod files;
 mod reader;
-mod source;
-mod still;
-mod untested;
 
-use source::Source;
+use reader::Source;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use still::{Rule, STILL};
 
 /// The command: words in, sentences out.
 const COMMAND: &str = "host-cli";
@@ -123,9 +118,6 @@ const ALL: &[&str] = &["host-cli", "fractional-haptics"];
 /// Used by tests alone, and free to use any.
 const FOR_TESTS: &str = "testkit";
 
-/// Rule, crate, module, and what was found there.
-type Offence = (Rule, String, String, String);
-
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -135,21 +127,27 @@ fn crates() -> Vec<(String, PathBuf)> {
     let folders = std::fs::read_dir(root().join("crates")).expect("a folder of crates");
     let mut folders: Vec<PathBuf> = folders
         .map(|entry| entry.expect("an entry").path())
+        .filter(|folder| folder.join("Cargo.toml").exists())
         .collect();
     folders.sort();
     folders.insert(0, root().to_owned());
-    let folders = folders
-        .into_iter()
-        .filter(|folder| folder.join("Cargo.toml").exists());
-    folders
-        .map(|folder| {
-            let name = manifest(&folder)["package"]["name"]
-                .as_str()
-                .expect("a name")
-                .to_owned();
-            (name, folder)
-        })
-        .collect()
+    let named = |folder: PathBuf| {
+        let name = manifest(&folder)["package"]["name"].clone();
+        (name.as_str().expect("a name").to_owned(), folder)
+    };
+    folders.into_iter().map(named).collect()
+}
+
+/// What is found in the sources of each crate, which is to be nothing.
+fn assert_none(find: impl Fn(&str, &Source) -> Vec<String>) {
+    let mut found = Vec::new();
+    for (name, folder) in crates() {
+        for source in reader::read(&folder.join("src")) {
+            let found_here = find(&name, &source).into_iter();
+            found.extend(found_here.map(|what| format!("{name} {what}")));
+        }
+    }
+    assert!(found.is_empty(), "not allowed:\n{}", found.join("\n"));
 }
 
 fn manifest(folder: &Path) -> toml::Table {
@@ -168,34 +166,6 @@ fn dependencies(folder: &Path) -> BTreeSet<String> {
         .filter_map(toml::Value::as_table)
         .flat_map(|table| table.keys());
     names.cloned().collect()
-}
-
-/// Offences that [`STILL`] does not allow, and entries of it without an offence.
-fn judge(rules: &[Rule], found: &[Offence]) -> (Vec<String>, Vec<String>) {
-    let is = |entry: &(Rule, &str, &str), offence: &Offence| {
-        (entry.0, entry.1, entry.2) == (offence.0, offence.1.as_str(), offence.2.as_str())
-    };
-    let wrong = found
-        .iter()
-        .filter(|offence| !STILL.iter().any(|entry| is(entry, offence)));
-    let wrong =
-        wrong.map(|(rule, name, module, what)| format!("{rule:?}: {name} {module}: {what}"));
-    let over = STILL.iter().filter(|entry| rules.contains(&entry.0));
-    let over = over.filter(|entry| !found.iter().any(|offence| is(entry, offence)));
-    (
-        wrong.collect(),
-        over.map(|entry| format!("{entry:?}")).collect(),
-    )
-}
-
-fn assert_none(rules: &[Rule], found: &[Offence]) {
-    let (wrong, over) = judge(rules, found);
-    assert!(wrong.is_empty(), "not allowed:\n{}", wrong.join("\n"));
-    assert!(
-        over.is_empty(),
-        "gone, so take it out of STILL:\n{}",
-        over.join("\n")
-    );
 }
 
 /// The circles of a graph: sets of files each of which imports from each other in the set, perhaps by way of others.
@@ -222,92 +192,74 @@ fn circles(imports: &BTreeMap<usize, BTreeSet<usize>>) -> Vec<BTreeSet<usize>> {
     circles.into_iter().collect()
 }
 
-fn circles_of(name: &str, source: &Source) -> Vec<Offence> {
+/// Each file of a circle, with the others of it that it imports.
+fn circles_of(source: &Source) -> Vec<(String, String)> {
     let imports = source.imports();
-    let mut found = Vec::new();
-    for circle in circles(&imports) {
-        for &file in &circle {
-            let others = imports[&file].intersection(&circle);
-            let others: Vec<&str> = others
-                .map(|&other| source.files[other].name.as_str())
-                .collect();
-            let module = source.files[file].name.clone();
-            found.push((Rule::Circle, name.to_owned(), module, others.join(", ")));
-        }
-    }
-    found
+    let name = |file: &usize| source.files[*file].name.clone();
+    let in_circle = |circle: &BTreeSet<usize>| -> Vec<(String, String)> {
+        let others = |file| imports[file].intersection(circle).map(name);
+        let others = |file| others(file).collect::<Vec<_>>().join(", ");
+        circle
+            .iter()
+            .map(|file| (name(file), others(file)))
+            .collect()
+    };
+    circles(&imports).iter().flat_map(in_circle).collect()
 }
 
-/// The floor of a module: that of its room, and none for the root of the crate.
-fn floor(rooms: &[&str], module: &str) -> Option<usize> {
-    let room = module.split("::").next().expect("a name");
-    let floor = rooms.iter().position(|known| *known == room);
-    assert!(
-        floor.is_some() || room == "crate",
-        "{room} is not one of the rooms {rooms:?}"
-    );
-    floor
+/// Imports of a room from one above it; the root, which is in no room, may name them all.
+fn upwards(rooms: &[&str], source: &Source) -> Vec<(String, String)> {
+    let floor = |file: usize| {
+        let room = source.files[file].name.split("::").next().expect("a name");
+        let floor = rooms.iter().position(|known| *known == room);
+        assert!(
+            floor.is_some() || room == "crate",
+            "{room} is not one of the rooms {rooms:?}"
+        );
+        floor
+    };
+    let imports = source.imports().into_iter();
+    let pairs = imports.flat_map(|(from, files)| files.into_iter().map(move |to| (from, to)));
+    let up = pairs.filter(|&(from, to)| floor(from).is_some() && floor(from) < floor(to));
+    up.map(|(from, to)| {
+        (
+            source.files[from].name.clone(),
+            source.files[to].name.clone(),
+        )
+    })
+    .collect()
 }
 
-/// Imports of a room from one above it.
-fn upwards(name: &str, rooms: &[&str], source: &Source) -> Vec<Offence> {
-    let floors: Vec<Option<usize>> = (source.files.iter())
-        .map(|file| floor(rooms, &file.name))
-        .collect();
-    let mut found = Vec::new();
-    for (from, files) in source.imports() {
-        // The root may name them all.
-        let up = files
-            .into_iter()
-            .filter(|&to| floors[from].is_some() && floors[from] < floors[to]);
-        for to in up {
-            let [module, other] = [from, to].map(|file| source.files[file].name.clone());
-            found.push((Rule::Room, name.to_owned(), module, other));
-        }
-    }
-    found
-}
-
-fn words_of(name: &str, source: &Source) -> Vec<Offence> {
-    let mut found = Vec::new();
+/// Printing, arguments, their parser and flags.
+fn words_of(name: &str, source: &Source) -> Vec<String> {
+    /// Standard output and standard error, the arguments of the process, and the parser of command lines.
+    const PATHS: [&str; 5] = [
+        "std::io::stdout",
+        "std::io::stderr",
+        "std::env::args",
+        "std::env::args_os",
+        "clap",
+    ];
     // The kit speaks for tests, with which nothing that is given away is built.
     if [COMMAND, FOR_TESTS].contains(&name) {
-        return found;
+        return Vec::new();
     }
+    let mut found = Vec::new();
     for file in &source.files {
-        let mut offend = |rule, what: &str| {
-            found.push((rule, name.to_owned(), file.name.clone(), what.to_owned()));
+        let macros = ["print", "println", "eprint", "eprintln", "dbg"].into_iter();
+        let macros = macros.filter(|name| file.macros.contains(*name));
+        let is = |path: &&String| {
+            let starts = |prefix: &&str| {
+                *path == prefix
+                    || path.starts_with(&format!("{prefix}::"))
+                    || path.starts_with("clap_")
+            };
+            PATHS.iter().any(|prefix| starts(prefix))
         };
-        for macro_name in ["print", "println", "eprint", "eprintln", "dbg"] {
-            if file.macros.contains(macro_name) {
-                offend(Rule::Print, macro_name);
-            }
-        }
-        for path in &file.paths {
-            let starts = |prefix: &str| path == prefix || path.starts_with(&format!("{prefix}::"));
-            if ["std::io::stdout", "std::io::stderr"]
-                .iter()
-                .any(|p| starts(p))
-            {
-                offend(Rule::Print, path);
-            }
-            if ["std::env::args", "std::env::args_os"]
-                .iter()
-                .any(|p| starts(p))
-            {
-                offend(Rule::Arguments, path);
-            }
-            if path
-                .split("::")
-                .next()
-                .is_some_and(|first| first.starts_with("clap"))
-            {
-                offend(Rule::Clap, path);
-            }
-        }
-        for text in file.texts.iter().filter(|text| names_a_flag(text)) {
-            offend(Rule::Flag, text);
-        }
+        let paths = file.paths.iter().filter(is).map(String::as_str);
+        let flags = file.texts.iter().filter(|text| names_a_flag(text));
+        let words = macros.chain(paths).chain(flags.map(String::as_str));
+        found.extend(words.map(|what| format!("{}: {what}", file.name)));
     }
     found
 }
@@ -335,98 +287,74 @@ fn spells_a_key(text: &str) -> bool {
 
 #[test]
 fn a_sentence_is_written_once_and_its_keys_are_values() {
-    let mut found = Vec::new();
-    for (name, folder) in crates() {
-        for source in reader::read(&folder.join("src")) {
-            for file in &source.files {
-                let keys = file.texts.iter().filter(|text| spells_a_key(text));
-                let keys = keys.filter(|_| ["haptic-experiment", COMMAND].contains(&name.as_str()));
-                for what in file.edits.iter().chain(keys) {
-                    let offence = (name.clone(), file.name.clone(), what.clone());
-                    found.push((Rule::Sentence, offence.0, offence.1, offence.2));
-                }
-            }
-        }
-    }
-    assert_none(&[Rule::Sentence], &found);
+    assert_none(|name, source| {
+        let of_keys = ["haptic-experiment", COMMAND].contains(&name);
+        let file = |file: &reader::File| {
+            let keys = file
+                .texts
+                .iter()
+                .filter(|text| of_keys && spells_a_key(text));
+            let found = file.edits.iter().chain(keys);
+            found
+                .map(|what| format!("{}: {what}", file.name))
+                .collect::<Vec<_>>()
+        };
+        source.files.iter().flat_map(file).collect()
+    });
 }
 
 #[test]
 fn crates_use_only_what_the_house_allows() {
     let all = crates();
-    let ours: BTreeSet<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
-    let allowed: BTreeMap<&str, &[&str]> = ARROWS.iter().copied().collect();
-    let mut found = Vec::new();
     for (name, folder) in &all {
+        let used = dependencies(folder);
+        assert!(
+            !used.contains(FOR_TESTS),
+            "{name} is built with {FOR_TESTS}"
+        );
+        assert!(
+            name == COMMAND || !used.iter().any(|used| used.starts_with("clap")),
+            "{name} depends on the parser of command lines"
+        );
         if ALL.contains(&name.as_str()) || name == FOR_TESTS {
             continue;
         }
-        let allowed = allowed.get(name.as_str());
-        let allowed = allowed.unwrap_or_else(|| panic!("{name} is not in the table of arrows"));
-        let used = dependencies(folder);
-        let used = used.iter().filter(|used| ours.contains(used.as_str()));
-        for used in used.filter(|used| !allowed.contains(&used.as_str())) {
-            found.push((Rule::Arrow, name.clone(), used.clone(), "used".to_owned()));
+        let row = ARROWS.iter().find(|(known, _)| known == name);
+        let (_, allowed) = row.unwrap_or_else(|| panic!("{name} is not in the table of arrows"));
+        for (ours, _) in &all {
+            assert!(
+                !used.contains(ours) || allowed.contains(&ours.as_str()),
+                "{name} uses {ours}"
+            );
         }
-    }
-    assert_none(&[Rule::Arrow], &found);
-    for (name, folder) in &all {
-        assert!(
-            !dependencies(folder).contains(FOR_TESTS),
-            "{name} is built with {FOR_TESTS}"
-        );
     }
 }
 
 #[test]
 fn no_two_modules_of_a_crate_import_each_other_in_a_circle() {
-    let mut found = Vec::new();
-    for (name, folder) in crates() {
-        for source in reader::read(&folder.join("src")) {
-            found.extend(circles_of(&name, &source));
-        }
-    }
-    assert_none(&[Rule::Circle], &found);
+    assert_none(|_, source| {
+        let found = circles_of(source).into_iter();
+        found
+            .map(|(module, others)| format!("{module}: {others}"))
+            .collect()
+    });
 }
 
 #[test]
 fn a_room_uses_only_those_below_it() {
-    let mut found = Vec::new();
-    for (name, folder) in crates() {
-        let Some((_, rooms)) = ROOMS.iter().find(|(known, _)| *known == name) else {
-            continue;
-        };
-        for source in reader::read(&folder.join("src")) {
-            found.extend(upwards(&name, rooms, &source));
-        }
-    }
-    assert_none(&[Rule::Room], &found);
+    assert_none(|name, source| {
+        let rooms = ROOMS.iter().find(|(known, _)| *known == name);
+        let found = rooms.map(|(_, rooms)| upwards(rooms, source));
+        let found = found.into_iter().flatten();
+        found
+            .map(|(module, other)| format!("{module}: {other}"))
+            .collect()
+    });
 }
 
 #[test]
 fn only_the_command_prints_reads_arguments_and_names_its_flags() {
-    let mut found = Vec::new();
-    for (name, folder) in crates() {
-        for source in reader::read(&folder.join("src")) {
-            found.extend(words_of(&name, &source));
-        }
-        if name != COMMAND
-            && dependencies(&folder)
-                .iter()
-                .any(|used| used.starts_with("clap"))
-        {
-            found.push((
-                Rule::Clap,
-                name,
-                "crate".to_owned(),
-                "its manifest".to_owned(),
-            ));
-        }
-    }
-    assert_none(
-        &[Rule::Clap, Rule::Print, Rule::Arguments, Rule::Flag],
-        &found,
-    );
+    assert_none(words_of);
 }
 
 /// A crate of these files.
@@ -452,9 +380,7 @@ fn an_arrow_between_rooms_is_found_through_a_re_export_and_only_where_it_goes_up
             ("low.rs", "mod y; pub use y::Low;"),
         ];
         let source = of_files(&[&files[..], &rooms[..]].concat());
-        let found = upwards("a crate", &["low", "high"], &source);
-        let found = found.into_iter().map(|(_, _, module, to)| (module, to));
-        found.collect::<Vec<_>>()
+        crate::upwards(&["low", "high"], &source)
     };
     let high = "use crate::Low; pub struct High(Low);";
     assert_eq!(upwards(high, "pub struct Low;"), []);
@@ -466,11 +392,8 @@ fn an_arrow_between_rooms_is_found_through_a_re_export_and_only_where_it_goes_up
 #[test]
 fn a_circle_is_found_through_re_exports_and_macros_and_only_where_there_is_one() {
     let circle = |files: &[(&str, &str)]| {
-        let found = circles_of("a crate", &of_files(files));
-        found
-            .into_iter()
-            .map(|(_, _, module, _)| module)
-            .collect::<Vec<_>>()
+        let found = circles_of(&of_files(files)).into_iter();
+        found.map(|(module, _)| module).collect::<Vec<_>>()
     };
     let root = ("lib.rs", "mod a; mod b; pub use a::A; pub use b::B;");
     // Each imports the other from the root, one of them inside a macro.
@@ -513,17 +436,5 @@ fn a_flag_in_a_text_is_told_from_a_dash() {
         ("1--2", false),
     ] {
         assert_eq!(names_a_flag(text), names, "{text}");
-    }
-}
-
-/// The files of Rust below a folder.
-pub(crate) fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            files(&path, found);
-        } else if path.extension().is_some_and(|kind| kind == "rs") {
-            found.push(path);
-        }
     }
 }

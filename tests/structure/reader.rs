@@ -1,10 +1,144 @@
-//! Takes a file apart: what it defines, what it brings in, which paths, macros and texts it has.
+//! A crate's source as a test of its structure needs it: which file defines which name, and which names a file uses.
+//!
+//! Rules:
+//! - A module is its file; an inline `mod` belongs to the file it stands in.
+//! - `pub use` hands a name on and is no import; a name so handed on stands for the file that defines it.
+//! - What is built for tests only does not count, nor do comments and documentation.
 
-use crate::source::{File, Module, Source};
 use proc_macro2::{TokenStream, TokenTree};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
+
+/// What the sources of a crate say about each of its files, by the file's module: `a::b`, or `crate` for the root.
+#[derive(Debug, Default)]
+pub(crate) struct Source {
+    /// The files of a module path: two where the system decides which is built.
+    modules: BTreeMap<Vec<String>, Module>,
+    /// Name of each file.
+    pub(crate) files: Vec<File>,
+}
+
+/// A file.
+#[derive(Debug, Default)]
+pub(crate) struct File {
+    /// Its module, `a::b`; of two files of one module the second in brackets.
+    pub(crate) name: String,
+    /// Names of macros that it calls.
+    pub(crate) macros: BTreeSet<String>,
+    /// Paths as they stand, `std::env::args`, with what `use` brings in put before the rest.
+    pub(crate) paths: BTreeSet<String>,
+    /// Texts between quotation marks.
+    pub(crate) texts: Vec<String>,
+    /// Methods that take finished sentences apart.
+    pub(crate) edits: Vec<String>,
+}
+
+#[derive(Debug, Default)]
+struct Module {
+    files: BTreeSet<usize>,
+    /// Where a name is defined here, by number of the file.
+    items: BTreeMap<String, BTreeSet<usize>>,
+    /// Names that `use` brings in: the full path as written.
+    names: BTreeMap<String, Vec<Vec<String>>>,
+    /// Modules of which all names are brought in.
+    globs: Vec<Vec<String>>,
+    /// Paths in code and in imports for oneself, each with the file it stands in.
+    uses: Vec<(usize, Vec<String>)>,
+}
+
+impl Source {
+    /// The files that define what a path names, seen from a module; none for what is of another crate.
+    fn resolve(&self, module: &[String], path: &[String], depth: usize) -> BTreeSet<usize> {
+        let mut at = module.to_vec();
+        let mut rest = path;
+        let mut anchored = false;
+        while let [first, tail @ ..] = rest {
+            match first.as_str() {
+                "crate" => at.clear(),
+                "self" => {}
+                "super" => {
+                    at.pop();
+                }
+                _ => break,
+            }
+            (rest, anchored) = (tail, true);
+        }
+        self.resolve_in(&at, rest, anchored, depth)
+    }
+
+    fn resolve_in(
+        &self,
+        at: &[String],
+        rest: &[String],
+        anchored: bool,
+        depth: usize,
+    ) -> BTreeSet<usize> {
+        let none = BTreeSet::new();
+        let (Some(module), [name, tail @ ..]) = (self.modules.get(at), rest) else {
+            return none;
+        };
+        if depth > 20 {
+            return none;
+        }
+        if let Some(files) = module.items.get(name) {
+            return files.clone();
+        }
+        let child = [at, std::slice::from_ref(name)].concat();
+        if !tail.is_empty() && self.modules.contains_key(&child) {
+            return self.resolve_in(&child, tail, true, depth + 1);
+        }
+        if let Some(named) = module.names.get(name) {
+            let whole = named.iter().map(|path| [path, tail].concat());
+            // A crate of this name would be meant where a path names itself.
+            let whole = whole.filter(|path| path.first() != Some(name));
+            return whole
+                .flat_map(|path| self.resolve(at, &path, depth + 1))
+                .collect();
+        }
+        for glob in &module.globs {
+            let path = [glob, rest].concat();
+            let found = self.resolve(at, &path, depth + 1);
+            if !found.is_empty() {
+                return found;
+            }
+        }
+        // Made by a macro, or the module alone, which names nothing in it.
+        if anchored && !self.modules.contains_key(&child) {
+            return module.files.clone();
+        }
+        none
+    }
+
+    /// The files that each file imports from.
+    pub(crate) fn imports(&self) -> BTreeMap<usize, BTreeSet<usize>> {
+        let mut imports: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        for (at, module) in &self.modules {
+            for (file, path) in &module.uses {
+                let files = self.resolve(at, path, 0);
+                // Nor from the file that stands for it on another system.
+                let others = files
+                    .into_iter()
+                    .filter(|other| !module.files.contains(other));
+                imports.entry(*file).or_default().extend(others);
+            }
+        }
+        imports
+    }
+
+    /// Paths as they would stand without any `use`.
+    fn collect_paths(&mut self) {
+        for module in self.modules.values() {
+            for (file, path) in &module.uses {
+                let paths = &mut self.files[*file].paths;
+                paths.insert(path.join("::"));
+                for full in module.names.get(&path[0]).into_iter().flatten() {
+                    paths.insert([full, &path[1..]].concat().join("::"));
+                }
+            }
+        }
+    }
+}
 
 /// Reads a crate from the folder that holds its `lib.rs` or `main.rs`.
 pub(crate) fn read(folder: &Path) -> Vec<Source> {
@@ -36,10 +170,7 @@ fn read_file(source: &mut Source, file: &Path, children: &Path, module: &[String
     }
     source.files.push(File {
         name,
-        macros: BTreeSet::new(),
-        paths: BTreeSet::new(),
-        texts: Vec::new(),
-        edits: Vec::new(),
+        ..File::default()
     });
     let entry = source.modules.entry(module.to_vec()).or_default();
     entry.files.insert(number);
@@ -65,6 +196,10 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
+    fn of_file(&mut self) -> &mut File {
+        &mut self.source.files[self.file]
+    }
+
     fn here(&mut self) -> &mut Module {
         self.source.modules.entry(self.module.clone()).or_default()
     }
@@ -77,7 +212,9 @@ impl Reader<'_> {
 
     fn uses(&mut self, path: Vec<String>) {
         let file = self.file;
-        self.here().uses.push((file, path));
+        if !path.is_empty() {
+            self.here().uses.push((file, path));
+        }
     }
 
     fn import(&mut self, before: &[String], tree: &syn::UseTree, for_itself: bool) {
@@ -122,9 +259,8 @@ impl Reader<'_> {
         for token in tokens {
             match token {
                 TokenTree::Ident(name) => {
-                    if colons != 2 && !path.is_empty() {
-                        let path = std::mem::take(&mut path);
-                        self.uses(path);
+                    if colons != 2 {
+                        self.uses(std::mem::take(&mut path));
                     }
                     path.push(name.to_string());
                     colons = 0;
@@ -132,27 +268,22 @@ impl Reader<'_> {
                 TokenTree::Punct(mark) if mark.as_char() == ':' => colons += 1,
                 other => {
                     let called = matches!(&other, TokenTree::Punct(mark) if mark.as_char() == '!');
-                    if called && let Some(name) = path.last() {
-                        self.source.files[self.file].macros.insert(name.clone());
+                    if let Some(name) = path.last().filter(|_| called) {
+                        self.of_file().macros.insert(name.clone());
                     }
-                    if !path.is_empty() {
-                        let path = std::mem::take(&mut path);
-                        self.uses(path);
-                    }
+                    self.uses(std::mem::take(&mut path));
                     colons = 0;
                     match other {
                         TokenTree::Group(group) => self.tokens(group.stream()),
                         TokenTree::Literal(literal) => {
-                            self.source.files[self.file].texts.push(literal.to_string());
+                            self.of_file().texts.push(literal.to_string());
                         }
                         _ => {}
                     }
                 }
             }
         }
-        if !path.is_empty() {
-            self.uses(path);
-        }
+        self.uses(path);
     }
 }
 
@@ -241,7 +372,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
     fn visit_macro(&mut self, called: &'ast syn::Macro) {
         let words = words(&called.path);
         let name = words.last().expect("a name").clone();
-        self.source.files[self.file].macros.insert(name);
+        self.of_file().macros.insert(name);
         self.uses(words);
         self.tokens(called.tokens.clone());
     }
@@ -278,7 +409,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
             _ => false,
         };
         if finished && APART.contains(&method.as_str()) {
-            self.source.files[self.file].edits.push(method);
+            self.of_file().edits.push(method);
         }
         visit::visit_expr_method_call(self, call);
     }
@@ -286,7 +417,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
     fn visit_vis_restricted(&mut self, _: &'ast syn::VisRestricted) {}
 
     fn visit_lit_str(&mut self, text: &'ast syn::LitStr) {
-        self.source.files[self.file].texts.push(text.value());
+        self.of_file().texts.push(text.value());
     }
 
     fn visit_item_macro(&mut self, item: &'ast syn::ItemMacro) {

@@ -30,9 +30,6 @@ pub(crate) struct IdentifyRequest {
 }
 
 /// Reads the table and fits the models to it, unless it is told to stop.
-///
-/// # Errors
-/// A table that is none, a record that no model fits, a stop.
 pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result<Value, Failure> {
     let place = if request.name.is_empty() {
         "the record"
@@ -42,7 +39,12 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     let refused =
         |error: &dyn std::fmt::Display| Failure::bad_input(format_args!("{place}: {error}"));
     let reading = Reading {
-        kind: request.kind.as_deref().map(kind).transpose()?,
+        kind: named(
+            "kind",
+            request.kind.as_deref(),
+            &RecordKind::ALL,
+            RecordKind::name,
+        )?,
         loading: Loading {
             strain: request.strain,
             stress_pa: request.stress_pa,
@@ -59,7 +61,8 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     };
     let columns = reader.read(table).map_err(|error| refused(&error))?;
     let understood = columns.record(&reading).map_err(|error| refused(&error))?;
-    let chosen = request.model.as_deref().map(model).transpose()?;
+    let model = request.model.as_deref();
+    let chosen = named("model", model, &CANDIDATES, ModelKind::name)?;
     let options = Options {
         candidates: chosen.map_or_else(|| CANDIDATES.to_vec(), |kind| vec![kind]),
         chosen,
@@ -70,27 +73,21 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     Ok(answer(&found, &understood.notes))
 }
 
-fn kind(name: &str) -> Result<RecordKind, Failure> {
-    let known = RecordKind::ALL
-        .into_iter()
-        .find(|known| known.name() == name);
-    known.ok_or_else(|| {
-        let names = RecordKind::ALL.map(RecordKind::name);
-        Failure::bad_input(format_args!(
-            "`kind` {name:?} is none of {}",
-            names.join(", ")
-        ))
-    })
-}
-
-fn model(name: &str) -> Result<ModelKind, Failure> {
-    let found = CANDIDATES.iter().find(|known| known.name() == name);
-    found.copied().ok_or_else(|| {
-        let names: Vec<&str> = CANDIDATES.iter().map(|known| known.name()).collect();
-        Failure::bad_input(format_args!(
-            "`model` {name:?} is none of {}",
-            names.join(", ")
-        ))
+/// One of these by its name.
+fn named<T: Copy>(
+    key: &str,
+    wanted: Option<&str>,
+    known: &[T],
+    name: fn(T) -> &'static str,
+) -> Result<Option<T>, Failure> {
+    let Some(wanted) = wanted else {
+        return Ok(None);
+    };
+    let found = known.iter().copied().find(|own| name(*own) == wanted);
+    found.map(Some).ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|own| name(*own)).collect();
+        let names = names.join(", ");
+        Failure::bad_input(format_args!("`{key}` {wanted:?} is none of {names}"))
     })
 }
 

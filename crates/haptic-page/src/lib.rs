@@ -1,16 +1,60 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
-mod announce;
-pub mod feel;
-pub mod frame;
+mod feel;
 mod identify;
-mod on_close;
 pub mod pyramid;
 mod runs;
 mod server;
 
-pub(crate) use announce::Announce;
 pub use feel::DeviceNumbers;
-pub use on_close::OnClose;
 pub use server::{PageServer, ServerOptions};
+
+use haptic_experiment::Named;
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
+use tokio::sync::broadcast::Sender;
+
+/// Says something to all pages; to none if there is none. May be called in any thread, and never waits.
+#[derive(Clone, Debug)]
+pub(crate) struct Announce {
+    pub(crate) pages: Sender<Arc<str>>,
+    pub(crate) terminal: SyncSender<String>,
+}
+
+impl Announce {
+    /// To the pages.
+    pub(crate) fn say(&self, value: &Value) {
+        // Nobody there is no error.
+        let _ = self.pages.send(value.to_string().into());
+    }
+
+    /// A sentence for people, at a page or at the terminal.
+    pub(crate) fn notice(&self, text: String) {
+        self.say(&json!({"notice": text}));
+        // A terminal that nobody reads is no error either.
+        let _ = self.terminal.try_send(text);
+    }
+}
+
+/// What happens to a loop or a run when the page that controls it is closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnClose {
+    /// The force falls to zero and it ends.
+    #[default]
+    Stop,
+    /// It goes on; the next page that takes the controls has it.
+    Continue,
+}
+
+impl Named for OnClose {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Stop, "stop", "The force falls to zero and it ends"),
+        (
+            Self::Continue,
+            "continue",
+            "It goes on; the next page that takes the controls has it",
+        ),
+    ];
+}

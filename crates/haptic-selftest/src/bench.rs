@@ -1,15 +1,13 @@
 //! The device under test: limited before anything else, put to rest between its trials.
 
-use super::attendant::{Attendant, Notice};
-use super::bounds::Bounds;
-use super::promise::Promise;
-use super::settings::{EmergencyStop, SelfTest};
+use super::fall::Bounds;
+use super::promise::{Attendant, EmergencyStop, Notice, Promise, SelfTest};
 use haptic_experiment::Failure;
-use haptic_experiment::run::device;
-use haptic_experiment::run::device::at_port;
-use haptic_link::{Configuration, Limits, LoopMode, Scope, Start, State};
+use haptic_experiment::run::device::{self, at_port};
+use haptic_link::{Configuration, Limits, LoopMode, Refusal, Scope, Start, State};
+use haptic_loop::Fault;
 use haptic_remote::LinkError;
-use haptic_remote::serial::{SerialError, SerialLink};
+use haptic_remote::serial::{SerialError, SerialLink, TroubleCause};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -40,25 +38,23 @@ impl From<SerialError> for Broken {
 /// A device on the bench.
 pub(super) struct Bench<'a> {
     link: Option<SerialLink>,
-    test: SelfTest,
+    pub(super) test: SelfTest,
     attendant: Attendant<'a>,
-    /// As it was set to last, with its coefficients.
-    set: (Configuration, Vec<f32>),
-    limited: Configuration,
+    /// As it was set to last before the test, with its coefficients.
+    pub(super) set: (Configuration, Vec<f32>),
+    /// As it is during the test.
+    pub(super) limited: Configuration,
     run: u32,
-    /// What the device said of this machine's own lateness, since it was asked last.
-    late: Option<String>,
-    /// The limit of the device that ended a trial, in words, since this was asked last.
-    left: Option<String>,
+    /// Why the device let go of an attempt at a promise: this machine was silent or late.
+    pub(super) late: Option<String>,
+    /// The limit of the device that ended a trial of an attempt.
+    pub(super) left: Option<String>,
     /// Faults of the device before the test.
     faults: u16,
 }
 
 impl<'a> Bench<'a> {
     /// Reads what is set, and limits the device.
-    ///
-    /// # Errors
-    /// A device that does not answer or refuses the limits.
     pub(super) fn new(
         link: SerialLink,
         test: SelfTest,
@@ -84,21 +80,7 @@ impl<'a> Bench<'a> {
         Ok(bench)
     }
 
-    /// The limits during the test.
-    pub(super) const fn limits(&self) -> &Limits {
-        &self.limited.limits
-    }
-
-    /// As it was set to last before the test, with its coefficients.
-    pub(super) const fn set(&self) -> &(Configuration, Vec<f32>) {
-        &self.set
-    }
-
-    pub(super) const fn test(&self) -> &SelfTest {
-        &self.test
-    }
-
-    /// The same with the time of a tick.
+    /// The limits during the test, by ticks.
     pub(super) fn bounds(&self) -> Bounds {
         Bounds {
             limits: self.limited.limits,
@@ -107,9 +89,6 @@ impl<'a> Bench<'a> {
     }
 
     /// Tells that a promise is tried now.
-    ///
-    /// # Errors
-    /// Somebody stopped the test.
     pub(super) fn trying(&self, promise: Promise) -> Result<(), Broken> {
         self.notice(Notice::Trying(promise));
         self.goes_on()
@@ -119,8 +98,6 @@ impl<'a> Bench<'a> {
         (self.attendant.notice)(notice);
     }
 
-    /// # Errors
-    /// Somebody stopped the test.
     pub(super) fn goes_on(&self) -> Result<(), Broken> {
         if self.attendant.stop.load(Ordering::Relaxed) {
             return Err(Broken::Interrupted);
@@ -138,17 +115,11 @@ impl<'a> Bench<'a> {
     }
 
     /// The link.
-    ///
-    /// # Errors
-    /// It was closed, and no new one could be had.
     pub(super) fn link(&self) -> Result<&SerialLink, SerialError> {
         self.link.as_ref().ok_or(LinkError::Gone.into())
     }
 
     /// The same, to be changed.
-    ///
-    /// # Errors
-    /// As [`link`](Self::link).
     pub(super) fn link_mut(&mut self) -> Result<&mut SerialLink, SerialError> {
         self.link.as_mut().ok_or(LinkError::Gone.into())
     }
@@ -174,31 +145,6 @@ impl<'a> Bench<'a> {
     /// Words of a board from which nothing comes any more, and what is to be feared of it.
     pub(super) fn lost_board(&self) -> Option<String> {
         device::lost_board(self.link.as_ref()?)
-    }
-
-    /// The device let go because this machine was silent or late, in these words.
-    pub(super) fn was_late(&mut self, words: String) {
-        self.late = Some(words);
-    }
-
-    /// The lateness of this machine since this was asked last, in words.
-    pub(super) const fn take_late(&mut self) -> Option<String> {
-        self.late.take()
-    }
-
-    /// A limit of the device ended a trial, in these words.
-    pub(super) fn was_at_limit(&mut self, words: Option<String>) {
-        self.left = words.or(self.left.take());
-    }
-
-    /// The limit of the device that ended a trial since this was asked last, in words.
-    pub(super) const fn take_left(&mut self) -> Option<String> {
-        self.left.take()
-    }
-
-    /// Faults of the device before the test.
-    pub(super) const fn faults_before(&self) -> u16 {
-        self.faults
     }
 
     /// Puts the limits of the test in force, with this watchdog.
@@ -250,11 +196,6 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// The same. The refusal; `None` if it was armed.
-    pub(super) fn try_arm(&self) -> Result<Option<LinkError>, SerialError> {
-        refusal(self.arm())
-    }
-
     /// Without force, disarmed.
     pub(super) fn calm(&self) -> Result<(), SerialError> {
         let link = self.link()?;
@@ -262,6 +203,71 @@ impl<'a> Bench<'a> {
         link.wait_for_rest();
         Ok(())
     }
+
+    /// Goes on only while no fault has ended the test, since it began.
+    pub(super) fn is_well(&self) -> Result<(), Broken> {
+        let link = self.link()?;
+        let status = link.status();
+        let latched = status.state == State::Fault && status.faults != self.faults;
+        match self.ends(status.fault).filter(|_| latched) {
+            None => Ok(()),
+            Some(fault) => {
+                let words = link
+                    .trouble()
+                    .map_or_else(String::new, |trouble| format!(": {}", trouble.words));
+                let code = fault.code();
+                Err(Broken::Fault(format!("fault {code}, {fault}{words}")))
+            }
+        }
+    }
+
+    /// The fault of this code, if it ends the test. A board that said nothing may have been asked too late, or be lost: that is judged
+    /// elsewhere.
+    fn ends(&self, code: u8) -> Option<Fault> {
+        let fault = Fault::from_code(code).filter(|fault| ends_the_test(*fault))?;
+        let trouble = self.link().ok()?.trouble();
+        let by_itself = fault != Fault::BoardFailed
+            || trouble.is_none_or(|trouble| trouble.cause == TroubleCause::Board);
+        by_itself.then_some(fault)
+    }
+
+    /// Arms for a trial.
+    pub(super) fn arm_for_trial(&self) -> Result<(), Broken> {
+        self.is_well()?;
+        let Err(error) = self.arm() else {
+            return Ok(());
+        };
+        let SerialError::Link(LinkError::Refused { refusal, .. }) = &error else {
+            return Err(error.into());
+        };
+        match refusal {
+            Refusal::FaultPersists(code) if self.ends(*code).is_some() => {
+                return Err(Broken::Fault(error.to_string()));
+            }
+            // Which one is on its way here.
+            Refusal::UnknownFault => {
+                for _ in 0..50 {
+                    self.is_well()?;
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+            }
+            _ => {}
+        }
+        Err(error.into())
+    }
+}
+
+/// True for a fault after which nobody but a person arms the device again: its emergency stop, or a fault of its electronics.
+pub(super) const fn ends_the_test(fault: Fault) -> bool {
+    matches!(
+        fault,
+        Fault::EmergencyStop
+            | Fault::CurrentMismatch
+            | Fault::Reset
+            | Fault::PositionStuck
+            | Fault::PositionJump
+            | Fault::BoardFailed
+    )
 }
 
 /// The refusal of a request; any other error is passed on.

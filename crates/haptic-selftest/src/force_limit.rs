@@ -1,11 +1,9 @@
 //! Limits of force and rate, and the way to zero after a stop: one run.
 
 use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
-use super::bounds::Bounds;
-use super::fall::Fall;
-use super::followed::Followed;
+use super::fall::{Bounds, Fall};
 use super::promise::{Check, Promise};
-use super::trial::{ASKED, HALF_PERIOD_TICKS, Trial, alternating};
+use super::trial::{ASKED, Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating};
 use haptic_loop::Limiters;
 use haptic_remote::Tick;
 
@@ -44,7 +42,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
         limits.stop_time_s,
         bounds.fall_in_words()
     );
-    let followed = match bench.conduct(&trial, Followed::was_late)? {
+    let followed = match bench.conduct(&trial, LATE)? {
         Ok(followed) => followed,
         Err(refused) => {
             let seen = refused.to_string();

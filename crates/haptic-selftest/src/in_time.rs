@@ -4,7 +4,6 @@
 //! device hears nothing, or its answers and samples wait here, and a fault or a silence ends the trial: that breaks no promise of the device.
 
 use super::bench::{Bench, Broken};
-use super::ending::within_limits;
 use super::promise::Check;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
@@ -15,9 +14,6 @@ use std::time::Duration;
 const ATTEMPTS: u32 = 5;
 
 /// Tries promises, up to five times where this machine was late, and appends their rows; what else the trial had to say.
-///
-/// # Errors
-/// As the trial; a board from which nothing comes any more.
 pub(super) fn in_time<T>(
     bench: &mut Bench<'_>,
     checks: &mut Vec<Check>,
@@ -33,13 +29,13 @@ pub(super) fn in_time<T>(
             }
             tried => tried?,
         };
-        let (board, host) = (bench.board_excuse(late_before)?, bench.take_late());
+        let (board, host) = (bench.board_excuse(late_before)?, bench.late.take());
         if board.is_some() {
             // Opened anew, the board knows nothing of the fault.
             let opened = bench.reconnect()?;
             opened.map_err(|_| Broken::Link(LinkError::Gone.into()))?;
         }
-        let rows = within_limits(rows, bench.take_left());
+        let rows = within_limits(rows, bench.left.take());
         let Some(why) = excuse(&rows, board, host) else {
             checks.extend(rows);
             return Ok(told);
@@ -62,6 +58,18 @@ fn excuse(rows: &[Check], board: Option<String>, host: Option<String>) -> Option
     board.or_else(|| host.filter(|_| broken))
 }
 
+/// Rows of a trial that a limit of the device ended, in these words: what looks broken is not judged.
+pub(super) fn within_limits(rows: Vec<Check>, left: Option<String>) -> Vec<Check> {
+    let Some(why) = left.filter(|_| rows.iter().all(|check| !check.certain)) else {
+        return rows;
+    };
+    let judged = |check: Check| match check.ok {
+        Some(false) => check.spoiled(&why),
+        _ => check,
+    };
+    rows.into_iter().map(judged).collect()
+}
+
 impl Bench<'_> {
     /// True if the device answers again after a question that it did not answer, and is without force: it was not heard in time.
     fn answers_again(&mut self, error: &SerialError) -> Result<bool, Broken> {
@@ -74,7 +82,7 @@ impl Bench<'_> {
         );
         if held_up {
             self.calm()?;
-            self.take_late();
+            self.late = None;
         }
         Ok(held_up)
     }
@@ -85,9 +93,6 @@ impl Bench<'_> {
     }
 
     /// The lateness of this machine that made the board fail, in words; `None` for a board that failed by itself, or did not.
-    ///
-    /// # Errors
-    /// Nothing comes from the board any more, and this machine was not late.
     fn board_excuse(&self, late_before: u32) -> Result<Option<String>, Broken> {
         // A link that could not be had again has its row already.
         let Ok(link) = self.link() else {

@@ -1,26 +1,17 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
-mod arm;
-mod attendant;
 mod bench;
-mod bounds;
-mod emergency_stop;
-mod ending;
+mod checks;
 mod fall;
-mod followed;
 mod force_limit;
 mod in_time;
 mod promise;
-mod reconnect;
 mod recorder;
-mod settings;
 mod silence;
 mod trial;
 
-pub use attendant::{Attendant, Notice};
-pub use promise::{Check, Promise};
-pub use settings::{EmergencyStop, SelfTest};
+pub use promise::{Attendant, Check, EmergencyStop, Notice, Promise, SelfTest};
 
 use bench::{Bench, Broken};
 use haptic_experiment::Failure;
@@ -73,7 +64,7 @@ impl SelfTest {
         let mut checks = Vec::new();
         let mut bench = Bench::new(link, *self, attendant)?;
         if !simulated {
-            (attendant.notice)(Notice::MayMove(bench.limits().force_n));
+            (attendant.notice)(Notice::MayMove(bench.limited.limits.force_n));
         }
         let tried = try_all(&mut bench, &mut checks);
         let interrupted = matches!(tried, Err(Broken::Interrupted));
@@ -96,7 +87,7 @@ impl SelfTest {
             board,
             firmware,
             simulated,
-            force_limit_n: bench.limits().force_n,
+            force_limit_n: bench.limited.limits.force_n,
             holds: (checks.iter()).all(|check| check.ok != Some(false) && !check.not_judged),
             checks,
             link_lost,
@@ -111,7 +102,7 @@ fn try_all(bench: &mut Bench<'_>, checks: &mut Vec<Check>) -> Result<(), Broken>
     let one = |check: fn(&mut Bench<'_>) -> Result<Check, Broken>| {
         move |bench: &mut Bench<'_>| Ok((vec![check(bench)?], ()))
     };
-    in_time(bench, checks, one(arm::check))?;
+    in_time(bench, checks, one(checks::arm))?;
     in_time(bench, checks, |bench| {
         Ok((force_limit::check(bench)?.into(), ()))
     })?;
@@ -126,8 +117,8 @@ fn try_all(bench: &mut Bench<'_>, checks: &mut Vec<Check>) -> Result<(), Broken>
         recorded = recorded.too_late("the watchdog was not");
     }
     checks.push(recorded);
-    in_time(bench, checks, one(reconnect::check))?;
-    in_time(bench, checks, one(emergency_stop::check))?;
+    in_time(bench, checks, one(checks::reconnect))?;
+    in_time(bench, checks, one(checks::emergency_stop))?;
     Ok(())
 }
 

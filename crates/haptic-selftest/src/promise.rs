@@ -1,7 +1,107 @@
-//! Promises of a device, and what was seen of each.
+//! What is asked of a self-test, and what it says: settings, notices to the person beside the device, promises, rows.
 
+use fracdiff::parameter::Shown;
+use haptic_experiment::parameters::{FORCE_LIMIT, WATCHDOG};
+use haptic_experiment::{Failure, Named};
+use haptic_link::Limits;
+use haptic_remote::serial::SerialLink;
 use serde::Serialize;
 use std::fmt;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// A flight test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SelfTest {
+    /// Limit of the force during the test, N; less where less is set on the device.
+    pub force_limit_n: f64,
+    /// Silence after which the device has to let go, ms.
+    pub watchdog_ms: u16,
+    /// Period of the loop in the trials, µs; the nearest that the device has.
+    pub period_us: u32,
+    /// The emergency stop.
+    pub emergency_stop: EmergencyStop,
+}
+
+/// The emergency stop of a device, which only a person can press.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmergencyStop {
+    /// A simulated device has none; on a real one somebody presses it.
+    AsTheDevice,
+    /// There is none.
+    Absent,
+    /// Somebody presses it.
+    Pressed,
+}
+
+impl SelfTest {
+    /// 0.1 N, 200 ms, 1 kHz.
+    pub const DEFAULT: Self = Self {
+        force_limit_n: 0.1,
+        watchdog_ms: 200,
+        period_us: 1000,
+        emergency_stop: EmergencyStop::AsTheDevice,
+    };
+    /// Range of [`force_limit_n`](Self::force_limit_n): what a hand feels, and what it holds without effort.
+    pub const FORCE_LIMIT_N: [f64; 2] = [1e-3, 2.0];
+    /// Time in which somebody presses the emergency stop, and in which they release it.
+    pub const PATIENCE: Duration = Duration::from_secs(30);
+
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        let [least, most] = Self::FORCE_LIMIT_N;
+        if !(least..=most).contains(&self.force_limit_n) {
+            return Err(Failure::bad_input(format_args!(
+                "force limit {} N of a self-test is not in [{least}, {most}] N: change {FORCE_LIMIT}",
+                Shown(self.force_limit_n)
+            )));
+        }
+        let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
+        if !(least..=most).contains(&self.watchdog_ms) {
+            return Err(Failure::bad_input(format_args!(
+                "watchdog time {} ms is not in [{least}, {most}] ms: change {WATCHDOG}",
+                self.watchdog_ms
+            )));
+        }
+        Ok(())
+    }
+}
+
+impl Named for EmergencyStop {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Pressed, "pressed", "Somebody presses it when told to"),
+        (Self::Absent, "none", "The device has none"),
+    ];
+}
+
+/// Notice for the person beside the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Notice {
+    /// The device is real and may move with this force, N.
+    MayMove(f32),
+    /// This promise is tried now.
+    Trying(Promise),
+    /// The emergency stop is to be pressed within [`SelfTest::PATIENCE`].
+    PressEmergencyStop,
+    /// It is to be released again.
+    ReleaseEmergencyStop,
+}
+
+/// Somebody who connects, watches, and may end the test.
+#[derive(Clone, Copy)]
+pub struct Attendant<'a> {
+    /// Connects with the device; called again after the link was closed.
+    pub connect: &'a dyn Fn() -> Result<SerialLink, Failure>,
+    /// Hears what goes on.
+    pub notice: &'a dyn Fn(Notice),
+    /// Set to end the test.
+    pub stop: &'a AtomicBool,
+}
+
+impl fmt::Debug for Attendant<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Attendant").finish_non_exhaustive()
+    }
+}
 
 /// A promise of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -80,34 +180,22 @@ impl Check {
         check: Promise,
         promised: impl Into<String>,
         seen: impl Into<String>,
-        ok: bool,
+        ok: impl Into<Option<bool>>,
     ) -> Self {
         Self {
             check,
             promised: promised.into(),
             seen: seen.into(),
-            ok: Some(ok),
+            ok: ok.into(),
             not_judged: false,
             host_late: false,
             certain: false,
         }
     }
 
-    /// The same; with this seen, it is broken for certain.
+    /// With this seen, it is broken for certain.
     pub(super) fn certain(self, certain: bool) -> Self {
         Self { certain, ..self }
-    }
-
-    /// A promise of which this device makes none.
-    pub(super) fn absent(
-        check: Promise,
-        promised: impl Into<String>,
-        seen: impl Into<String>,
-    ) -> Self {
-        Self {
-            ok: None,
-            ..Self::judged(check, promised, seen, false)
-        }
     }
 
     /// One that was not tried to its end.
@@ -118,7 +206,7 @@ impl Check {
     ) -> Self {
         Self {
             not_judged: true,
-            ..Self::absent(check, promised, seen)
+            ..Self::judged(check, promised, seen, None)
         }
     }
 

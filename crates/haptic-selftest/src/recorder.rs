@@ -1,8 +1,8 @@
 //! The device's flight recorder after a fault, beside the samples that came while it happened.
 
 use super::bench::{Bench, Broken};
-use super::followed::Followed;
 use super::promise::{Check, Promise};
+use super::trial::Followed;
 use haptic_link::{Report, Request};
 use haptic_remote::Tick;
 use std::collections::BTreeMap;
@@ -12,19 +12,18 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
     bench.trying(Promise::FlightRecorder)?;
     let room = bench.link()?.capabilities().flight_samples;
     if room == 0 {
-        return Ok(Check::absent(
-            Promise::FlightRecorder,
-            "the samples around a fault",
-            "not there: this device keeps none",
-        ));
+        let seen = "not there: this device keeps none";
+        let promised = "the samples around a fault";
+        return Ok(Check::judged(Promise::FlightRecorder, promised, seen, None));
     }
     let promised = format!("{room} samples around a fault, as they were");
     let fault = followed.and_then(|followed| Some((followed, followed.fault_tick()?)));
     let Some((followed, fault)) = fault else {
+        let seen = "not tried: no fault before it";
         return Ok(Check::judged(
             Promise::FlightRecorder,
             promised,
-            "not tried: no fault before it",
+            seen,
             false,
         ));
     };

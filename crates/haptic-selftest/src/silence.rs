@@ -1,11 +1,10 @@
 //! Faults that a host makes: a force that is no number, and silence.
 
 use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
-use super::bounds::Bounds;
-use super::fall::Fall;
-use super::followed::Followed;
+use super::checks::refused;
+use super::fall::{Bounds, Fall};
 use super::promise::{Check, Promise};
-use super::trial::{HALF_PERIOD_TICKS, Trial, alternating};
+use super::trial::{Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating};
 use haptic_loop::Fault;
 use haptic_remote::{LinkError, Tick};
 
@@ -50,7 +49,7 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         "a force that is no number is a fault, zero within {} s",
         limits.stop_time_s
     );
-    let followed = bench.conduct(&trial, Followed::was_late)?;
+    let followed = bench.conduct(&trial, LATE)?;
     Ok(faulted(
         Promise::FiniteCheck,
         promised,
@@ -65,7 +64,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
     bench.trying(Promise::Watchdog)?;
     let bounds = bench.bounds();
     let Bounds { limits, period_s } = bounds;
-    let watchdog_ms = bench.test().watchdog_ms;
+    let watchdog_ms = bench.test.watchdog_ms;
     let made_at = made_at(&bounds);
     let silent_ticks = (1e-3 * f64::from(watchdog_ms) / period_s) as u32;
     let trial = Trial {
@@ -80,7 +79,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
         limits.stop_time_s
     );
     // Silent too soon is silent: whichever force was the last, the time counts from it.
-    let followed = bench.conduct(&trial, Followed::was_stale)?;
+    let followed = bench.conduct(&trial, &[Fault::StaleForce])?;
     let mut check = faulted(
         Promise::Watchdog,
         promised,
@@ -91,17 +90,13 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
     let Ok(followed) = followed else {
         return Ok((check, None));
     };
-    if followed.was_silent() {
+    if followed.ended_by(&[Fault::HostSilent]) {
         let (silence, in_time) = silence(&followed, watchdog_ms, period_s);
         let started = bench.start()?;
         if started.is_none() {
             bench.calm()?;
         }
-        let latched = match &started {
-            Some(refused) => refused.to_string(),
-            None => "it started all the same".to_owned(),
-        };
-        check.seen = format!("{silence}; {}; {latched}", check.seen);
+        check.seen = format!("{silence}; {}; {}", check.seen, refused(&started));
         check.ok = Some(check.ok == Some(true) && in_time && started.is_some());
     }
     Ok((check, Some(followed)))
@@ -196,20 +191,6 @@ mod tests {
                 time_us: 1,
             }),
             ..Followed::default()
-        }
-    }
-
-    #[test]
-    fn what_this_machine_was_late_for_is_told_from_what_the_device_did() {
-        for (fault, silent, stale) in [
-            (Fault::HostSilent, true, false),
-            (Fault::StaleForce, false, true),
-            (Fault::NonFiniteForce, false, false),
-        ] {
-            let mut run = followed(50, 250);
-            run.fault.as_mut().expect("one").status.fault = fault.code();
-            assert_eq!((run.was_silent(), run.was_stale()), (silent, stale));
-            assert_eq!(run.was_late(), silent || stale, "{fault:?}");
         }
     }
 

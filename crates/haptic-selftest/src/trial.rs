@@ -1,9 +1,9 @@
 //! Runs of the device on the bench, followed by their samples.
 
 use super::bench::{Bench, Broken, refusal};
-use super::followed::Followed;
-use haptic_link::{EventKind, Limits, Request};
-use haptic_loop::Fault;
+use haptic_experiment::parameters::FORCE_LIMIT;
+use haptic_link::{EventKind, FaultReport, Limits, Request};
+use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::Heard;
 use haptic_remote::{LinkError, Tick};
 use std::time::{Duration, Instant};
@@ -16,6 +16,8 @@ pub(super) const HALF_PERIOD_TICKS: u32 = 40;
 const LOOK: Duration = Duration::from_millis(20);
 /// A run without a sample for so long is none.
 const SILENCE: Duration = Duration::from_secs(3);
+/// Faults of a host that was silent or late. No trial sends a stale force on purpose.
+pub(super) const LATE: &[Fault] = &[Fault::HostSilent, Fault::StaleForce];
 /// Ticks after a fault that a device tells of unasked.
 const AFTERMATH_TICKS: u32 = 100;
 
@@ -58,17 +60,21 @@ impl Bench<'_> {
     pub(super) fn listen(&mut self, time: Duration) -> Result<Followed, Broken> {
         self.link()?.stream(1, 1)?;
         let began = Instant::now();
-        let followed = self.follow(|_, _| None, |_| began.elapsed() >= time);
+        let followed = self.follow(
+            Followed::default(),
+            |_, _| None,
+            |_| began.elapsed() >= time,
+        );
         self.link()?.stream(0, 1)?;
         followed
     }
 
     /// A run from limits to rest: arm, start, follow, stop, disarm. Where the device let go because this machine was silent or late
-    /// against its will, as `spoiled` tells, or where a limit of it ended the run, the bench remembers that.
+    /// against its will, by a fault of `spoiled`, or where a limit of it ended the run, the bench remembers that.
     pub(super) fn conduct<S, U>(
         &mut self,
         trial: &Trial<S, U>,
-        spoiled: impl Fn(&Followed) -> bool,
+        spoiled: &[Fault],
     ) -> Result<Result<Followed, LinkError>, Broken>
     where
         S: Fn(&Tick, usize) -> Option<f32>,
@@ -81,12 +87,12 @@ impl Bench<'_> {
             self.is_well()?;
             // Silent between arm and start.
             if self.link()?.status().fault == Fault::HostSilent.code() {
-                self.was_late(Fault::HostSilent.to_string());
+                self.late = Some(Fault::HostSilent.to_string());
             }
             return Ok(Err(refused));
         }
         let followed = self
-            .follow(&trial.say, &trial.until)
+            .follow(Followed::default(), &trial.say, &trial.until)
             .and_then(|followed| self.end(followed));
         if followed.is_err() {
             // Best effort: whatever went wrong, no force stays.
@@ -94,24 +100,16 @@ impl Bench<'_> {
         }
         let followed = followed?;
         self.is_well()?;
-        self.was_at_limit(followed.left_limits());
-        if spoiled(&followed) {
-            self.was_late(followed.fault_in_words().unwrap_or_default());
+        self.left = followed.left_limits().or(self.left.take());
+        if followed.ended_by(spoiled) {
+            self.late = followed.fault_in_words();
         }
         Ok(Ok(followed))
     }
 
-    /// Answers samples, until told otherwise or a fault or end has come with all that follows it.
+    /// Answers samples of a run that was followed up to now, until told otherwise or a fault or end has come with all that
+    /// follows it.
     fn follow(
-        &mut self,
-        say: impl Fn(&Tick, usize) -> Option<f32>,
-        until: impl Fn(&Followed) -> bool,
-    ) -> Result<Followed, Broken> {
-        self.go_on(Followed::default(), say, until)
-    }
-
-    /// The same for a run that was followed up to now.
-    fn go_on(
         &mut self,
         mut followed: Followed,
         say: impl Fn(&Tick, usize) -> Option<f32>,
@@ -138,7 +136,7 @@ impl Bench<'_> {
                 None if last.elapsed() >= SILENCE && !followed.is_over() => {
                     return match self.link()?.silent(SILENCE) {
                         held @ LinkError::HeldUp { .. } => {
-                            self.was_late(held.to_string());
+                            self.late = Some(held.to_string());
                             followed.held_up = true;
                             Ok(followed)
                         }
@@ -186,7 +184,7 @@ impl Bench<'_> {
                     false
                 }
             };
-            followed = self.go_on(followed, |_, _| None, |_| false)?;
+            followed = self.follow(followed, |_, _| None, |_| false)?;
             self.stream(0)?;
         }
         self.calm()?;
@@ -200,7 +198,78 @@ impl Bench<'_> {
     }
 }
 
+/// Samples of a run, forces that were sent, and the fault that ended it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Followed {
+    /// In the order of their ticks.
+    pub(super) samples: Vec<Tick>,
+    /// Tick that a force answered, and the force, N.
+    pub(super) sent: Vec<(u32, f32)>,
+    /// The fault.
+    pub(super) fault: Option<FaultReport>,
+    /// The run has begun: what came before is none of it.
+    pub(super) begun: bool,
+    /// The run has ended otherwise.
+    pub(super) ended: bool,
+    /// No sample came for long, though the device answers: this machine or the line was held up, and the run was given up.
+    pub(super) held_up: bool,
+    /// Tick of the newest sample when the device had taken a stop.
+    pub(super) stop_asked: Option<u32>,
+}
+
 impl Followed {
+    /// Tick at which the fault latched: as reported, or, where the report was lost, that of the first sample of a chain
+    /// in a fault.
+    pub(super) fn fault_tick(&self) -> Option<u32> {
+        let report = self.fault?;
+        // A report that the host made of a keep-alive knows no time.
+        let shown = || {
+            let mut samples = self.samples.iter();
+            samples.find(|sample| sample.limiters & Limiters::FAULT.bits() != 0)
+        };
+        match report.time_us {
+            0 => shown().map(|sample| sample.tick),
+            _ => Some(report.tick),
+        }
+    }
+
+    /// The last force that the device took over before the fault: the tick that it answered, and the first sample that
+    /// shows it.
+    pub(super) fn last_taken(&self, fault_tick: u32) -> Option<(u32, Tick)> {
+        let same = |a: f32, b: f32| a.to_bits() == b.to_bits();
+        let before = self.samples.iter().rev();
+        let wanted = (before.clone())
+            .find(|sample| sample.tick <= fault_tick)?
+            .environment_force_n[0];
+        let (answered, _) = (self.sent.iter()).rfind(|(_, force)| same(*force, wanted))?;
+        let shown = (self.samples.iter()).find(|sample| {
+            sample.tick > *answered && same(sample.environment_force_n[0], wanted)
+        })?;
+        Some((*answered, *shown))
+    }
+
+    /// The fault that ended it, in words.
+    pub(super) fn fault_in_words(&self) -> Option<String> {
+        let code = self.fault?.status.fault;
+        Some(match Fault::from_code(code) {
+            Some(fault) => format!("fault {code}, {fault}"),
+            None => format!("fault {code}"),
+        })
+    }
+
+    /// The largest force, N.
+    pub(super) fn largest_n(&self) -> f32 {
+        let forces = self.samples.iter().map(|sample| sample.force_n[0].abs());
+        // A force that is no number is the largest of all.
+        forces.fold(0.0, |most, force| {
+            if force.is_nan() || force > most {
+                force
+            } else {
+                most
+            }
+        })
+    }
+
     /// Takes a message in; the sample, if it is one.
     fn take(&mut self, heard: Heard) -> Result<Option<Tick>, Broken> {
         match heard {
@@ -229,22 +298,22 @@ impl Followed {
         self.ended || self.held_up || self.fault.is_some()
     }
 
-    /// True if the device let go because nothing came from here.
-    pub(super) fn was_silent(&self) -> bool {
-        self.ended_by(Fault::HostSilent)
+    /// True if the device let go by one of these faults.
+    pub(super) fn ended_by(&self, faults: &[Fault]) -> bool {
+        let code = self.fault.map(|report| report.status.fault);
+        faults.iter().any(|fault| code == Some(fault.code()))
     }
 
-    /// True if the device let go because nothing came from here, or too late.
-    pub(super) fn was_late(&self) -> bool {
-        self.was_silent() || self.was_stale()
-    }
-
-    /// True if the device let go because a force answered a sample too many ticks ago. No trial sends one on purpose.
-    pub(super) fn was_stale(&self) -> bool {
-        self.ended_by(Fault::StaleForce)
-    }
-
-    fn ended_by(&self, fault: Fault) -> bool {
-        (self.fault).is_some_and(|report| report.status.fault == fault.code())
+    /// The limit of the device that ended it, in words; `None` if none did.
+    pub(super) fn left_limits(&self) -> Option<String> {
+        let fault = Fault::from_code(self.fault?.status.fault)?;
+        let advice = match fault {
+            Fault::Workspace => "set a wider workspace (`host-cli device set`)",
+            Fault::Velocity => "set a higher speed limit (`host-cli device set`)",
+            _ => return None,
+        };
+        Some(format!(
+            "a limit of the device ended the trial ({fault}): {advice}, or test with a smaller {FORCE_LIMIT}"
+        ))
     }
 }

@@ -1,11 +1,11 @@
 //! The claims of the dissertation, judged by computing.
 
 use super::Kind;
-use super::evidence::{coupling, passivity, region, rendering, robustness, sensitivity};
+use super::evidence::{self, Formulas};
 use haptic_analysis::AnalysisError;
 use serde::Serialize;
 
-pub use super::evidence::{Evidence, Formulas};
+pub use super::evidence::Evidence;
 
 /// Verdict of both operators together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -25,9 +25,7 @@ pub enum ClaimVerdict {
 }
 
 impl ClaimVerdict {
-    /// From the two.
-    #[must_use]
-    pub fn of(muir: bool, exact: bool) -> Self {
+    pub(crate) fn of(muir: bool, exact: bool) -> Self {
         match (muir, exact) {
             (true, true) => Self::Holds,
             (true, false) => Self::OnlyWithMuir,
@@ -36,9 +34,7 @@ impl ClaimVerdict {
         }
     }
 
-    /// In words.
-    #[must_use]
-    pub fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Holds => "holds",
             Self::OnlyWithMuir => "holds only with A₃",
@@ -73,79 +69,79 @@ const CLAIMS: [(&str, &str, &str, Judge); 13] = [
         "C1",
         "The stability area in the α–β plane grows with μ on [0, 2]. Read as: it increases at each step of 0.1 in μ, device of 4.4.",
         "4.3",
-        region::area_grows,
+        evidence::area_grows,
     ),
     (
         "C2",
         "The stiffest stable wall is at μ = 2. Read as: the largest α over μ in steps of 0.1 is at 2.",
         "4.3, 4.5",
-        region::stiffest_at_two,
+        evidence::stiffest_at_two,
     ),
     (
         "C3",
         "The largest β falls from μ = 1.5 to μ = 2.",
         "4.5",
-        region::largest_beta_falls,
+        evidence::largest_beta_falls,
     ),
     (
         "C4a",
         "For larger μ the region changes less with the sample time T. Read as: the relative change of its area in the plane of α = KT²/m and β = BT^(2−μ)/m with the varied T, from half to twice T, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
         "4.6",
-        robustness::robust_to_time,
+        evidence::robust_to_time,
     ),
     (
         "C4b",
         "For larger μ the region changes less with the damping b. Read as: the relative change of its area in the α–β plane, from half to twice b, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
         "4.6",
-        robustness::robust_to_damping,
+        evidence::robust_to_damping,
     ),
     (
         "C5",
         "The hand's stiffness k has no significant effect on the region. Read as: from k = 0 to 1000 N/m the area changes by less than 5 % for each of the five orders.",
         "4.6",
-        robustness::robust_to_hand,
+        evidence::robust_to_hand,
     ),
     (
         "C6",
         "A smaller μ lowers the peak of the sensitivity. Read as: the peak rises with μ over the five orders, at α = β = 0.05.",
         "4.7",
-        sensitivity::sensitivity_rises,
+        evidence::sensitivity_rises,
     ),
     (
         "C7",
         "The wall is passive if (5.1) holds, which is Colgate's condition at μ = 1. Read as: the damping of (5.1) is at least the least one by Theorem 1, over μ in steps of 0.1 and three walls, and equal to Colgate's at μ = 1.",
         "5.1",
-        passivity::corollary_one,
+        evidence::corollary_one,
     ),
     (
         "C8",
         "The passivity region is larger for 0 ≤ μ < 1 than at 1 and least as μ → 2. Read as: its area falls at each step of 0.25.",
         "5.1",
-        passivity::passivity_region,
+        evidence::passivity_region,
     ),
     (
         "C9",
         "(5.20) makes the coupled port passive for μ ≤ 1, and nothing does for μ > 1. Read as: at least Llewellyn's least damping for 25 couplers, and none exists for μ = 1.25, 1.5, 2.",
         "5.2",
-        coupling::corollary_two,
+        evidence::corollary_two,
     ),
     (
         "C10",
         "For μ ≤ 1 the B term never lowers the effective stiffness; for μ > 1 it can. Read as: the sign of Re P over all frequencies.",
         "3.5, 6",
-        rendering::effective_stiffness,
+        evidence::effective_stiffness,
     ),
     (
         "C11",
         "History decays exponentially, so short memory suffices. Read as: 200 s after a 1 s ramp the force from short memory is within 1 % (last 1000 samples of the exact operator; A₃ as it is).",
         "3.2",
-        rendering::short_memory,
+        evidence::short_memory,
     ),
     (
         "C12",
         "The rendered relaxation follows the tissue for 200 s. Read as: within 1 % of the closed form from 1.1 s on (full memory 1e-6 for the exact operator).",
         "7",
-        rendering::relaxation,
+        evidence::relaxation,
     ),
 ];
 
@@ -155,11 +151,12 @@ pub const COUNT: usize = CLAIMS.len();
 /// Judges all claims; `done` is called after each and says whether to go on.
 ///
 /// # Errors
-/// None for formulas that return numbers.
-pub fn judge_all(
-    formulas: &Formulas,
-    done: &dyn Fn() -> bool,
-) -> Result<Vec<Claim>, AnalysisError> {
+/// None: all parameters are constants.
+pub fn judge_all(done: &dyn Fn() -> bool) -> Result<Vec<Claim>, AnalysisError> {
+    judge_by(&Formulas::DISSERTATION, done)
+}
+
+fn judge_by(formulas: &Formulas, done: &dyn Fn() -> bool) -> Result<Vec<Claim>, AnalysisError> {
     let mut claims = Vec::with_capacity(COUNT);
     for (id, statement, section, judge) in CLAIMS {
         let muir = judge(Kind::Muir, formulas)?;
@@ -213,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_findings_of_the_theory_come_out_and_a_broken_formula_changes_its_verdict() {
-        let truth = judge_all(&Formulas::default(), &|| true).expect("judges");
+        let truth = judge_all(&|| true).expect("judges");
         assert_eq!(truth.len(), COUNT);
         // Finding 3: (5.1) holds for the exact operator alone. Finding 4: (5.20) for neither.
         assert_eq!(verdict(&truth, "C7"), ClaimVerdict::OnlyExact);
@@ -265,7 +262,7 @@ mod tests {
             // A tissue 5 % stiffer than the one that was rendered.
             stress_factor: 1.05,
         };
-        let claims = judge_all(&broken, &|| true).expect("judges");
+        let claims = judge_by(&broken, &|| true).expect("judges");
         assert_eq!(verdict(&claims, "C7"), ClaimVerdict::No);
         assert_eq!(verdict(&claims, "C9"), ClaimVerdict::Holds);
         assert_eq!(verdict(&claims, "C12"), ClaimVerdict::No);
@@ -282,9 +279,9 @@ mod tests {
         let holds = |kind, passivity| {
             let formulas = Formulas {
                 passivity,
-                ..Formulas::default()
+                ..Formulas::DISSERTATION
             };
-            let evidence = passivity::corollary_one(kind, &formulas).expect("judges");
+            let evidence = evidence::corollary_one(kind, &formulas).expect("judges");
             evidence.holds
         };
         fn is_one(order: Order) -> bool {

@@ -5,32 +5,26 @@ use haptic_analysis::AnalysisError;
 use haptic_experiment::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
-/// A curve of a figure.
 #[derive(Clone, Debug)]
-pub struct Curve {
+pub(crate) struct Curve {
     /// For the data.
-    pub name: String,
+    pub(crate) name: String,
     /// For the legend; empty for none.
-    pub legend: String,
-    /// x, y.
-    pub points: Vec<(f64, f64)>,
-    /// Look of the curve.
-    pub look: Look,
-    /// Number of its colour.
-    pub colour: usize,
+    pub(crate) legend: String,
+    pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) look: Look,
+    pub(crate) colour: usize,
 }
 
-/// A quantity along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
+pub(crate) struct Axis {
     /// Label beside the axis, with the unit.
-    pub label: &'static str,
+    pub(crate) label: &'static str,
     /// Its column in the data, with the unit.
-    pub column: &'static str,
-    /// Linear or logarithmic.
-    pub scale: Scale,
+    pub(crate) column: &'static str,
+    pub(crate) scale: Scale,
     /// The ends; those of the curves if not given.
-    pub range: Option<(f64, f64)>,
+    pub(crate) range: Option<(f64, f64)>,
 }
 
 impl Axis {
@@ -65,19 +59,14 @@ impl Axis {
     }
 }
 
-/// A panel of a figure.
 #[derive(Clone, Debug)]
-pub struct Panel {
-    /// Above it.
-    pub caption: String,
-    /// Horizontal axis.
-    pub x: Axis,
-    /// Vertical axis.
-    pub y: Axis,
-    /// Its curves.
-    pub curves: Vec<Curve>,
+pub(crate) struct Panel {
+    pub(crate) caption: String,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) curves: Vec<Curve>,
     /// Shows curves of an earlier panel on other axes, so the data leave them out.
-    pub repeats: bool,
+    pub(crate) repeats: bool,
 }
 
 /// A figure of the dissertation, made again.
@@ -89,10 +78,38 @@ pub struct Figure {
     pub title: &'static str,
     /// Parameters, and which of them are our choice; a line break where the picture has one.
     pub conditions: String,
-    /// Panels side by side.
-    pub columns: usize,
-    /// The panels.
-    pub panels: Vec<Panel>,
+    pub(crate) columns: usize,
+    pub(crate) panels: Vec<Panel>,
+}
+
+impl Curve {
+    pub(super) fn new(
+        name: impl Into<String>,
+        points: Vec<(f64, f64)>,
+        look: Look,
+        colour: usize,
+    ) -> Self {
+        let name = name.into();
+        Self {
+            legend: name.clone(),
+            name,
+            points,
+            look,
+            colour,
+        }
+    }
+}
+
+impl Panel {
+    pub(super) fn new(caption: impl Into<String>, x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
+        Self {
+            caption: caption.into(),
+            x,
+            y,
+            curves,
+            repeats: false,
+        }
+    }
 }
 
 impl Figure {
@@ -101,15 +118,14 @@ impl Figure {
     /// # Errors
     /// If no curve has a point.
     pub fn draw(&self) -> Result<Picture, FigureError> {
+        fn series(curve: &Curve) -> Series<'_> {
+            Series::new(&curve.legend, &curve.points, curve.look, curve.colour)
+        }
         let charts = self.panels.iter().map(|panel| Chart {
             caption: &panel.caption,
             x: panel.x.spec(),
             y: panel.y.spec(),
-            series: panel
-                .curves
-                .iter()
-                .map(|curve| Series::new(&curve.legend, &curve.points, curve.look, curve.colour))
-                .collect(),
+            series: panel.curves.iter().map(series).collect(),
         });
         ChartPage {
             title: &format!("Figure {}: {}", self.id, self.title),
@@ -176,24 +192,15 @@ pub(super) fn per_order(
     look: Look,
     points: impl Fn(f64) -> Result<Vec<(f64, f64)>, AnalysisError>,
 ) -> Result<Vec<Curve>, Failure> {
-    orders
-        .iter()
-        .enumerate()
-        .map(|(place, &mu)| {
-            Ok(Curve {
-                name: format!("μ = {mu}"),
-                legend: format!("μ = {mu}"),
-                points: points(mu).map_err(refused)?,
-                look,
-                colour: first + place,
-            })
-        })
-        .collect()
+    let curve = |(colour, &mu): (usize, &f64)| {
+        let points = points(mu).map_err(refused)?;
+        Ok(Curve::new(format!("μ = {mu}"), points, look, colour))
+    };
+    (first..).zip(orders).map(curve).collect()
 }
 
 /// Gives the panels the same axes, from 0 to a little beyond the largest value on any of them.
 pub(super) fn share_axes(panels: &mut [Panel]) {
-    /// Room beyond the largest value.
     const ROOM: f64 = 1.05;
     let curves = panels.iter().flat_map(|panel| &panel.curves);
     let points = curves.flat_map(|curve| &curve.points);

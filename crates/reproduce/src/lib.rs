@@ -8,32 +8,27 @@ pub mod claims;
 mod evidence;
 pub mod figure;
 pub mod figures;
-pub mod relaxation;
+mod relaxation;
 pub mod report;
-mod responses;
 mod walls;
-mod zwidth;
 
-pub use claims::{Claim, ClaimVerdict};
-pub use evidence::{Evidence, Formulas};
+pub use claims::Claim;
 
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, LoopOperator};
 
 /// Device of section 4.4: m = 65 g, b = 3.5 N·s/m, T = 2 ms.
-pub const MASS_KG: f64 = 0.065;
-/// See [`MASS_KG`].
-pub const DAMPING_N_S_PER_M: f64 = 3.5;
-/// See [`MASS_KG`].
-pub const SAMPLE_TIME_S: f64 = 0.002;
+const MASS_KG: f64 = 0.065;
+const DAMPING_N_S_PER_M: f64 = 3.5;
+const SAMPLE_TIME_S: f64 = 0.002;
 /// δ = bT/m of that device: 0.10769.
-pub const DELTA: f64 = DAMPING_N_S_PER_M * SAMPLE_TIME_S / MASS_KG;
+const DELTA: f64 = DAMPING_N_S_PER_M * SAMPLE_TIME_S / MASS_KG;
 /// The orders the dissertation draws.
-pub const ORDERS: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];
+const ORDERS: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];
 
 /// Operator that a claim is computed with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+enum Kind {
     /// The dissertation's third-order Muir polynomial (4.2).
     Muir,
     /// (1 − w)^μ itself.
@@ -41,23 +36,12 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Both, the dissertation's first.
-    pub const BOTH: [Self; 2] = [Self::Muir, Self::Exact];
-
-    /// Its name on the command line.
-    #[must_use]
-    pub fn scheme(self) -> Scheme {
-        match self {
+    /// The operator of an order, 0 to 2.
+    fn operator(self, mu: f64) -> Result<LoopOperator, AnalysisError> {
+        let scheme = match self {
             Self::Muir => Scheme::Muir { degree: 3 },
             Self::Exact => Scheme::Exact,
-        }
-    }
-
-    /// The operator of an order.
-    ///
-    /// # Errors
-    /// Outside 0 ≤ μ ≤ 2.
-    pub fn operator(self, mu: f64) -> Result<LoopOperator, AnalysisError> {
-        LoopOperator::new(self.scheme(), Order::new(mu)?, Seconds(1.0), 1e3)
+        };
+        LoopOperator::new(scheme, Order::new(mu)?, Seconds(1.0), 1e3)
     }
 }

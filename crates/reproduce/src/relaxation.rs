@@ -1,47 +1,40 @@
-//! Figure 7.2 made again: the loop renders the cancerous prostate on the simulated rig for 200 s.
+//! Figure 7.2 and claim 12: the loop renders the cancerous prostate on the simulated rig for 200 s.
 
 use super::Kind;
 use super::figure::{Axis, Curve, Figure, Panel, logarithmic};
 use fracdiff::parameter::RangeError;
 use haptic_analysis::AnalysisError;
-use haptic_experiment::{Failure, ModelledTissue, Relaxation, Rendering};
+use haptic_experiment::{ExperimentFile, Failure};
 use haptic_figure::{Look, Scale};
-use haptic_tissue::Library;
 use std::ops::ControlFlow;
+use std::path::Path;
 
 /// Errors count from here on, s: the ramp takes 1 s.
 const FROM_S: f64 = 1.1;
 
 /// Time, rendered force and closed form, sample by sample.
-#[derive(Clone, Debug)]
-pub struct Relaxed {
-    /// s.
-    pub time_s: Vec<f64>,
-    /// N.
-    pub force_n: Vec<f64>,
-    /// N.
-    pub theory_n: Vec<f64>,
+#[derive(Debug, Default)]
+struct Relaxed {
+    time_s: Vec<f64>,
+    force_n: Vec<f64>,
+    theory_n: Vec<f64>,
 }
 
 /// Runs the relaxation of `host-cli relax` with A₃, or with full memory 1e-6 for the exact operator.
 ///
 /// # Errors
 /// None: all parameters are constants.
-pub fn relax(kind: Kind) -> Result<Relaxed, Failure> {
-    let library = Library::load(None).map_err(Failure::input)?;
-    let material = library.find("prostate-cancerous").map_err(Failure::input)?;
-    let material = ModelledTissue::new(material)?;
-    let mut rendering = Rendering::new(material)?;
-    if kind == Kind::Muir {
-        rendering.scheme = kind.scheme();
-    }
-    let experiment = Relaxation::of(rendering);
-    let samples = experiment.check()? as usize;
-    let mut relaxed = Relaxed {
-        time_s: Vec::with_capacity(samples),
-        force_n: Vec::with_capacity(samples),
-        theory_n: Vec::with_capacity(samples),
+fn relax(kind: Kind) -> Result<Relaxed, Failure> {
+    let scheme = match kind {
+        Kind::Muir => "scheme = \"muir:3\"\n",
+        Kind::Exact => "",
     };
+    let document = format!("[relax]\ntissue = \"prostate-cancerous\"\n{scheme}");
+    let opened = ExperimentFile::parse(Path::new("reproduce"), &document);
+    let ExperimentFile::Relax(experiment) = opened.map_err(Failure::input)? else {
+        return Err(Failure::bad_input("not a relaxation"));
+    };
+    let mut relaxed = Relaxed::default();
     experiment.simulate(&mut |tick| {
         relaxed.time_s.push(tick.time_s);
         relaxed.force_n.push(0.0 - tick.commanded_force_n);
@@ -55,15 +48,12 @@ pub fn relax(kind: Kind) -> Result<Relaxed, Failure> {
 ///
 /// # Errors
 /// As [`relax`].
-pub fn relaxation_error(kind: Kind, factor: f64) -> Result<f64, AnalysisError> {
+pub(super) fn relaxation_error(kind: Kind, factor: f64) -> Result<f64, AnalysisError> {
     let relaxed = relax(kind).map_err(constants)?;
     let pairs = relaxed.force_n.iter().zip(&relaxed.theory_n);
-    let errors = pairs
-        .zip(&relaxed.time_s)
-        .filter(|(_, time)| **time >= FROM_S);
-    Ok(errors
-        .map(|((force, theory), _)| (force / (factor * theory) - 1.0).abs())
-        .fold(0.0, f64::max))
+    let late = (pairs.zip(&relaxed.time_s)).filter(|(_, time)| **time >= FROM_S);
+    let errors = late.map(|((force, theory), _)| (force / (factor * theory) - 1.0).abs());
+    Ok(errors.fold(0.0, f64::max))
 }
 
 /// Constants that were refused would be a defect.
@@ -80,33 +70,25 @@ pub(super) fn relaxation() -> Result<Figure, Failure> {
         .map(|n| (n.round() as usize).min(last))
         .collect();
     picked.dedup();
-    let curve = |name: &str, values: &[f64], look, colour| Curve {
-        name: name.to_owned(),
-        legend: name.to_owned(),
-        points: picked
-            .iter()
-            .map(|&n| (exact.time_s[n], values[n]))
-            .collect(),
-        look,
-        colour,
+    let curve = |name: &str, values: &[f64], look, colour| {
+        let points = picked.iter().map(|&n| (exact.time_s[n], values[n]));
+        Curve::new(name, points.collect(), look, colour)
     };
     let curves = vec![
         curve("tissue, closed form", &exact.theory_n, Look::Broad, 3),
         curve("simulated, full memory", &exact.force_n, Look::Line, 0),
         curve("simulated, A₃", &muir.force_n, Look::Line, 2),
     ];
-    let panel = |caption: &str, scale| Panel {
-        caption: caption.to_owned(),
-        x: Axis {
+    let panel = |caption: &str, scale| {
+        let axes = [("time / s", "time_s"), ("force / N", "force_n")];
+        let [x, y] = axes.map(|(label, column)| Axis {
             scale,
-            ..Axis::linear("time / s", "time_s")
-        },
-        y: Axis {
-            scale,
-            ..Axis::linear("force / N", "force_n")
-        },
-        curves: curves.clone(),
-        repeats: scale == Scale::Log,
+            ..Axis::linear(label, column)
+        });
+        Panel {
+            repeats: scale == Scale::Log,
+            ..Panel::new(caption, x, y, curves.clone())
+        }
     };
     Ok(Figure {
         id: "7.2",

@@ -25,75 +25,77 @@ const INTRODUCTION: &str = "Every figure of O. Tokatlı, *Fractional Order Contr
     computed twice: with the third-order Muir polynomial A₃ that the dissertation uses in place of (1 − w)^μ, and with that \
     operator itself. Verdicts are computed from the numbers beside them.";
 
-/// The report in Markdown, pictures by file name.
-#[must_use]
-pub fn markdown(claims: &[Claim], figures: &[ReportFigure]) -> String {
-    let mut text = format!("# The dissertation, made again\n\n{INTRODUCTION}\n\n## Claims\n\n");
-    text.push_str("| id | section | the dissertation says | verdict | with A₃ | exactly |\n");
-    text.push_str("|---|---|---|---|---|---|\n");
-    for claim in claims {
-        // A pipe would end the cell. Writing to a string cannot fail.
-        let [statement, muir, exact] = cells(claim, |text| text.replace('|', "\\|"));
-        let Claim { id, section, .. } = claim;
-        let verdict = claim.verdict.words();
-        let _ = writeln!(
-            text,
-            "| {id} | {section} | {statement} | **{verdict}** | {muir} | {exact} |"
-        );
-    }
-    text.push_str("\n## Figures\n");
-    for figure in figures {
-        let _ = write!(
-            text,
-            "\n### Figure {}: {}\n\nData: [{2}]({2}).\n\n![Figure {0}]({3})\n",
-            figure.id, figure.title, figure.data, figure.picture
-        );
-        let _ = writeln!(text, "\n{}.", one_line(&figure.conditions));
-    }
-    text
-}
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}\
+    table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.4em .6em;text-align:left;vertical-align:top}\
+    th{background:#f4f4f4}svg{max-width:100%;height:auto}.holds{color:#00664d}.not{color:#a03c00}";
 
-/// The statement, and the evidence of either operator, fit for the page.
-fn cells(claim: &Claim, fit: impl Fn(&str) -> String) -> [String; 3] {
-    let evidence =
-        |evidence: &Evidence| format!("{}: {}", yes(evidence.holds), fit(&evidence.numbers));
+const COLUMNS: [&str; 6] = [
+    "id",
+    "section",
+    "the dissertation says",
+    "verdict",
+    "with A₃",
+    "exactly",
+];
+
+/// A claim in these columns, fit for the page.
+fn cells(claim: &Claim, fit: impl Fn(&str) -> String) -> [String; 6] {
+    let evidence = |Evidence { holds, numbers }: &Evidence| {
+        let holds = if *holds { "yes" } else { "no" };
+        format!("{holds}: {}", fit(numbers))
+    };
     [
+        claim.id.to_owned(),
+        claim.section.to_owned(),
         fit(claim.statement),
+        claim.verdict.words().to_owned(),
         evidence(&claim.muir),
         evidence(&claim.exact),
     ]
 }
 
-fn yes(holds: bool) -> &'static str {
-    if holds { "yes" } else { "no" }
+/// The report in Markdown, pictures by file name.
+#[must_use]
+pub fn markdown(claims: &[Claim], figures: &[ReportFigure]) -> String {
+    let mut text = format!(
+        "# The dissertation, made again\n\n{INTRODUCTION}\n\n## Claims\n\n| {} |\n|---|---|---|---|---|---|\n",
+        COLUMNS.join(" | ")
+    );
+    for claim in claims {
+        // A pipe would end the cell. Writing to a string cannot fail.
+        let mut cells = cells(claim, |text| text.replace('|', "\\|"));
+        cells[3] = format!("**{}**", cells[3]);
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    }
+    text.push_str("\n## Figures\n");
+    for figure in figures {
+        let _ = writeln!(
+            text,
+            "\n### Figure {0}: {1}\n\nData: [{2}]({2}).\n\n![Figure {0}]({3})\n\n{4}.",
+            figure.id,
+            figure.title,
+            figure.data,
+            figure.picture,
+            one_line(&figure.conditions)
+        );
+    }
+    text
 }
 
 /// The report as one HTML file that needs no other.
 #[must_use]
 pub fn html(claims: &[Claim], figures: &[ReportFigure]) -> String {
-    let mut text = String::from(
+    let mut text = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <title>The dissertation, made again</title><style>\
-         body{font:16px/1.5 system-ui,sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}\
-         table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.4em .6em;text-align:left;vertical-align:top}\
-         th{background:#f4f4f4}svg{max-width:100%;height:auto}.holds{color:#00664d}.not{color:#a03c00}\
-         </style></head><body>\n<h1>The dissertation, made again</h1>\n",
-    );
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "<p>{}</p>\n<h2>Claims</h2>",
-        escape(&INTRODUCTION.replace('*', ""))
-    );
-    text.push_str(
-        "<table><tr><th>id</th><th>section</th><th>the dissertation says</th><th>verdict</th>\
-         <th>with A₃</th><th>exactly</th></tr>\n",
+         <title>The dissertation, made again</title><style>{STYLE}</style></head><body>\n\
+         <h1>The dissertation, made again</h1>\n<p>{}</p>\n<h2>Claims</h2>\n<table><tr><th>{}</th></tr>\n",
+        escape(&INTRODUCTION.replace('*', "")),
+        COLUMNS.join("</th><th>")
     );
     for claim in claims {
         let class = if claim.exact.holds { "holds" } else { "not" };
-        let [statement, muir, exact] = cells(claim, escape);
-        let Claim { id, section, .. } = claim;
-        let verdict = claim.verdict.words();
+        let [id, section, statement, verdict, muir, exact] = cells(claim, escape);
+        // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "<tr><td>{id}</td><td>{section}</td><td>{statement}</td><td class=\"{class}\"><b>{verdict}</b></td>\

@@ -1,33 +1,26 @@
-//! Figures 4.1, 4.4 and 5.1: which walls are stable, which are passive.
+//! Figures 4.1, 4.3, 4.4 and 5.1: which walls are stable, in theory and simulated, and which are passive.
 
-use super::evidence::passivity::passive_boundary;
-use super::evidence::region::region;
-use super::evidence::robustness::varied;
+use super::evidence::{passive_boundary, region, varied};
 use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
 use super::{DELTA, Kind, ORDERS};
 use haptic_analysis::AnalysisError;
-use haptic_experiment::Failure;
+use haptic_experiment::question::Question;
+use haptic_experiment::{Failure, TrialPlan};
 use haptic_figure::Look;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// The outline of a region as β, α; closed.
 fn outline(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<Vec<(f64, f64)>, AnalysisError> {
-    let Some(area) = region(kind, mu, delta, gamma, 400)? else {
-        return Ok(Vec::new());
-    };
-    let Some(polygon) = area.polygons.first() else {
-        return Ok(Vec::new());
-    };
-    let closed = polygon.points.iter().chain(polygon.points.first());
+    let area = region(kind, mu, delta, gamma, 400)?;
+    let polygon = area.as_ref().and_then(|area| area.polygons.first());
+    let points = polygon.map_or(&[][..], |polygon| &polygon.points);
+    let closed = points.iter().chain(points.first());
     Ok(closed.map(|p| (p.beta, p.alpha)).collect())
 }
 
 /// The border of a region as β, α, without what runs along the axes; closed if it does so more than once.
-pub(super) fn border(
-    kind: Kind,
-    mu: f64,
-    delta: f64,
-    gamma: f64,
-) -> Result<Vec<(f64, f64)>, AnalysisError> {
+fn border(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<Vec<(f64, f64)>, AnalysisError> {
     let ring = outline(kind, mu, delta, gamma)?;
     let (beta, alpha) = ring
         .iter()
@@ -53,18 +46,13 @@ pub(super) fn border(
     Ok(border)
 }
 
-pub(super) const BETA: Axis = Axis::linear("dissipation β = BT^{2−μ}/m", "beta");
-pub(super) const ALPHA: Axis = Axis::linear("stiffness α = KT²/m", "alpha");
+const BETA: Axis = Axis::linear("dissipation β = BT^{2−μ}/m", "beta");
+const ALPHA: Axis = Axis::linear("stiffness α = KT²/m", "alpha");
 
 pub(super) fn regions() -> Result<Figure, Failure> {
     let panel = |kind: Kind, caption: &str| {
-        Ok::<_, Failure>(Panel {
-            caption: caption.to_owned(),
-            x: BETA,
-            y: ALPHA,
-            curves: per_order(&ORDERS, 0, Look::Area, |mu| outline(kind, mu, DELTA, 0.0))?,
-            repeats: false,
-        })
+        let curves = per_order(&ORDERS, 0, Look::Area, |mu| outline(kind, mu, DELTA, 0.0))?;
+        Ok::<_, Failure>(Panel::new(caption, BETA, ALPHA, curves))
     };
     let mut panels = vec![
         panel(Kind::Muir, "with A₃, as in the dissertation")?,
@@ -86,13 +74,9 @@ pub(super) fn region_matrix() -> Result<Figure, Failure> {
         let column = |what: &str, at: fn(f64) -> (f64, f64)| {
             let curve = |(factor, look, colour): (f64, Look, usize)| {
                 let (delta, gamma) = at(factor);
-                Ok(Curve {
-                    name: format!("value × {factor}"),
-                    legend: format!("value × {factor}"),
-                    points: border(Kind::Muir, mu, delta, gamma).map_err(refused)?,
-                    look,
-                    colour,
-                })
+                let points = border(Kind::Muir, mu, delta, gamma).map_err(refused)?;
+                let name = format!("value × {factor}");
+                Ok::<_, Failure>(Curve::new(name, points, look, colour))
             };
             // The curves of k nearly agree, so one lies broad and light beneath the others.
             let factors = [
@@ -100,21 +84,9 @@ pub(super) fn region_matrix() -> Result<Figure, Failure> {
                 (1.0, Look::Line, 0),
                 (2.0, Look::Dotted, 1),
             ];
-            Ok::<_, Failure>(Panel {
-                caption: format!("μ = {mu}, {what}"),
-                x: Axis {
-                    label: "β", ..BETA
-                },
-                y: Axis {
-                    label: "α",
-                    ..ALPHA
-                },
-                curves: factors
-                    .into_iter()
-                    .map(curve)
-                    .collect::<Result<_, Failure>>()?,
-                repeats: false,
-            })
+            let curves = factors.into_iter().map(curve).collect::<Result<_, _>>()?;
+            let [x, y] = [("β", BETA), ("α", ALPHA)].map(|(label, axis)| Axis { label, ..axis });
+            Ok::<_, Failure>(Panel::new(format!("μ = {mu}, {what}"), x, y, curves))
         };
         let mut row = [
             column("T", |factor| varied(factor, 1.0, 1.0))?,
@@ -137,15 +109,9 @@ pub(super) fn region_matrix() -> Result<Figure, Failure> {
 
 pub(super) fn passivity() -> Result<Figure, Failure> {
     let panel = |kind: Kind, caption: &str| {
-        Ok::<_, Failure>(Panel {
-            caption: caption.to_owned(),
-            x: BETA,
-            y: ALPHA,
-            curves: per_order(&ORDERS, 0, Look::Line, |mu| {
-                passive_boundary(kind, mu, DELTA, 100)
-            })?,
-            repeats: false,
-        })
+        let boundary = |mu| passive_boundary(kind, mu, DELTA, 100);
+        let curves = per_order(&ORDERS, 0, Look::Line, boundary)?;
+        Ok::<_, Failure>(Panel::new(caption, BETA, ALPHA, curves))
     };
     Ok(Figure {
         id: "5.1",
@@ -157,6 +123,75 @@ pub(super) fn passivity() -> Result<Figure, Failure> {
             panel(Kind::Exact, "with the exact operator, = Corollary 1")?,
         ],
     })
+}
+
+pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
+    let realistic = [DOCUMENT, REALISTIC].concat();
+    let mut panels = vec![
+        zwidth_panel("ideal device", DOCUMENT, stop)?,
+        zwidth_panel("realistic device", &realistic, stop)?,
+    ];
+    share_axes(&mut panels);
+    let enlarged = enlarged(&panels);
+    panels.extend(enlarged);
+    Ok(Figure {
+        id: "4.3",
+        title: "largest stable stiffness, simulated, over theory",
+        conditions: "A₃; markers: simulated, 1 N for 5 s, stable if within 0.1 mm rms over the last 0.4 s; lines: \
+                     theory of the ideal device\n\
+                     realistic (our choice): 1 µm encoder, 0.05 N friction, 1 ms delay, 1 ms current lag; markers \
+                     that would cover others are left out"
+            .to_owned(),
+        columns: 2,
+        panels,
+    })
+}
+
+/// The ideal device, as a document; the realistic one's imperfections come behind it.
+const DOCUMENT: &str = "[zwidth]\nscheme = \"muir:3\"\nsample_time_s = 2e-3\none_sided = false\n";
+const REALISTIC: &str =
+    "friction_n = 0.05\ndelay_s = 1e-3\ncurrent_lag_s = 1e-3\nencoder_resolution_m = 1e-6\n";
+
+/// The border of theory and the markers of a simulated device.
+fn zwidth_panel(caption: &str, document: &str, stop: &AtomicBool) -> Result<Panel, Failure> {
+    let question = Question::parse(Path::new("reproduce"), document).map_err(Failure::input)?;
+    let Question::ZWidth(mut experiment) = question else {
+        return Err(Failure::bad_input("not a Z-width"));
+    };
+    experiment.plan = TrialPlan::DISSERTATION;
+    let report = experiment.run(&|_| {}, stop, &|_| {})?;
+    let mut curves = per_order(&ORDERS, 0, Look::Line, |mu| {
+        border(Kind::Muir, mu, DELTA, 0.0)
+    })?;
+    for (colour, order) in report.orders.iter().enumerate() {
+        let points = order.boundary.iter().map(|p| (p.beta, p.alpha)).collect();
+        let name = format!("simulated, μ = {}", order.order);
+        curves.push(Curve {
+            // One entry with the line of theory.
+            legend: format!("μ = {}", order.order),
+            ..Curve::new(name, points, Look::MarkersApart, colour)
+        });
+    }
+    Ok(Panel::new(caption, BETA, ALPHA, curves))
+}
+
+/// The part of the plane that the realistic device, the second, reaches.
+fn enlarged(panels: &[Panel]) -> Vec<Panel> {
+    let simulated = |panel: &Panel| {
+        let mut panel = panel.clone();
+        (panel.curves).retain(|curve| curve.look == Look::MarkersApart);
+        panel
+    };
+    let mut reach = [simulated(&panels[1])];
+    share_axes(&mut reach);
+    let enlarged = |panel: &Panel| Panel {
+        caption: format!("{}, enlarged", panel.caption),
+        x: reach[0].x,
+        y: reach[0].y,
+        repeats: true,
+        ..panel.clone()
+    };
+    panels.iter().map(enlarged).collect()
 }
 
 #[cfg(test)]
@@ -184,7 +219,7 @@ mod tests {
     #[test]
     fn a_border_leaves_out_what_runs_along_the_axes() {
         for mu in ORDERS {
-            for kind in Kind::BOTH {
+            for kind in [Kind::Muir, Kind::Exact] {
                 let ring = outline(kind, mu, DELTA, 0.0).expect("bounded");
                 let border = border(kind, mu, DELTA, 0.0).expect("bounded");
                 assert!(border.len() > 1 && border.len() < ring.len(), "μ {mu}");

@@ -14,9 +14,6 @@
 //! ```
 //!   Inwards c comes back, by as much a tick as s. Out of contact A and c begin anew, and a change is done. Without a change c is 1, to the bit.
 
-#[cfg(test)]
-mod tests;
-
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
@@ -93,36 +90,53 @@ impl Touch {
 pub(crate) struct Law<E: Environment<f64, 1>> {
     pub(crate) environment: E,
     pub(crate) history: E::History,
+    /// The first tick that it has not heard.
+    pub(crate) next: u64,
 }
 
 impl<E: Environment<f64, 1>> Law<E> {
-    /// At rest.
+    /// At rest before tick 0.
     pub(crate) fn at_rest(environment: E) -> Self {
         let history = environment.at_rest();
         Self {
             environment,
             history,
+            next: 0,
         }
     }
 
     /// Hears a position, m.
     pub(crate) fn hear(&mut self, position_m: f64) {
         (self.environment).advance(&mut self.history, &Vector1::new(position_m));
+        self.next += 1;
+    }
+
+    /// Hears the positions from a tick on, m; what was lost stands where the one before it was.
+    pub(crate) fn hear_from(&mut self, tick: u64, positions_m: &[f32]) {
+        self.next = tick;
+        let mut before = 0.0;
+        for &position_m in positions_m {
+            if !position_m.is_nan() {
+                before = f64::from(position_m);
+            }
+            self.hear(before);
+        }
     }
 }
 
-impl<E: Environment<f64, 1> + Clone> Fading<E> {
+impl<E: Environment<f64, 1>> Fading<E> {
     /// One law alone; a later one takes `ticks` to come.
-    pub(crate) fn new(law: E, ticks: u32) -> Self {
+    pub(crate) fn new(law: E, ticks: u32) -> Self
+    where
+        E: Clone,
+    {
         Self {
             old: law.clone(),
             new: law,
             step: 1.0 / f64::from(ticks.max(1)),
         }
     }
-}
 
-impl<E: Environment<f64, 1>> Fading<E> {
     /// The law that is felt begins to go, `next` begins to come; `next` becomes the one that went before it, for the caller to
     /// drop elsewhere. Nothing is allocated.
     pub(crate) fn change(&mut self, history: &mut FadingHistory<E::History>, next: &mut Law<E>) {
@@ -211,5 +225,138 @@ impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
             self.old.advance(&mut history.old, position_m);
             history.share = f64::min(history.share + self.step, 1.0);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fracdiff::{Operator, Order, Scheme, Seconds};
+    use haptic_loop::{Contact, SpringDamper};
+    use testkit::Random;
+
+    type Felt = Contact<f64, SpringDamper<f64, Operator<f64>>, 1>;
+
+    fn tissue(order: f64, stiffness: f64, dissipation: f64) -> Felt {
+        let scheme: Scheme = "full".parse().expect("a scheme");
+        let order = Order::new(order).expect("valid");
+        let operator = scheme.build(order, Seconds(1e-3), 1e4).expect("made");
+        let inner = SpringDamper::new(stiffness, dissipation, operator).expect("valid");
+        Felt::at(haptic_loop::units::Metres(0.0), inner).expect("valid")
+    }
+
+    /// Energy that a law, changed at these ticks, has given in each touch of a motion, J; and the force at each tick. Of the
+    /// law, not of the hold of its force, which the damping of a device pays for.
+    fn given(
+        (laws, fade): (&[Felt], u32),
+        changes: &[u32],
+        motion: impl Fn(u32) -> f64,
+        ticks: u32,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let mut fading = Fading::new(laws[0].clone(), fade);
+        let mut history = fading.at_rest();
+        let (mut touches, mut forces) = (vec![0.0], Vec::new());
+        for n in 0..ticks {
+            if let Some(change) = changes.iter().position(|&at| at == n) {
+                let mut next = Law::at_rest(laws[change + 1].clone());
+                (0..n).for_each(|heard| next.hear(motion(heard)));
+                fading.change(&mut history, &mut next);
+            }
+            let x = Vector1::new(motion(n));
+            let force = fading.force(&history, &x)[0];
+            fading.advance(&mut history, &x);
+            history.sent(force);
+            if x[0] <= 0.0 {
+                touches.push(0.0);
+            }
+            if let Some(touch) = touches.last_mut() {
+                *touch += force * (motion(n) - motion(n.max(1) - 1));
+            }
+            forces.push(force);
+        }
+        (touches, forces)
+    }
+
+    #[test]
+    fn a_change_goes_from_the_old_force_to_the_new_without_a_bump() {
+        // Until the touch is nearly over: then it gives no more than it took.
+        const END: u32 = 800;
+        let motion = |n: u32| 1e-3 * (f64::from(n) / 300.0).sin();
+        let laws = [tissue(0.3, 100.0, 20.0), tissue(0.6, 100.0, 5.0)];
+        let forces = |laws: &[Felt], at: &[u32]| given((laws, 100), at, motion, END).1;
+        let (old, new) = (forces(&laws[..1], &[]), forces(&laws[1..], &[]));
+        let changed = forces(&laws, &[500]);
+        for (n, force) in changed.iter().enumerate() {
+            let share = ((n as f64 - 500.0) / 100.0).clamp(0.0, 1.0);
+            let want = (1.0 - share) * old[n] + share * new[n];
+            assert!((force - want).abs() < 1e-12, "tick {n}: {force} for {want}");
+        }
+        // No larger than the two forces themselves change, and a hundredth of what lies between them.
+        let steps = changed[489..]
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).abs());
+        let (largest, apart) = (steps.fold(0.0, f64::max), (old[500] - new[500]).abs());
+        assert!(apart > 10.0 * largest, "{largest} of {apart}");
+    }
+
+    #[test]
+    fn a_touch_in_which_the_law_grows_stiffer_gives_no_more_than_it_took() {
+        let laws = [tissue(0.3, 100.0, 5.0), tissue(0.3, 1000.0, 50.0)];
+        // Two touches to 5 mm: in 0.3 s, held for 1 s, back in 0.3 s.
+        let motion = |n: u32| {
+            let t = f64::from(n % 2000);
+            5e-3 * (t / 300.0).min(1.0).min((1600.0 - t) / 300.0) - 1e-4
+        };
+        let (touches, forces) = given((&laws, 200), &[700], motion, 4000);
+        let most = touches.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        assert!(most < 1e-9, "{most:e} J given");
+        // It is felt at once where nobody moves, and in the next touch as if it had always been.
+        let alone = given((&laws[1..], 200), &[], motion, 4000).1;
+        assert!((forces[1100] / alone[1100] - 1.0).abs() < 1e-12);
+        for n in 2000..4000 {
+            assert_eq!(forces[n].to_bits(), alone[n].to_bits(), "tick {n}");
+        }
+    }
+
+    #[test]
+    fn no_touch_gives_energy_whatever_changes_in_it() {
+        let mut random = Random(1);
+        for case in 0..40 {
+            let laws = [(); 4].map(|()| {
+                let order = random.share();
+                tissue(
+                    order,
+                    random.between(0.0, 1000.0),
+                    random.between(1.0, 61.0),
+                )
+            });
+            let changes = [1, 2, 3].map(|n| 700 * n + random.between(0.0, 400.0) as u32);
+            let size = random.between(0.0, 5e-3);
+            let (slow, fast) = (random.between(100.0, 500.0), random.between(20.0, 60.0));
+            let motion = |n: u32| {
+                let n = f64::from(n);
+                size * ((n / slow).sin() + 0.2 * (n / fast).sin())
+            };
+            let (touches, _) = given((&laws, 200), &changes, motion, 3000);
+            for (n, touch) in touches.iter().enumerate() {
+                assert!(*touch < 1e-6, "case {case}, touch {n}: {touch:e} J");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_replaced_is_gone_at_once() {
+        let (old, new) = (tissue(0.3, 100.0, 20.0), tissue(0.6, 100.0, 5.0));
+        let mut fading = Fading::new(old.clone(), 100);
+        let mut history = fading.at_rest();
+        fading.advance(&mut history, &Vector1::new(1e-3));
+        let mut next = Law::at_rest(new.clone());
+        fading.replace(&mut history, &mut next);
+        let x = Vector1::new(2e-3);
+        assert_eq!(fading.force(&history, &x), new.force(&new.at_rest(), &x));
+        // The caller has the one that was, which remembers.
+        let x = Vector1::new(1e-3);
+        let force = next.environment.force(&next.history, &x)[0];
+        assert!(force > old.force(&old.at_rest(), &x)[0]);
     }
 }

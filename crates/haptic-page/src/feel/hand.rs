@@ -6,20 +6,20 @@
 //! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
 //! the device is a mass on its own damper.
 
-use super::ranges;
+use super::settings::{DeviceNumbers, RANGES, SAMPLE_TIME};
 use haptic_experiment::{Failure, Imperfections};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Reading, SafeForce};
 use nalgebra::Vector1;
 use std::convert::Infallible;
 
 /// `k_h`, N/m: a finger's.
-pub const HAND_STIFFNESS: NewtonsPerMetre = NewtonsPerMetre(300.0);
+pub(crate) const HAND_STIFFNESS: NewtonsPerMetre = NewtonsPerMetre(300.0);
 /// `b_h`, N·s/m: with 65 g the hand is damped at ζ = 1.
-pub const HAND_DAMPING: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.5);
+pub(crate) const HAND_DAMPING: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.5);
 /// Fastest motion of the hand, m/s: below the soft limit of the safety chain, so that a fast pointer is no fault.
-pub const HAND_SPEED_M_PER_S: f64 = 0.5;
+const HAND_SPEED_M_PER_S: f64 = 0.5;
 /// Time constant of each of the two smoothings, s: a pointer tells its position 60 times a second.
 const SMOOTHING_S: f64 = 0.006;
 /// Place of the device before it is touched, m: in front of the surface.
@@ -34,35 +34,33 @@ struct Pointer {
     velocity_m_per_s: f64,
     /// 1 − e^(−T/τ).
     gain: f64,
-    sample_time_s: f64,
 }
 
 impl Pointer {
-    fn at(position_m: f64, sample_time_s: f64) -> Self {
+    fn at(position_m: f64) -> Self {
         Self {
             target_m: position_m,
             smoothed_m: position_m,
             position_m,
             velocity_m_per_s: 0.0,
-            gain: -libm::expm1(-sample_time_s / SMOOTHING_S),
-            sample_time_s,
+            gain: -libm::expm1(-SAMPLE_TIME.0 / SMOOTHING_S),
         }
     }
 
     fn aim(&mut self, target_m: f64) {
         // A pointer that is not a number stays where it is.
         if target_m.is_finite() {
-            self.target_m = ranges::HAND_M.nearest(target_m);
+            self.target_m = RANGES.hand_m.nearest(target_m);
         }
     }
 
     fn step(&mut self) {
-        let furthest = HAND_SPEED_M_PER_S * self.sample_time_s;
+        let furthest = HAND_SPEED_M_PER_S * SAMPLE_TIME.0;
         self.smoothed_m += self.gain * (self.target_m - self.smoothed_m);
         let moved = self.gain * (self.smoothed_m - self.position_m);
         let moved = moved.clamp(-furthest, furthest);
         self.position_m += moved;
-        self.velocity_m_per_s = moved / self.sample_time_s;
+        self.velocity_m_per_s = moved / SAMPLE_TIME.0;
     }
 }
 
@@ -82,6 +80,11 @@ impl Device<f64, 1> for Place {
     }
 }
 
+fn ideal(device: DeviceNumbers) -> MassDamperConfig {
+    let damping = NewtonSecondsPerMetre(device.damping_n_s_per_m);
+    MassDamperConfig::ideal(Kilograms(device.mass_kg), damping, SAMPLE_TIME)
+}
+
 /// A simulated device with a hand that holds it or not. Both plants are given each force, so that what is on its way arrives whatever
 /// the hand does meanwhile; the one that is not felt follows the other.
 #[derive(Clone, Debug)]
@@ -93,28 +96,22 @@ pub(crate) struct HeldDevice {
     pointer: Pointer,
     hand_force_n: f64,
     tick: u64,
-    sample_time_s: f64,
 }
 
 impl HeldDevice {
     /// A device of this mass and damping with these imperfections, in front of the surface, no hand on it.
-    ///
-    /// # Errors
-    /// A number outside its range.
     pub(crate) fn new(
-        mass: Kilograms,
-        damping: NewtonSecondsPerMetre,
+        device: DeviceNumbers,
         imperfections: &Imperfections,
-        sample_time: Seconds,
     ) -> Result<Self, Failure> {
-        let free = imperfections.on(MassDamperConfig::ideal(mass, damping, sample_time));
+        let free = imperfections.on(ideal(device));
         let place = Place(Reading {
             tick: 0,
             time_s: 0.0,
             position_m: Vector1::new(START_M),
         });
         let held = MassDamperConfig {
-            damping: NewtonSecondsPerMetre(damping.0 + HAND_DAMPING.0),
+            damping: NewtonSecondsPerMetre(free.damping.0 + HAND_DAMPING.0),
             stiffness: HAND_STIFFNESS,
             ..free
         };
@@ -123,10 +120,9 @@ impl HeldDevice {
             held: MassDamper::new(held).map_err(Failure::input)?,
             sensors: imperfections.sensors.before(place)?,
             is_held: false,
-            pointer: Pointer::at(START_M, sample_time.0),
+            pointer: Pointer::at(START_M),
             hand_force_n: 0.0,
             tick: 0,
-            sample_time_s: sample_time.0,
         };
         device.put_back();
         Ok(device)
@@ -161,7 +157,7 @@ impl HeldDevice {
             self.follow();
             self.is_held = held;
             if held {
-                self.pointer = Pointer::at(self.position_m(), self.sample_time_s);
+                self.pointer = Pointer::at(self.position_m());
             }
         }
         self.pointer.aim(position_m);
@@ -196,7 +192,7 @@ impl Device<f64, 1> for HeldDevice {
     fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
         self.sensors.device_mut().0 = Reading {
             tick: self.tick,
-            time_s: self.tick as f64 * self.sample_time_s,
+            time_s: self.tick as f64 * SAMPLE_TIME.0,
             position_m: self.plant().position(),
         };
         self.sensors.read()
@@ -234,9 +230,13 @@ mod tests {
     use haptic_loop::units::{Newtons, NewtonsPerSecond};
     use haptic_loop::{SafetyChain, SafetyState};
 
+    const DEVICE: DeviceNumbers = DeviceNumbers {
+        mass_kg: 0.065,
+        damping_n_s_per_m: 3.5,
+    };
+
     fn device() -> HeldDevice {
-        let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5));
-        HeldDevice::new(mass, damping, &Imperfections::NONE, Seconds(1e-3)).expect("valid")
+        HeldDevice::new(DEVICE, &Imperfections::NONE).expect("valid")
     }
 
     #[test]
@@ -250,12 +250,11 @@ mod tests {
                 ..Imperfections::NONE.sensors
             },
         };
-        let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5));
-        let config = imperfections.on(MassDamperConfig::ideal(mass, damping, Seconds(1e-3)));
-        let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), Seconds(1e-3));
+        let config = imperfections.on(ideal(DEVICE));
+        let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), SAMPLE_TIME);
         let chain = chain.expect("limits");
         let mut safety = SafetyState::default();
-        let mut device = HeldDevice::new(mass, damping, &imperfections, Seconds(1e-3));
+        let mut device = HeldDevice::new(DEVICE, &imperfections);
         let device = device.as_mut().expect("valid");
         let mut alone = MassDamper::<1>::new(config).expect("valid");
         alone.set_state(Vector1::new(START_M), Vector1::new(0.0));
@@ -329,7 +328,7 @@ mod tests {
             device.hand(wild, true);
             let Ok(()) = device.write(SafeForce::zero());
             fastest = fastest.max(device.held.velocity()[0].abs());
-            assert!(device.position_m().abs() < 1.2 * ranges::HAND_M.most);
+            assert!(device.position_m().abs() < 1.2 * RANGES.hand_m.most);
         }
         assert!(fastest < 1.05 * HAND_SPEED_M_PER_S, "{fastest}");
     }

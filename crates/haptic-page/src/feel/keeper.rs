@@ -1,14 +1,17 @@
 //! The keeper: the thread that takes the samples from the loop, computes the ghosts, and keeps all in the pyramid and the log.
 
-use super::ghost::{Ghosting, Missed, ReadyGhost};
+use super::fading::{FadingHistory, Law};
+use super::law::{FadingFelt, Felt, fading};
 use super::recording::{Finished, Recording};
 use super::ticking::{FromLoop, Ticked};
 use crate::Announce;
 use crate::pyramid::Pyramid;
-use haptic_experiment::Failure;
-use haptic_loop::Fault;
+use haptic_experiment::{Failure, RealtimeOptions};
+use haptic_loop::{Environment, Fault};
 use hdrhistogram::Histogram;
+use nalgebra::Vector1;
 use rtrb::Consumer;
+use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -17,7 +20,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Channels of a live view, in order.
-pub const CHANNELS: [&str; 7] = [
+pub(crate) const CHANNELS: [&str; 7] = [
     "position_m",
     "hand_m",
     "force_n",
@@ -40,7 +43,7 @@ const COUNTED: Duration = Duration::from_millis(100);
 #[derive(Debug)]
 pub(super) enum KeeperTask {
     /// Other ghosts.
-    Ghosts(Box<[Option<ReadyGhost>; 2]>),
+    Ghosts(Box<[Option<Law<Felt>>; 2]>),
     /// Begin a log with these metadata; the answer is its name.
     Record(BTreeMap<String, String>, Sender<Result<String, Failure>>),
     /// Close it.
@@ -49,26 +52,28 @@ pub(super) enum KeeperTask {
     Mark(String),
 }
 
-/// The newest of the loop, for `status`.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The newest of the loop, as `status` tells it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct FeelState {
-    pub(crate) tick: u64,
-    pub(crate) time_s: f64,
-    pub(crate) position_m: f64,
-    pub(crate) force_n: f64,
-    pub(crate) energy_j: f64,
+    tick: u64,
+    time_s: f64,
+    position_m: f64,
+    force_n: f64,
+    energy_j: f64,
     pub(crate) limiter: u8,
+    #[serde(skip)]
     pub(crate) fault: Option<Fault>,
+    #[serde(rename = "stopped")]
     pub(crate) stopping: bool,
-    pub(crate) late: u64,
-    pub(crate) skipped: u64,
-    pub(crate) tick_p50_us: f64,
-    pub(crate) tick_p999_us: f64,
-    pub(crate) tick_max_us: f64,
-    pub(crate) late_p50_us: f64,
-    pub(crate) late_p999_us: f64,
-    pub(crate) recording: Option<String>,
-    pub(crate) recorded: u64,
+    late: u64,
+    skipped: u64,
+    tick_p50_us: f64,
+    tick_p999_us: f64,
+    tick_max_us: f64,
+    late_p50_us: f64,
+    late_p999_us: f64,
+    recording: Option<String>,
+    recorded: u64,
 }
 
 /// What the keeper shares with those who watch.
@@ -83,14 +88,75 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// What a loop needs from its server.
+#[derive(Clone, Debug)]
+pub(crate) struct FeelPlace {
+    pub(crate) kept: Arc<Kept>,
+    pub(crate) runs: PathBuf,
+    pub(crate) provenance: Arc<BTreeMap<String, String>>,
+    pub(crate) announce: Announce,
+    pub(crate) realtime: RealtimeOptions,
+}
+
+/// The force that another operator would have made of the same motion. It acts on nothing.
+#[derive(Debug)]
+struct Ghosting {
+    law: FadingFelt,
+    history: FadingHistory<<Felt as Environment<f64, 1>>::History>,
+    /// Comes when the last change is over.
+    pending: Option<Law<Felt>>,
+}
+
+impl Ghosting {
+    /// Of a law, after what it has missed.
+    fn new(mut ready: Law<Felt>, pyramid: &Pyramid) -> Self {
+        let mut law = fading(&ready.environment);
+        let mut history = law.at_rest();
+        hear_missed(&mut ready, pyramid);
+        law.replace(&mut history, &mut ready);
+        Self {
+            law,
+            history,
+            pending: None,
+        }
+    }
+
+    /// The tissue has forgotten.
+    fn forget(&mut self) {
+        self.history = self.law.at_rest();
+        self.pending = None;
+    }
+
+    /// Lets a law that waits come, if it may.
+    fn settle(&mut self, pyramid: &Pyramid) {
+        if self.history.is_settled()
+            && let Some(mut ready) = self.pending.take()
+        {
+            hear_missed(&mut ready, pyramid);
+            self.law.change(&mut self.history, &mut ready);
+        }
+    }
+
+    /// Force at a position, N, which it then has heard.
+    fn force(&mut self, position_m: f64) -> f64 {
+        let x = Vector1::new(position_m);
+        let force = self.law.force(&self.history, &x)[0];
+        self.law.advance(&mut self.history, &x);
+        force
+    }
+}
+
+fn hear_missed(law: &mut Law<Felt>, pyramid: &Pyramid) {
+    let mut missed = Vec::new();
+    let first = pyramid.samples_from(law.next, POSITION, &mut missed);
+    law.hear_from(first, &missed);
+}
+
 /// The keeper's own state.
 pub(super) struct Keeper {
     pub(super) from_loop: Consumer<FromLoop>,
     pub(super) tasks: Receiver<KeeperTask>,
-    pub(super) kept: Arc<Kept>,
-    pub(super) runs: PathBuf,
-    pub(super) provenance: Arc<BTreeMap<String, String>>,
-    pub(super) announce: Announce,
+    pub(super) place: FeelPlace,
 }
 
 /// What it computes on the way.
@@ -140,34 +206,27 @@ impl Keeper {
         if let Some(recording) = work.recording.take() {
             self.closed(&recording.finish());
         }
-        locked(&self.kept.state).recording = None;
+        locked(&self.place.kept.state).recording = None;
     }
 
     fn task(&self, work: &mut Work, task: KeeperTask) {
         match task {
             KeeperTask::Ghosts(ready) => {
-                let pyramid = locked(&self.kept.pyramid);
-                let missed = Missed {
-                    pyramid: &pyramid,
-                    channel: POSITION,
-                };
+                let pyramid = locked(&self.place.kept.pyramid);
                 for (ghost, ready) in work.ghosts.iter_mut().zip(*ready) {
                     match (ghost.as_mut(), ready) {
-                        (Some(ghost), Some(ready)) => ghost.change(ready),
+                        (Some(ghost), Some(ready)) => ghost.pending = Some(ready),
                         (_, ready) => {
-                            *ghost = ready.map(|ready| Ghosting::new(ready, &missed));
+                            *ghost = ready.map(|ready| Ghosting::new(ready, &pyramid));
                         }
                     }
                 }
             }
             KeeperTask::Record(metadata, answer) => {
                 let result = match &work.recording {
-                    Some(recording) => Ok(recording.name().to_owned()),
-                    None => Recording::start(&self.runs, metadata, &self.provenance).map(|new| {
-                        let name = new.name().to_owned();
-                        work.recording = Some(new);
-                        name
-                    }),
+                    Some(recording) => Ok(recording.name.clone()),
+                    None => Recording::start(&self.place.runs, metadata, &self.place.provenance)
+                        .map(|new| work.recording.insert(new).name.clone()),
                 };
                 // Who asked may have gone.
                 let _ = answer.send(result);
@@ -184,7 +243,8 @@ impl Keeper {
                 if let Some(recording) = &mut work.recording {
                     recording.event(time_s, "mark", text.clone());
                 }
-                self.announce
+                self.place
+                    .announce
                     .say(&json!({"mark": {"tick": tick, "time_s": time_s, "text": text}}));
             }
         }
@@ -205,12 +265,11 @@ impl Keeper {
             let force = ghost.as_mut().map(|ghost| ghost.force(ticked.position_m));
             force.unwrap_or(f64::NAN)
         });
-        let code = ticked.fault;
-        let fault = Fault::from_code(code);
+        let fault = Fault::from_code(ticked.fault);
         if work.state.fault.is_none()
             && let Some(fault) = fault
         {
-            self.announce.notice(format!("stopped: {fault}"));
+            self.place.announce.notice(format!("stopped: {fault}"));
             if let Some(recording) = &mut work.recording {
                 recording.event(ticked.time_s, "fault", fault.to_string());
             }
@@ -246,25 +305,21 @@ impl Keeper {
 
     fn keep(&self, work: &mut Work, rows: &[[f32; CHANNELS.len()]]) {
         {
-            let mut pyramid = locked(&self.kept.pyramid);
+            let mut pyramid = locked(&self.place.kept.pyramid);
             for row in rows {
                 pyramid.push(row);
             }
-            let missed = Missed {
-                pyramid: &pyramid,
-                channel: POSITION,
-            };
             for ghost in work.ghosts.iter_mut().flatten() {
-                ghost.settle(&missed);
+                ghost.settle(&pyramid);
             }
         }
         let recording = work.recording.as_ref();
-        work.state.recording = recording.map(|recording| recording.name().to_owned());
-        work.state.recorded = recording.map_or(0, Recording::samples);
+        work.state.recording = recording.map(|recording| recording.name.clone());
+        work.state.recorded = recording.map_or(0, |recording| recording.samples);
         if work.counted.elapsed() >= COUNTED {
             work.count();
         }
-        locked(&self.kept.state).clone_from(&work.state);
+        locked(&self.place.kept.state).clone_from(&work.state);
     }
 
     /// Says what became of a recording that nobody ended.
@@ -273,13 +328,11 @@ impl Keeper {
             Ok(finished) => format!("recorded {}: {} samples", finished.name, finished.samples),
             Err(error) => format!("the recording has ended: {error}"),
         };
-        self.announce.notice(text);
+        self.place.announce.notice(text);
     }
 }
 
 impl Work {
-    /// # Errors
-    /// None: the bounds are good ones.
     pub(super) fn new() -> Result<Self, Failure> {
         // To 10 s, three digits.
         let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 3).map_err(Failure::input);

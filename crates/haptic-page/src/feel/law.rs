@@ -2,18 +2,13 @@
 
 use super::fading::{Fading, Law};
 use super::hand::{HAND_DAMPING, HAND_STIFFNESS};
-use super::settings::{FeelSettings, Ghost};
-use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_experiment::judge::Preflight;
-use haptic_experiment::judge::operator;
-use haptic_experiment::parameters;
-use haptic_experiment::{Dynamics, Failure, PreflightVerdict};
+use super::settings::{FeelSettings, Ghost, SAMPLE_TIME};
+use fracdiff::{Operator, Order, Scheme};
+use haptic_experiment::judge::{Preflight, operator};
+use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
 use haptic_loop::units::Metres;
 use haptic_loop::{Contact, SpringDamper};
 
-/// T of the loop, s.
-pub const SAMPLE_TIME: Seconds =
-    Seconds(haptic_experiment::parameters::SAMPLE_TIME.default_number());
 /// Samples for which the memory is made: 2.8 hours.
 const HORIZON: u64 = 10_000_000;
 /// Ticks in which one law goes over into the next: 0.2 s.
@@ -39,46 +34,32 @@ pub(crate) struct JudgedFeel {
 
 impl FeelSettings {
     /// K and B with the factor.
-    fn gains(&self) -> (f64, f64) {
-        let Self {
-            stiffness_n_per_m,
-            dissipation_n_s_mu_per_m,
-            scale,
-            ..
-        } = self;
-        (scale * stiffness_n_per_m, scale * dissipation_n_s_mu_per_m)
+    pub(super) fn gains(&self) -> (f64, f64) {
+        (
+            self.scale * self.stiffness_n_per_m,
+            self.scale * self.dissipation_n_s_mu_per_m,
+        )
     }
 
     fn fractional_order(&self) -> Result<Order, Failure> {
         Order::new(self.order).map_err(Failure::input)
     }
 
-    fn felt_by(&self, scheme: Scheme) -> Result<Felt, Failure> {
-        let order = self.fractional_order()?;
-        let operator = operator(
-            self.model.as_ref(),
-            scheme,
-            order,
-            SAMPLE_TIME,
-            HORIZON as f64,
-        )?;
+    fn felt_by(&self, scheme: Scheme) -> Result<Law<Felt>, Failure> {
+        let (model, order) = (self.model.as_ref(), self.fractional_order()?);
+        let operator = operator(model, scheme, order, SAMPLE_TIME, HORIZON as f64)?;
         let (stiffness, dissipation) = self.gains();
         let inner = SpringDamper::new(stiffness, dissipation, operator).map_err(Failure::input)?;
-        Contact::at(Metres(0.0), inner).map_err(Failure::input)
+        let felt = Contact::at(Metres(0.0), inner).map_err(Failure::input)?;
+        Ok(Law::at_rest(felt))
     }
 
     /// The law at rest, with all of its memory.
-    ///
-    /// # Errors
-    /// Numbers of which no memory can be made.
     pub(crate) fn law(&self) -> Result<Law<Felt>, Failure> {
-        Ok(Law::at_rest(self.felt_by(full_memory()?)?))
+        self.felt_by(full_memory()?)
     }
 
     /// The ghosts at rest; `None` for one that there is not.
-    ///
-    /// # Errors
-    /// Numbers of which no operator can be made.
     pub(crate) fn ghost_laws(&self) -> Result<[Option<Law<Felt>>; 2], Failure> {
         let law = |ghost: Ghost| {
             let scheme = match ghost {
@@ -88,18 +69,13 @@ impl FeelSettings {
                 Ghost::A3 => Scheme::Muir { degree: A3_DEGREE },
             };
             let there = self.ghosts.contains(&ghost);
-            there
-                .then(|| self.felt_by(scheme).map(Law::at_rest))
-                .transpose()
+            there.then(|| self.felt_by(scheme)).transpose()
         };
         let [short, a3] = Ghost::ALL;
         Ok([law(short)?, law(a3)?])
     }
 
     /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge.
-    ///
-    /// # Errors
-    /// A loop that is not stable, with its numbers and what to change.
     pub(crate) fn judged(self) -> Result<JudgedFeel, Failure> {
         let (stiffness, dissipation) = self.gains();
         let preflight = Preflight {
@@ -130,11 +106,12 @@ impl FeelSettings {
         };
         let (free, held) = (judge(free)?, judge(held)?);
         let edge = |(verdict, _): &(PreflightVerdict, _)| verdict.margin.unwrap_or(f64::INFINITY);
-        let (verdict, dynamics) = if edge(&held) < edge(&free) {
+        let nearer = if edge(&held) < edge(&free) {
             held
         } else {
             free
         };
+        let (verdict, dynamics) = nearer;
         Ok(JudgedFeel {
             settings: self,
             verdict,

@@ -9,44 +9,36 @@
 //! The thread that ticks waits for nobody and wakes nobody. Whatever is given up, dropped or lost ends with a zero force.
 
 mod fading;
-mod ghost;
 mod hand;
 mod keeper;
 mod law;
-pub mod ranges;
 mod recording;
 mod settings;
 #[cfg(test)]
 mod tests;
 mod ticking;
 
-pub use hand::{HAND_DAMPING, HAND_SPEED_M_PER_S, HAND_STIFFNESS};
-pub use keeper::CHANNELS;
-pub(crate) use keeper::{FeelState, Kept, locked};
+pub(crate) use hand::{HAND_DAMPING, HAND_STIFFNESS};
+pub(crate) use keeper::{CHANNELS, FeelPlace, Kept, locked};
 pub(crate) use law::JudgedFeel;
-pub use law::SAMPLE_TIME;
-pub(crate) use settings::specimen_shape;
-pub use settings::{
-    DeviceNumbers, FeelChange, FeelSettings, FeelStart, FeltThing, Ghost, WallNumbers,
-};
+pub use settings::DeviceNumbers;
+pub(crate) use settings::{FeelChange, FeelSettings, RANGES, SAMPLE_TIME, specimen_shape};
 
-use crate::Announce;
 use crate::pyramid::PyramidSize;
-use ghost::ReadyGhost;
 use hand::HeldDevice;
-use haptic_experiment::{Failure, RealtimeOptions};
+use haptic_experiment::Failure;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
 use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
-use keeper::{Keeper, KeeperTask, POSITION, Work};
+use keeper::{FeelState, Keeper, KeeperTask, POSITION, Work};
 use law::fading;
 use rtrb::{Producer, RingBuffer};
+use settings::FeltThing;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use ticking::{LoopCounts, LoopEnds, LoopOrder, Ready};
+use ticking::{LoopCounts, LoopEnds, LoopOrder};
 
 /// Orders that wait for the loop at most.
 const ORDERS: usize = 1024;
@@ -55,17 +47,7 @@ const SAMPLES: usize = 8192;
 /// Ends of the workspace, m, and where braking begins before them.
 const WORKSPACE_M: (f64, f64, f64) = (-0.06, 0.06, 0.01);
 /// Positions that a ghost hears of the past: more than it remembers.
-const GHOST_PAST: u64 = 1100;
-
-/// What a loop needs from its server.
-#[derive(Clone, Debug)]
-pub(crate) struct FeelPlace {
-    pub(crate) kept: Arc<Kept>,
-    pub(crate) runs: PathBuf,
-    pub(crate) provenance: Arc<BTreeMap<String, String>>,
-    pub(crate) announce: Announce,
-    pub(crate) realtime: RealtimeOptions,
-}
+const GHOST_PAST: usize = 1100;
 
 /// The size of the pyramid of a loop.
 pub(crate) const fn pyramid_size() -> PyramidSize {
@@ -110,18 +92,13 @@ fn limits(mass: Kilograms, delay: u32) -> Limits {
 
 impl Feel {
     /// Starts the loop, the tissue untouched.
-    ///
-    /// # Errors
-    /// Numbers of which none can be made.
     pub(crate) fn start(place: FeelPlace, felt: JudgedFeel) -> Result<Self, Failure> {
         let settings = &felt.settings;
-        let mass = Kilograms(settings.device.mass_kg);
-        let damping = NewtonSecondsPerMetre(settings.device.damping_n_s_per_m);
         let chain =
             SafetyChain::from_limits(&settings.limits(), SAMPLE_TIME).map_err(Failure::input)?;
         let law = settings.law()?;
         let mut controller = Controller::<_, 1, _>::new(fading(&law.environment), chain);
-        let mut device = HeldDevice::new(mass, damping, &settings.imperfections, SAMPLE_TIME)?;
+        let mut device = HeldDevice::new(settings.device, &settings.imperfections)?;
         let ghosts = settings.ghost_laws()?;
         let work = Work::new()?;
 
@@ -131,16 +108,12 @@ impl Feel {
         let counts = Arc::new(LoopCounts::default());
         locked(&place.kept.pyramid).clear();
         *locked(&place.kept.state) = FeelState::default();
-        let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: 0 }));
         // The keeper holds the other end.
-        let _ = tasks.send(KeeperTask::Ghosts(Box::new(ready)));
+        let _ = tasks.send(KeeperTask::Ghosts(Box::new(ghosts)));
         let keeper = Keeper {
             from_loop,
             tasks: tasks_end,
-            kept: Arc::clone(&place.kept),
-            runs: place.runs.clone(),
-            provenance: Arc::clone(&place.provenance),
-            announce: place.announce.clone(),
+            place: place.clone(),
         };
         let ends = LoopEnds {
             orders: orders_end,
@@ -168,11 +141,6 @@ impl Feel {
         locked(&self.felt).clone()
     }
 
-    /// What is felt, without its verdict.
-    pub(crate) fn settings(&self) -> FeelSettings {
-        self.felt().settings
-    }
-
     /// True if the simulated world stands still.
     pub(crate) fn is_paused(&self) -> bool {
         self.counts.paused.load(Ordering::Relaxed)
@@ -193,19 +161,13 @@ impl Feel {
     }
 
     /// The pointer; the place that the hand goes to, m: that of the pointer, or the end of the hand's range before it.
-    ///
-    /// # Errors
-    /// If the loop does not take orders.
     pub(crate) fn hand(&self, position_m: f64, held: bool) -> Result<f64, Failure> {
-        let goes_to_m = ranges::HAND_M.nearest(position_m);
+        let goes_to_m = RANGES.hand_m.nearest(position_m);
         self.order(LoopOrder::Hand(goes_to_m, held))?;
         Ok(goes_to_m)
     }
 
     /// The simulated world stands still, or goes on.
-    ///
-    /// # Errors
-    /// If the loop does not take orders.
     pub(crate) fn pause(&self, paused: bool) -> Result<(), Failure> {
         self.order(LoopOrder::Pause(paused))
     }
@@ -216,9 +178,6 @@ impl Feel {
     }
 
     /// Begins anew after a stop or fault.
-    ///
-    /// # Errors
-    /// While a force acts; if the loop does not take orders, or no law can be made.
     pub(crate) fn arm(&self) -> Result<(), Failure> {
         // A stop while the law is being made wins.
         let stops = self.counts.stops.load(Ordering::Relaxed);
@@ -230,14 +189,11 @@ impl Feel {
                 "a force acts: `stop` first, then `arm`"
             }));
         }
-        let law = self.settings().law()?;
-        self.order(LoopOrder::Arm(Box::new(Ready { law, next: 0 }), stops))
+        let law = self.felt().settings.law()?;
+        self.order(LoopOrder::Arm(Box::new(law), stops))
     }
 
     /// Makes another law be felt, which hears the past first. What is not stable is refused, and what is felt stays.
-    ///
-    /// # Errors
-    /// A loop that would not be stable, with its numbers.
     pub(crate) fn change(&self, next: FeelSettings) -> Result<(), Failure> {
         let next = next.judged()?;
         let mut law = next.settings.law()?;
@@ -246,25 +202,13 @@ impl Feel {
         let remembers_from = self.counts.remembers_from.load(Ordering::Relaxed);
         let first =
             locked(&self.place.kept.pyramid).samples_from(remembers_from, POSITION, &mut past);
-        let end = first + past.len() as u64;
-        // Lost ones stand where they were.
-        let mut before = 0.0;
-        for position_m in &mut past {
-            if position_m.is_nan() {
-                *position_m = before;
-            }
-            before = *position_m;
-            law.hear(f64::from(before));
-        }
-        let recent = past.len().saturating_sub(GHOST_PAST as usize);
+        law.hear_from(first, &past);
+        let recent = past.len().saturating_sub(GHOST_PAST);
         for law in ghosts.iter_mut().flatten() {
-            for &position_m in &past[recent..] {
-                law.hear(f64::from(position_m));
-            }
+            law.hear_from(first + recent as u64, &past[recent..]);
         }
-        self.order(LoopOrder::Change(Box::new(Ready { law, next: end })))?;
-        let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: end }));
-        self.task(KeeperTask::Ghosts(Box::new(ready)))?;
+        self.order(LoopOrder::Change(Box::new(law)))?;
+        self.task(KeeperTask::Ghosts(Box::new(ghosts)))?;
         *locked(&self.felt) = next;
         Ok(())
     }
@@ -276,28 +220,19 @@ impl Feel {
     }
 
     /// Sets a marker.
-    ///
-    /// # Errors
-    /// If the loop has ended.
     pub(crate) fn mark(&self, text: String) -> Result<(), Failure> {
         self.task(KeeperTask::Mark(text))
     }
 
     /// Begins a log; its name.
-    ///
-    /// # Errors
-    /// A folder or log that cannot be made.
     pub(crate) fn record(&self) -> Result<String, Failure> {
         let (answer, answered) = channel();
-        let metadata = self.settings().metadata();
+        let metadata = self.felt().settings.metadata();
         self.task(KeeperTask::Record(metadata, answer))?;
         answered.recv().map_err(ended)?
     }
 
     /// Closes the log; its name, its samples and those that are missing.
-    ///
-    /// # Errors
-    /// No log, or one that could not be written.
     pub(crate) fn end_record(&self) -> Result<(String, u64, u64), Failure> {
         let (answer, answered) = channel();
         self.task(KeeperTask::EndRecord(answer))?;
@@ -339,52 +274,39 @@ impl FeelSettings {
     /// For the log.
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
-            FeltThing::Tissue(name) => name.clone(),
-            FeltThing::Wall(_) => "wall".to_owned(),
+            FeltThing::Tissue(name) => name,
+            FeltThing::Wall(_) => "wall",
         };
         let (limits, imperfections) = (self.limits(), &self.imperfections);
-        [
-            ("experiment", "feel".to_owned()),
-            ("device", "sim".to_owned()),
+        let sensors = imperfections.sensors;
+        let (stiffness, dissipation) = self.gains();
+        let words = [
+            ("experiment", "feel"),
+            ("device", "sim"),
             ("environment", thing),
-            ("order", self.order.to_string()),
-            (
-                "stiffness_n_per_m",
-                (self.scale * self.stiffness_n_per_m).to_string(),
-            ),
-            (
-                "dissipation_n_s_mu_per_m",
-                (self.scale * self.dissipation_n_s_mu_per_m).to_string(),
-            ),
-            ("one_sided", true.to_string()),
-            ("scale", self.scale.to_string()),
-            ("mass_kg", self.device.mass_kg.to_string()),
-            (
-                "damping_n_s_per_m",
-                self.device.damping_n_s_per_m.to_string(),
-            ),
-            ("friction_n", imperfections.friction_n.to_string()),
-            ("delay_s", imperfections.delay_s.to_string()),
-            ("current_lag_s", imperfections.current_lag_s.to_string()),
-            (
-                "encoder_resolution_m",
-                imperfections.sensors.encoder_resolution_m.to_string(),
-            ),
-            ("sensor_noise_m", imperfections.sensors.noise_m.to_string()),
-            ("sample_time_s", SAMPLE_TIME.0.to_string()),
-            ("hand_stiffness_n_per_m", HAND_STIFFNESS.0.to_string()),
-            ("hand_damping_n_s_per_m", HAND_DAMPING.0.to_string()),
-            ("force_limit_n", limits.force.0.to_string()),
-            ("force_rate_limit_n_per_s", limits.rate.0.to_string()),
-            ("pace", "realtime".to_owned()),
-        ]
-        .map(|(key, value)| (key.to_owned(), value))
-        .into()
+            ("one_sided", "true"),
+            ("pace", "realtime"),
+        ];
+        let numbers = [
+            ("order", self.order),
+            ("stiffness_n_per_m", stiffness),
+            ("dissipation_n_s_mu_per_m", dissipation),
+            ("scale", self.scale),
+            ("mass_kg", self.device.mass_kg),
+            ("damping_n_s_per_m", self.device.damping_n_s_per_m),
+            ("friction_n", imperfections.friction_n),
+            ("delay_s", imperfections.delay_s),
+            ("current_lag_s", imperfections.current_lag_s),
+            ("encoder_resolution_m", sensors.encoder_resolution_m),
+            ("sensor_noise_m", sensors.noise_m),
+            ("sample_time_s", SAMPLE_TIME.0),
+            ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
+            ("hand_damping_n_s_per_m", HAND_DAMPING.0),
+            ("force_limit_n", limits.force.0),
+            ("force_rate_limit_n_per_s", limits.rate.0),
+        ];
+        let words = words.map(|(key, word)| (key.to_owned(), word.to_owned()));
+        let numbers = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
+        words.into_iter().chain(numbers).collect()
     }
-}
-
-/// Limits of force, N, and of its rate, N/s, for those who show them.
-pub(crate) fn force_limits() -> (f64, f64) {
-    let limits = Limits::default();
-    (limits.force.0, limits.rate.0)
 }

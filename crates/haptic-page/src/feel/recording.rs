@@ -2,8 +2,7 @@
 
 use super::ticking::Ticked;
 use haptic_experiment::Failure;
-use haptic_experiment::run::Recorder;
-use haptic_experiment::run::{FolderRequest, next_free};
+use haptic_experiment::run::{FolderRequest, Recorder, next_free};
 use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,10 +13,10 @@ use std::time::SystemTime;
 pub(super) struct Recording {
     recorder: Recorder,
     /// Its path in the folder of the runs, without `.mcap`.
-    name: String,
+    pub(super) name: String,
     /// Tick and time of its first sample.
     first: Option<(u64, f64)>,
-    samples: u64,
+    pub(super) samples: u64,
 }
 
 /// What became of it.
@@ -30,9 +29,6 @@ pub(super) struct Finished {
 
 impl Recording {
     /// Begins in the next free folder `feel-NNNN` of the runs.
-    ///
-    /// # Errors
-    /// A folder or log that cannot be made.
     pub(super) fn start(
         runs: &Path,
         mut metadata: BTreeMap<String, String>,
@@ -64,14 +60,6 @@ impl Recording {
             first: None,
             samples: 0,
         })
-    }
-
-    pub(super) fn name(&self) -> &str {
-        &self.name
-    }
-
-    pub(super) const fn samples(&self) -> u64 {
-        self.samples
     }
 
     /// Takes a tick; `false` if the writer has ended, as on a full disk.
@@ -107,9 +95,6 @@ impl Recording {
     }
 
     /// Closes the log.
-    ///
-    /// # Errors
-    /// The error that stopped the writer, as a full disk.
     pub(super) fn finish(mut self) -> Result<Finished, Failure> {
         let missing = self.recorder.dropped();
         let end = RunEnd {

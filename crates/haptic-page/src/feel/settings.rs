@@ -1,39 +1,107 @@
-//! What is felt: a tissue or a wall, a device, ghosts; and changes of it.
+//! What is felt: a tissue or a wall, a device, ghosts; changes of it, and the ranges of its numbers.
 
-use super::ranges;
+use fracdiff::Seconds;
+use fracdiff::parameter::Shown;
 use haptic_experiment::parameters;
 use haptic_experiment::{Failure, Imperfections, ModelledTissue};
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
 
-/// A tissue of the library, or a wall of three numbers.
+/// T of the loop, s.
+pub(crate) const SAMPLE_TIME: Seconds = Seconds(parameters::SAMPLE_TIME.default_number());
+
+/// Range of a number, what it is where nothing is said, and a step of its slider.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct NumberRange {
+    pub(super) least: f64,
+    pub(super) most: f64,
+    pub(super) default: f64,
+    step: f64,
+}
+
+const fn range(least: f64, most: f64, default: f64, step: f64) -> NumberRange {
+    NumberRange {
+        least,
+        most,
+        default,
+        step,
+    }
+}
+
+/// Ranges by the names of the numbers; order and gains default to those of a wall.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Ranges {
+    order: NumberRange,
+    stiffness_n_per_m: NumberRange,
+    dissipation_n_s_mu_per_m: NumberRange,
+    /// Factor on K and B.
+    scale: NumberRange,
+    mass_kg: NumberRange,
+    pub(super) damping_n_s_per_m: NumberRange,
+    /// Place of the pointer.
+    pub(super) hand_m: NumberRange,
+}
+
+pub(crate) const RANGES: Ranges = Ranges {
+    order: range(0.0, 1.0, 0.5, 0.001),
+    stiffness_n_per_m: range(0.0, 5000.0, 300.0, 1.0),
+    dissipation_n_s_mu_per_m: range(0.0, 2000.0, 10.0, 0.1),
+    scale: range(0.01, 100.0, 1.0, 0.01),
+    mass_kg: range(0.005, 2.0, parameters::MASS.default_number(), 0.001),
+    damping_n_s_per_m: range(0.0, 50.0, parameters::DAMPING.default_number(), 0.1),
+    hand_m: range(-0.03, 0.03, 0.0, 1e-4),
+};
+
+impl Ranges {
+    /// With this device as default.
+    pub(crate) const fn with_device(mut self, device: DeviceNumbers) -> Self {
+        self.mass_kg.default = device.mass_kg;
+        self.damping_n_s_per_m.default = device.damping_n_s_per_m;
+        self
+    }
+}
+
+impl NumberRange {
+    fn check(self, name: &str, value: f64) -> Result<(), Failure> {
+        let Self { least, most, .. } = self;
+        if (least..=most).contains(&value) {
+            return Ok(());
+        }
+        Err(Failure::bad_input(format_args!(
+            "`{name}` = {} is not in [{least}, {most}]: change it",
+            Shown(value)
+        )))
+    }
+
+    /// The number, or the end of the range that is nearest to it.
+    pub(super) const fn nearest(self, value: f64) -> f64 {
+        value.clamp(self.least, self.most)
+    }
+}
+
+/// A tissue of the library, or a one-sided wall of three numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub enum FeltThing {
-    /// By name.
+pub(crate) enum FeltThing {
     Tissue(String),
-    /// A one-sided wall.
     Wall(WallNumbers),
 }
 
-/// K, B and μ of a wall; the defaults of the ranges where nothing is said.
+/// μ, K and B of a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct WallNumbers {
-    /// μ.
-    pub order: f64,
-    /// K, N/m.
-    pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
-    pub dissipation_n_s_mu_per_m: f64,
+pub(crate) struct WallNumbers {
+    pub(super) order: f64,
+    pub(super) stiffness_n_per_m: f64,
+    pub(super) dissipation_n_s_mu_per_m: f64,
 }
 
 impl Default for WallNumbers {
     fn default() -> Self {
         Self {
-            order: ranges::ORDER.default,
-            stiffness_n_per_m: ranges::STIFFNESS.default,
-            dissipation_n_s_mu_per_m: ranges::DISSIPATION.default,
+            order: RANGES.order.default,
+            stiffness_n_per_m: RANGES.stiffness_n_per_m.default,
+            dissipation_n_s_mu_per_m: RANGES.dissipation_n_s_mu_per_m.default,
         }
     }
 }
@@ -51,241 +119,180 @@ pub struct DeviceNumbers {
 impl Default for DeviceNumbers {
     fn default() -> Self {
         Self {
-            mass_kg: ranges::MASS.default,
-            damping_n_s_per_m: ranges::DAMPING.default,
+            mass_kg: RANGES.mass_kg.default,
+            damping_n_s_per_m: RANGES.damping_n_s_per_m.default,
         }
     }
 }
 
-/// The same motion felt by another operator.
+/// The same motion felt by another operator: the last second alone, or the dissertation's A₃.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Ghost {
-    /// The last second alone.
+pub(crate) enum Ghost {
     Short,
-    /// The dissertation's A₃.
     A3,
 }
 
 impl Ghost {
     /// Both, in the order of the channels.
-    pub const ALL: [Self; 2] = [Self::Short, Self::A3];
+    pub(super) const ALL: [Self; 2] = [Self::Short, Self::A3];
 }
 
-/// All that `feel.start` says.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FeelStart {
-    /// The tissue or wall.
-    pub environment: FeltThing,
-    /// The device.
-    #[serde(default)]
-    pub device: Option<DeviceNumbers>,
-    /// The ghosts.
-    #[serde(default = "all_ghosts")]
-    pub ghosts: Vec<Ghost>,
-    /// μ, if it is not that of the environment.
-    #[serde(default)]
-    pub order: Option<f64>,
-    /// K, N/m, likewise.
-    #[serde(default)]
-    pub stiffness_n_per_m: Option<f64>,
-    /// B, N·s^μ/m, likewise.
-    #[serde(default)]
-    pub dissipation_n_s_mu_per_m: Option<f64>,
-    /// Factor on K and B.
-    #[serde(default)]
-    pub scale: Option<f64>,
-}
-
-impl FeelStart {
-    /// A tissue or wall as it is.
-    #[must_use]
-    pub fn new(environment: FeltThing) -> Self {
-        Self {
-            environment,
-            device: None,
-            ghosts: all_ghosts(),
-            order: None,
-            stiffness_n_per_m: None,
-            dissipation_n_s_mu_per_m: None,
-            scale: None,
-        }
-    }
-}
-
-fn all_ghosts() -> Vec<Ghost> {
-    Ghost::ALL.to_vec()
-}
-
-/// A change of it; what is not named stays. Another environment brings its own numbers.
+/// What `feel.start` and `feel.set` say. What is not named stays, or is that of the environment.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct FeelChange {
-    /// Another tissue or wall.
-    pub environment: Option<FeltThing>,
-    /// μ.
-    pub order: Option<f64>,
-    /// K, N/m.
-    pub stiffness_n_per_m: Option<f64>,
-    /// B, N·s^μ/m.
-    pub dissipation_n_s_mu_per_m: Option<f64>,
-    /// Factor on K and B.
-    pub scale: Option<f64>,
-    /// The ghosts.
-    pub ghosts: Option<Vec<Ghost>>,
+pub(crate) struct FeelChange {
+    pub(super) environment: Option<FeltThing>,
+    /// At a start alone.
+    pub(super) device: Option<DeviceNumbers>,
+    pub(crate) order: Option<f64>,
+    pub(super) stiffness_n_per_m: Option<f64>,
+    pub(super) dissipation_n_s_mu_per_m: Option<f64>,
+    pub(super) scale: Option<f64>,
+    pub(super) ghosts: Option<Vec<Ghost>>,
 }
 
 /// What is felt, checked but for its stability.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FeelSettings {
-    /// The tissue or wall.
-    pub environment: FeltThing,
+pub(crate) struct FeelSettings {
+    pub(super) environment: FeltThing,
     /// A few words for people.
-    pub title: String,
-    /// μ.
-    pub order: f64,
+    title: String,
+    pub(super) order: f64,
     /// True if the order can be changed: of one spring-pot beside a spring, not of a model with more elements.
-    pub order_free: bool,
-    /// K, N/m, before the factor.
-    pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m, before the factor.
-    pub dissipation_n_s_mu_per_m: f64,
-    /// Factor on K and B.
-    pub scale: f64,
-    /// The device.
+    order_free: bool,
+    /// K and B before the factor.
+    pub(super) stiffness_n_per_m: f64,
+    pub(super) dissipation_n_s_mu_per_m: f64,
+    pub(super) scale: f64,
     #[serde(flatten)]
-    pub device: DeviceNumbers,
+    pub(super) device: DeviceNumbers,
     /// The ghosts that there are.
-    pub ghosts: Vec<Ghost>,
+    pub(super) ghosts: Vec<Ghost>,
     /// The model of a tissue with more elements, whose memory is felt; `None` for D^μ.
     #[serde(skip)]
-    pub model: Option<Model>,
+    pub(super) model: Option<Model>,
     /// Friction, delay, lag and sensors of the device: those of the server's device file.
     #[serde(skip)]
-    pub imperfections: Imperfections,
+    pub(super) imperfections: Imperfections,
 }
 
 impl FeelSettings {
-    /// As asked for.
-    ///
-    /// # Errors
-    /// A tissue that there is not, a number outside its range.
-    pub fn new(library: &Library, start: FeelStart) -> Result<Self, Failure> {
-        let device = start.device.unwrap_or_default();
-        let DeviceNumbers {
-            mass_kg,
-            damping_n_s_per_m,
-        } = device;
-        ranges::MASS.checked("mass_kg", mass_kg)?;
-        ranges::DAMPING.checked("damping_n_s_per_m", damping_n_s_per_m)?;
-        let change = FeelChange {
-            order: start.order,
-            stiffness_n_per_m: start.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: start.dissipation_n_s_mu_per_m,
-            scale: start.scale,
-            ..FeelChange::default()
-        };
-        Self::of(library, start.environment, device, start.ghosts)?.changed(library, &change)
+    /// What `feel.start` asks for, on a device with these imperfections; the device is `usual` if none is named.
+    pub(crate) fn new(
+        library: &Library,
+        (usual, imperfections): (DeviceNumbers, Imperfections),
+        mut start: FeelChange,
+    ) -> Result<Self, Failure> {
+        let device = start.device.take().unwrap_or(usual);
+        RANGES.mass_kg.check("mass_kg", device.mass_kg)?;
+        RANGES
+            .damping_n_s_per_m
+            .check("damping_n_s_per_m", device.damping_n_s_per_m)?;
+        let environment = start.environment.take().ok_or_else(|| {
+            Failure::bad_input("`environment` is missing: name a tissue or a wall")
+        })?;
+        let ghosts = start.ghosts.take().unwrap_or_else(|| Ghost::ALL.to_vec());
+        Self::of(library, environment, (device, imperfections), ghosts)?.changed(library, &start)
     }
 
     fn of(
         library: &Library,
         environment: FeltThing,
-        device: DeviceNumbers,
+        (device, imperfections): (DeviceNumbers, Imperfections),
         ghosts: Vec<Ghost>,
     ) -> Result<Self, Failure> {
-        let settings = match &environment {
+        let (title, order, (stiffness, dissipation), model) = match &environment {
             FeltThing::Tissue(name) => {
                 let material = library_material(library, name)?;
                 let title = material.description.clone();
                 let tissue = ModelledTissue::new(material)?;
-                let (stiffness, dissipation) = tissue.spring_and_damper(specimen_shape());
-                Self {
-                    environment,
-                    title,
-                    order: tissue.order().get(),
-                    order_free: tissue.composed().is_none(),
-                    stiffness_n_per_m: stiffness,
-                    dissipation_n_s_mu_per_m: dissipation,
-                    scale: ranges::SCALE.default,
-                    device,
-                    ghosts,
-                    model: tissue.composed().cloned(),
-                    imperfections: Imperfections::NONE,
-                }
+                let gains = tissue.spring_and_damper(specimen_shape());
+                let model = tissue.composed().cloned();
+                (title, tissue.order().get(), gains, model)
             }
-            FeltThing::Wall(wall) => Self {
-                title: "a wall".to_owned(),
-                order: wall.order,
-                order_free: true,
-                stiffness_n_per_m: wall.stiffness_n_per_m,
-                dissipation_n_s_mu_per_m: wall.dissipation_n_s_mu_per_m,
-                scale: ranges::SCALE.default,
-                device,
-                ghosts,
-                model: None,
-                imperfections: Imperfections::NONE,
-                environment,
-            },
+            FeltThing::Wall(wall) => {
+                let gains = (wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m);
+                ("a wall".to_owned(), wall.order, gains, None)
+            }
         };
-        settings.checked()
+        Self {
+            environment,
+            title,
+            order,
+            order_free: model.is_none(),
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            scale: RANGES.scale.default,
+            device,
+            ghosts,
+            model,
+            imperfections,
+        }
+        .checked()
     }
 
     /// Itself, if its numbers are in their ranges; without the ghosts that a model with more elements has not.
     fn checked(mut self) -> Result<Self, Failure> {
         if self.model.is_none() {
-            ranges::ORDER.checked("order", self.order)?;
-            ranges::STIFFNESS.checked("stiffness_n_per_m", self.stiffness_n_per_m)?;
-            ranges::DISSIPATION
-                .checked("dissipation_n_s_mu_per_m", self.dissipation_n_s_mu_per_m)?;
+            RANGES.order.check("order", self.order)?;
+            RANGES
+                .stiffness_n_per_m
+                .check("stiffness_n_per_m", self.stiffness_n_per_m)?;
+            RANGES
+                .dissipation_n_s_mu_per_m
+                .check("dissipation_n_s_mu_per_m", self.dissipation_n_s_mu_per_m)?;
         } else {
             self.ghosts.clear();
         }
-        ranges::SCALE.checked("scale", self.scale)?;
-        let asked = std::mem::take(&mut self.ghosts);
-        self.ghosts = Ghost::ALL
-            .into_iter()
-            .filter(|ghost| asked.contains(ghost))
-            .collect();
+        RANGES.scale.check("scale", self.scale)?;
+        let mut ghosts = Ghost::ALL.to_vec();
+        ghosts.retain(|ghost| self.ghosts.contains(ghost));
+        self.ghosts = ghosts;
         Ok(self)
     }
 
-    /// The same with a change.
-    ///
-    /// # Errors
-    /// A tissue that there is not, a number outside its range, a number that this tissue's model has not.
-    pub fn changed(&self, library: &Library, change: &FeelChange) -> Result<Self, Failure> {
+    /// The same with a change; another environment brings its own numbers.
+    pub(crate) fn changed(&self, library: &Library, change: &FeelChange) -> Result<Self, Failure> {
+        if change.device.is_some() {
+            return Err(Failure::bad_input(
+                "`device` cannot change while it is felt: give it with `feel.start`",
+            ));
+        }
         let ghosts = change.ghosts.clone().unwrap_or_else(|| self.ghosts.clone());
         let mut next = match &change.environment {
-            Some(environment) => Self {
-                imperfections: self.imperfections,
-                ..Self::of(library, environment.clone(), self.device, ghosts)?
-            },
+            Some(environment) => {
+                let device = (self.device, self.imperfections);
+                Self::of(library, environment.clone(), device, ghosts)?
+            }
             None => Self {
                 ghosts,
                 ..self.clone()
             },
         };
-        let numbers = [
-            ("order", change.order),
-            ("stiffness_n_per_m", change.stiffness_n_per_m),
-            ("dissipation_n_s_mu_per_m", change.dissipation_n_s_mu_per_m),
-        ];
-        if let (Some(model), Some((name, _))) = (
-            &next.model,
-            numbers.iter().find(|(_, number)| number.is_some()),
-        ) {
-            return Err(Failure::bad_input(format_args!(
-                "`{name}` belongs to one spring-pot beside a spring, and this tissue is a {}: change `scale`, or take \
-                 another tissue",
-                model.kind().name()
-            )));
+        for (name, number, own) in [
+            ("order", change.order, &mut next.order),
+            (
+                "stiffness_n_per_m",
+                change.stiffness_n_per_m,
+                &mut next.stiffness_n_per_m,
+            ),
+            (
+                "dissipation_n_s_mu_per_m",
+                change.dissipation_n_s_mu_per_m,
+                &mut next.dissipation_n_s_mu_per_m,
+            ),
+        ] {
+            let Some(number) = number else { continue };
+            if let Some(model) = &next.model {
+                return Err(Failure::bad_input(format_args!(
+                    "`{name}` belongs to one spring-pot beside a spring, and this tissue is a {}: change `scale`, or \
+                     take another tissue",
+                    model.kind().name()
+                )));
+            }
+            *own = number;
         }
-        next.order = change.order.unwrap_or(next.order);
-        next.stiffness_n_per_m = change.stiffness_n_per_m.unwrap_or(next.stiffness_n_per_m);
-        let dissipation = change.dissipation_n_s_mu_per_m;
-        next.dissipation_n_s_mu_per_m = dissipation.unwrap_or(next.dissipation_n_s_mu_per_m);
         next.scale = change.scale.unwrap_or(next.scale);
         // A wall is its three numbers.
         if let FeltThing::Wall(wall) = &mut next.environment {
@@ -301,16 +308,10 @@ impl FeelSettings {
 
 /// A tissue of the library by its name; a path is none.
 fn library_material(library: &Library, name: &str) -> Result<Material, Failure> {
-    let named = library
-        .materials()
-        .iter()
-        .find(|material| material.name == name);
+    let materials = library.materials();
+    let named = materials.iter().find(|material| material.name == name);
     named.cloned().ok_or_else(|| {
-        let known: Vec<&str> = library
-            .materials()
-            .iter()
-            .map(|m| m.name.as_str())
-            .collect();
+        let known: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
         Failure::bad_input(format_args!(
             "tissue {name:?} is not in the library: take one of {}",
             known.join(", ")
@@ -327,95 +328,79 @@ pub(crate) fn specimen_shape() -> f64 {
 mod tests {
     use super::*;
 
+    fn tissue(name: &str) -> FeelChange {
+        FeelChange {
+            environment: Some(FeltThing::Tissue(name.to_owned())),
+            ..FeelChange::default()
+        }
+    }
+
+    fn started(start: FeelChange) -> Result<FeelSettings, Failure> {
+        let device = (DeviceNumbers::default(), Imperfections::NONE);
+        FeelSettings::new(&library(), device, start)
+    }
+
     fn library() -> Library {
         Library::load(None).expect("built in")
     }
 
-    fn tissue(name: &str) -> FeelStart {
-        FeelStart::new(FeltThing::Tissue(name.to_owned()))
+    fn order(order: f64) -> FeelChange {
+        FeelChange {
+            order: Some(order),
+            ..FeelChange::default()
+        }
     }
 
     #[test]
-    fn a_tissue_brings_its_numbers_and_a_change_keeps_the_others() {
+    fn a_tissue_brings_its_numbers_a_change_keeps_the_others_and_a_start_may_be_both() {
         let library = library();
-        let felt = FeelSettings::new(&library, tissue("prostate-cancerous")).expect("known");
+        let felt = started(tissue("prostate-cancerous")).expect("known");
         assert_eq!((felt.order, felt.stiffness_n_per_m), (0.2247, 0.0));
         assert!((felt.dissipation_n_s_mu_per_m - 173.0).abs() < 1e-9);
-        let change = FeelChange {
-            order: Some(0.4),
-            ..FeelChange::default()
-        };
-        let next = felt.changed(&library, &change).expect("in range");
+        let next = felt.changed(&library, &order(0.4)).expect("in range");
         let want = FeelSettings {
             order: 0.4,
             ..felt.clone()
         };
         assert_eq!(next, want);
-        let other = FeelChange {
-            environment: Some(FeltThing::Tissue("prostate-healthy".to_owned())),
-            ..FeelChange::default()
+        let at_once = FeelChange {
+            order: Some(0.4),
+            ..tissue("prostate-cancerous")
         };
-        let healthy = next.changed(&library, &other).expect("known");
+        assert_eq!(started(at_once).expect("in range"), want);
+        let healthy = next.changed(&library, &tissue("prostate-healthy"));
+        let healthy = healthy.expect("known");
         assert_eq!((healthy.order, healthy.scale), (0.2154, 1.0));
     }
 
     #[test]
-    fn a_start_with_its_numbers_is_a_start_and_a_change() {
-        let library = library();
-        let change = FeelChange {
-            order: Some(0.4),
-            scale: Some(2.0),
+    fn what_is_out_of_range_or_unknown_is_refused_in_a_sentence() {
+        let refused = |asked: Result<FeelSettings, Failure>, words: &str| {
+            let error = asked.expect_err(words).to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        refused(
+            started(tissue("../secret.toml")),
+            "take one of prostate-cancerous",
+        );
+        refused(started(order(0.5)), "`environment` is missing");
+        let felt = started(tissue("prostate-cancerous")).expect("known");
+        for wrong in [-0.1, 1.1, f64::NAN, f64::INFINITY] {
+            refused(felt.changed(&library(), &order(wrong)), "not in [0, 1]");
+        }
+        let device = FeelChange {
+            device: Some(DeviceNumbers::default()),
             ..FeelChange::default()
         };
-        let felt = FeelSettings::new(&library, tissue("prostate-cancerous")).expect("known");
-        let start = FeelStart {
-            order: Some(0.4),
-            scale: Some(2.0),
-            ..tissue("prostate-cancerous")
-        };
-        let at_once = FeelSettings::new(&library, start).expect("in range");
-        assert_eq!(at_once, felt.changed(&library, &change).expect("in range"));
-        let muscle = FeelStart {
-            order: Some(0.4),
-            ..tissue("fish-muscle")
-        };
-        assert!(
-            FeelSettings::new(&library, muscle).is_err(),
-            "no single order"
-        );
-    }
-
-    #[test]
-    fn what_is_out_of_range_or_unknown_is_refused_in_a_sentence() {
-        let library = library();
-        let error = FeelSettings::new(&library, tissue("../secret.toml")).expect_err("a path");
-        assert!(
-            error.to_string().contains("take one of prostate-cancerous"),
-            "{error}"
-        );
-        let felt = FeelSettings::new(&library, tissue("prostate-cancerous")).expect("known");
-        for wrong in [-0.1, 1.1, f64::NAN, f64::INFINITY] {
-            let change = FeelChange {
-                order: Some(wrong),
-                ..FeelChange::default()
-            };
-            let error = felt.changed(&library, &change).expect_err("out of range");
-            assert!(error.to_string().contains("not in [0, 1]"), "{error}");
-        }
+        refused(felt.changed(&library(), &device), "`feel.start`");
     }
 
     #[test]
     fn a_model_with_more_elements_has_its_own_memory_and_no_ghosts() {
-        let library = library();
-        let muscle = FeelSettings::new(&library, tissue("fish-muscle")).expect("known");
+        let muscle = started(tissue("fish-muscle")).expect("known");
         assert!(!muscle.order_free && muscle.ghosts.is_empty() && muscle.model.is_some());
-        let change = FeelChange {
-            order: Some(0.4),
-            ..FeelChange::default()
-        };
-        let error = muscle
-            .changed(&library, &change)
-            .expect_err("no single order");
-        assert!(error.to_string().contains("change `scale`"), "{error}");
+        let error = muscle.changed(&library(), &order(0.4));
+        let error = error.expect_err("no single order").to_string();
+        assert!(error.contains("change `scale`"), "{error}");
     }
 }

@@ -1,7 +1,7 @@
 //! The loop of the thread in virtual time: what a hand is given that pushes from the first tick on.
 
+use super::settings::WallNumbers;
 use super::*;
-use crate::feel::hand::HeldDevice;
 use haptic_experiment::Imperfections;
 use haptic_loop::units::Seconds;
 use haptic_tissue::Library;
@@ -16,13 +16,14 @@ type Felt = (f64, f64);
 /// The loop with a hand at this pointer, as the thread runs it; with a start-up ramp, if one is given.
 fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec<Felt> {
     let library = Library::load(None).expect("built in");
-    let start = FeelStart {
-        ghosts: Vec::new(),
-        ..FeelStart::new(FeltThing::Wall(wall))
+    let start = FeelChange {
+        environment: Some(FeltThing::Wall(wall)),
+        ..FeelChange::default()
     };
-    let settings = FeelSettings::new(&library, start).expect("in range");
-    let mass = Kilograms(settings.device.mass_kg);
-    let damping = NewtonSecondsPerMetre(DAMPING);
+    let numbers = DeviceNumbers::default();
+    let settings = FeelSettings::new(&library, (numbers, Imperfections::NONE), start);
+    let settings = settings.expect("in range");
+    let mass = Kilograms(numbers.mass_kg);
     let own = limits(mass, 0);
     let limits = Limits {
         rise_time: rise_time.or(own.rise_time),
@@ -31,8 +32,7 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
     let chain = SafetyChain::from_limits(&limits, SAMPLE_TIME).expect("valid");
     let law = settings.law().expect("made");
     let mut controller = Controller::<_, 1, _>::new(fading(&law.environment), chain);
-    let mut device =
-        HeldDevice::new(mass, damping, &Imperfections::NONE, SAMPLE_TIME).expect("valid");
+    let mut device = HeldDevice::new(numbers, &Imperfections::NONE).expect("valid");
     let mut engaged = controller.engage(&mut device);
     let tick = |n| {
         engaged.device_mut().hand(pointer(n), true);
@@ -70,7 +70,7 @@ fn given(ticks: &[Felt]) -> Given {
     most
 }
 
-const DAMPING: f64 = ranges::DAMPING.default;
+const DAMPING: f64 = RANGES.damping_n_s_per_m.default;
 const TICKS: u32 = 6000;
 
 #[test]

@@ -15,24 +15,16 @@ pub(super) const RECENT: usize = 1 << 14;
 /// Positions that a new law hears in a tick until it has heard all.
 const CATCH_UP: u64 = 64;
 
-/// A law that has heard all positions before a tick.
-#[derive(Debug)]
-pub(super) struct Ready {
-    pub(super) law: Law<Felt>,
-    /// The first tick that it has not heard.
-    pub(super) next: u64,
-}
-
 /// Orders to the loop. It ends, the force zero, when nobody gives any more.
 #[derive(Debug)]
 pub(super) enum LoopOrder {
     /// The pointer, m, and if the hand holds the device.
     Hand(f64, bool),
     /// Another law, as soon as it has heard the rest.
-    Change(Box<Ready>),
+    Change(Box<Law<Felt>>),
     /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for
     /// since.
-    Arm(Box<Ready>, u64),
+    Arm(Box<Law<Felt>>, u64),
     /// The simulated world stands still, or goes on.
     Pause(bool),
 }
@@ -43,7 +35,7 @@ pub(super) enum FromLoop {
     /// A tick.
     Tick(Ticked),
     /// A law that is not needed any more.
-    Spent(Box<Ready>),
+    Spent(Box<Law<Felt>>),
 }
 
 /// A tick in numbers.
@@ -100,9 +92,9 @@ struct Looping<'a> {
     counts: &'a LoopCounts,
     /// The newest positions, tick by tick.
     recent: Box<[f64]>,
-    pending: Option<Box<Ready>>,
+    pending: Option<Box<Law<Felt>>>,
     /// Laws that found the ring full on their way out.
-    spent: Option<Box<Ready>>,
+    spent: Option<Box<Law<Felt>>>,
     /// The number of the next tick.
     next: u64,
     paused: bool,
@@ -128,7 +120,7 @@ pub(super) fn run(
         thread,
         // A simulated device does not mind some 50 µs, and who watches wants the processor.
         spin_margin: SpinMargin::Fixed(Duration::ZERO),
-        ..PeriodicConfig::new(Duration::from_secs_f64(super::law::SAMPLE_TIME.0))
+        ..PeriodicConfig::new(Duration::from_secs_f64(super::settings::SAMPLE_TIME.0))
     };
     // The period is a constant within the range.
     let Ok(mut periodic) = Periodic::new(config) else {
@@ -207,14 +199,14 @@ impl Looping<'_> {
     }
 
     /// Begins anew, once the force is zero.
-    fn arm(&mut self, engaged: &mut Working<'_>, mut ready: Box<Ready>, stops: u64) {
+    fn arm(&mut self, engaged: &mut Working<'_>, mut ready: Box<Law<Felt>>, stops: u64) {
         let overtaken = self.ending || stops != self.stops;
         if overtaken || !engaged.controller().safety().is_at_rest() {
             self.spent = Some(ready);
         } else {
             let controller = engaged.controller_mut();
             let (environment, history) = controller.law_mut();
-            environment.replace(history, &mut ready.law);
+            environment.replace(history, &mut ready);
             controller.clear();
             engaged.device_mut().put_back();
             self.counts
@@ -293,13 +285,12 @@ impl Looping<'_> {
         // One that comes too late hears the rest alone: it has missed what nobody remembers.
         ready.next = ready.next.max(self.next.saturating_sub(RECENT as u64));
         let until = self.next.min(ready.next + CATCH_UP);
-        for tick in ready.next..until {
-            ready.law.hear(self.recent[(tick % RECENT as u64) as usize]);
+        while ready.next < until {
+            ready.hear(self.recent[(ready.next % RECENT as u64) as usize]);
         }
-        ready.next = until.max(ready.next);
         let (environment, history) = engaged.controller_mut().law_mut();
         if ready.next == self.next && history.is_settled() && self.spent.is_none() {
-            environment.change(history, &mut ready.law);
+            environment.change(history, ready);
             self.spent = self.pending.take();
             self.hand_back();
         }

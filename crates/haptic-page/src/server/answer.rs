@@ -1,20 +1,17 @@
 //! Answers to requests.
 
 use super::hub::{Hub, blocking, felt};
-use super::live::{FRAMES_PER_S, LiveView};
+use super::live::{FRAMES_PER_S, LiveView, frame};
 use super::page::{Outgoing, Page};
-use super::request::{Request, ViewRequest};
-use crate::feel::{CHANNELS, SAMPLE_TIME, locked, ranges, specimen_shape};
-use crate::frame::frame;
+use super::request::{LIVE, Request, ViewRequest};
+use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked, specimen_shape};
 use crate::identify::identified;
-use crate::pyramid::{Columns, Span};
+use crate::pyramid::Span;
 use crate::runs::places;
 use haptic_experiment::{Failure, ModelledTissue, Named as _};
 use haptic_loop::Limiters;
-use haptic_tissue::{Material, Model};
+use haptic_tissue::Material;
 use serde_json::{Value, json};
-use std::future::Future;
-use std::pin::Pin;
 use std::sync::Arc;
 
 /// The version that is spoken.
@@ -22,106 +19,58 @@ const VERSION: u32 = 1;
 /// Most columns of a view.
 const COLUMNS_MOST: u32 = 8192;
 
-type Later = Pin<Box<dyn Future<Output = Result<Value, Failure>> + Send>>;
-
-/// An answer, now or later.
-pub(super) enum Asked {
-    Done(Result<Value, Failure>),
-    Later(Later),
-}
-
-fn later(work: impl Future<Output = Result<Value, Failure>> + Send + 'static) -> Asked {
-    Asked::Later(Box::pin(work))
-}
-
-fn slow(work: impl FnOnce() -> Result<Value, Failure> + Send + 'static) -> Asked {
-    later(blocking(work))
-}
-
-fn nothing((): ()) -> Value {
-    Value::Null
-}
-
-/// Answers a request of a page that may ask it; `id` is its number.
-pub(super) fn answer(id: &Value, request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
+/// Answers a request of a page that may ask it; `id` is its number. What does not take long does not wait.
+pub(super) async fn answer(
+    id: &Value,
+    request: Request,
+    hub: &Arc<Hub>,
+    page: &Page,
+) -> Result<Value, Failure> {
     let hub = Arc::clone(hub);
-    let now = match request {
-        Request::Hello { version } => hello(version, &hub, page),
+    Ok(match request {
+        Request::Hello { version } => hello(version, &hub, page)?,
         Request::TakeControls { force } => {
-            let taken = hub.take_controls(page.number, force);
-            taken.map(|()| json!({"controls": true}))
+            hub.take_controls(page.number, force)?;
+            json!({"controls": true})
         }
-        Request::ReleaseControls {} => {
-            hub.release_controls();
-            Ok(Value::Null)
-        }
-        Request::Stop {} => {
-            hub.stop();
-            Ok(Value::Null)
-        }
-        Request::View(view) => return self::view(id, view, hub, page),
-        Request::ViewEnd {} => {
-            page.send(Outgoing::Live(None));
-            Ok(Value::Null)
-        }
-        Request::RunsList {} => return slow(move || hub.runs.list()),
-        Request::RunsOpen { name } => return slow(move || hub.runs.open(&name)),
-        Request::RunsTable(table) => {
-            return slow(move || {
-                let table = hub.runs.table(&table)?;
-                Ok(json!({"address": hub.tables.offer(table)}))
-            });
-        }
-        Request::RunsForms {} => Ok(hub.runs.forms()),
-        Request::RunsStart(run) => return slow(move || hub.start_run(&run)),
-        Request::RunsStop {} => {
-            hub.runs.stop();
-            Ok(Value::Null)
-        }
-        Request::Identify(request) => {
-            let gone = Arc::clone(&page.gone);
-            return slow(move || identified(&request, &gone));
-        }
-        felt => return self::feel(felt, hub),
-    };
-    Asked::Done(now)
-}
-
-/// Answers a request that is about what is felt.
-fn feel(request: Request, hub: Arc<Hub>) -> Asked {
-    match request {
-        Request::FeelStart(start) => return later(async move { hub.start_feel(start).await }),
-        Request::FeelSet(change) => return later(async move { hub.change_feel(change).await }),
-        Request::FeelEnd {} => {
-            return later(async move {
-                hub.end_feel().await;
-                Ok(Value::Null)
-            });
-        }
-        _ => {}
-    }
-    let feel = match hub.felt() {
-        Ok(feel) => feel,
-        Err(error) => return Asked::Done(Err(error)),
-    };
-    Asked::Done(match request {
+        Request::ReleaseControls {} => hub.release_controls().into(),
+        Request::FeelStart(start) => hub.start_feel(start).await?,
+        Request::FeelSet(change) => hub.change_feel(change).await?,
         Request::FeelHand { position_m, held } => {
-            let goes_to = feel.hand(position_m, held);
-            goes_to.map(|position_m| json!({"position_m": position_m}))
+            json!({"position_m": hub.felt()?.hand(position_m, held)?})
         }
-        Request::FeelPause { paused } => feel.pause(paused).map(nothing),
-        Request::FeelMark { text } => feel.mark(text).map(nothing),
+        Request::FeelPause { paused } => hub.felt()?.pause(paused)?.into(),
+        Request::FeelMark { text } => hub.felt()?.mark(text)?.into(),
         Request::FeelRecord { on: true } => {
-            return slow(move || Ok(json!({"name": feel.record()?})));
+            let feel = hub.felt()?;
+            json!({"name": blocking(move || feel.record()).await?})
         }
         Request::FeelRecord { on: false } => {
-            return slow(move || {
-                let (name, samples, missing) = feel.end_record()?;
-                Ok(json!({"name": name, "samples": samples, "missing": missing}))
-            });
+            let feel = hub.felt()?;
+            let (name, samples, missing) = blocking(move || feel.end_record()).await?;
+            json!({"name": name, "samples": samples, "missing": missing})
         }
-        // The one that is left.
-        _ => return slow(move || feel.arm().map(nothing)),
+        Request::FeelEnd {} => hub.end_feel().await.into(),
+        Request::Stop {} => hub.stop().into(),
+        Request::Arm {} => {
+            let feel = hub.felt()?;
+            blocking(move || feel.arm()).await?.into()
+        }
+        Request::View(view) => self::view(id, view, hub, page).await?,
+        Request::ViewEnd {} => page.send(Outgoing::Live(None)).into(),
+        Request::RunsList {} => blocking(move || hub.runs.list()).await?,
+        Request::RunsOpen { name } => blocking(move || hub.runs.open(&name)).await?,
+        Request::RunsTable(table) => {
+            let offered = move || Ok(hub.tables.offer(hub.runs.table(&table)?));
+            json!({"address": blocking(offered).await?})
+        }
+        Request::RunsForms {} => hub.runs.forms(),
+        Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
+        Request::RunsStop {} => hub.runs.stop().into(),
+        Request::Identify(request) => {
+            let gone = Arc::clone(&page.gone);
+            blocking(move || identified(&request, &gone)).await?
+        }
     })
 }
 
@@ -132,8 +81,8 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let tissues: Result<Vec<Value>, Failure> =
-        options.library.materials().iter().map(tissue).collect();
+    let tissues = options.library.materials().iter().map(tissue);
+    let tissues: Vec<Value> = tissues.collect::<Result<_, Failure>>()?;
     Ok(json!({
         "version": VERSION,
         "program": options.provenance.get("program"),
@@ -143,8 +92,8 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "sample_time_s": SAMPLE_TIME.0,
         "channels": CHANNELS,
         "limiters": Limiters::NAMES,
-        "tissues": tissues?,
-        "ranges": ranges::with_device(options.device.mass_kg, options.device.damping_n_s_per_m),
+        "tissues": tissues,
+        "ranges": RANGES.with_device(options.device),
         "feel": hub.feel().map(|feel| felt(&feel)["feel"].take()),
         "view_columns_most": COLUMNS_MOST,
         "frames_per_s": FRAMES_PER_S,
@@ -155,6 +104,15 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
 fn tissue(material: &Material) -> Result<Value, Failure> {
     let tissue = ModelledTissue::new(material.clone())?;
     let (stiffness, dissipation) = tissue.spring_and_damper(specimen_shape());
+    let parameters = material.model.parameters().into_iter();
+    let parameters = parameters.map(|(parameter, value)| {
+        json!({
+            "name": parameter.name,
+            "unit": parameter.unit,
+            "value": value,
+            "help": parameter.help,
+        })
+    });
     Ok(json!({
         "name": material.name,
         "title": material.description,
@@ -165,25 +123,12 @@ fn tissue(material: &Material) -> Result<Value, Failure> {
         "order_free": tissue.composed().is_none(),
         "stiffness_n_per_m": stiffness,
         "dissipation_n_s_mu_per_m": dissipation,
-        "parameters": parameters(&material.model),
+        "parameters": parameters.collect::<Vec<_>>(),
     }))
 }
 
-fn parameters(model: &Model) -> Vec<Value> {
-    let parameters = model.parameters().into_iter();
-    let parameter = parameters.map(|(parameter, value)| {
-        json!({
-            "name": parameter.name,
-            "unit": parameter.unit,
-            "value": value,
-            "help": parameter.help,
-        })
-    });
-    parameter.collect()
-}
-
 /// A span of seconds, s.
-fn span(view: &ViewRequest, columns: u32, made: u64, sample_time_s: f64) -> Result<Span, Failure> {
+fn span(view: &ViewRequest, made: u64, sample_time_s: f64) -> Result<Span, Failure> {
     let tick = |time_s: Option<f64>, otherwise: u64| match time_s {
         None => Ok(otherwise),
         Some(time_s) if time_s.is_finite() => Ok((time_s / sample_time_s).round().max(0.0) as u64),
@@ -193,53 +138,38 @@ fn span(view: &ViewRequest, columns: u32, made: u64, sample_time_s: f64) -> Resu
     if from >= to {
         return Err(Failure::bad_input("`from_s` has to be before `to_s`"));
     }
-    Ok(Span::new(from, to, columns))
+    Ok(Span::new(from, to, view.columns))
 }
 
-fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
+async fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Result<Value, Failure> {
     // Its frames carry the number in four bytes.
     let Some(number) = id.as_u64().and_then(|id| u32::try_from(id).ok()) else {
-        return Asked::Done(Err(Failure::bad_input(format_args!(
+        return Err(Failure::bad_input(format_args!(
             "the `id` {id} of a view is not a whole number below 2^32: its frames carry it"
-        ))));
+        )));
     };
     if !(1..=COLUMNS_MOST).contains(&view.columns) {
-        return Asked::Done(Err(Failure::bad_input(format_args!(
+        return Err(Failure::bad_input(format_args!(
             "`columns` = {} is not in [1, {COLUMNS_MOST}]: ask for as many as there are pixels",
             view.columns
-        ))));
+        )));
     }
-    if view.source != "live" {
-        let page = page.clone();
-        return slow(move || {
-            let shown = hub.runs.columns(&view.source, |made, sample_time_s| {
-                span(&view, view.columns, made, sample_time_s)
-            })?;
-            let (channels, columns) = chosen(&view, &shown.channels, shown.columns)?;
-            page.send(Outgoing::Frame(frame(
-                number,
-                &columns,
-                shown.sample_time_s,
-            )));
-            Ok(json!({"channels": channels}))
-        });
+    if view.source == LIVE {
+        return live(number, &view, &hub, page);
     }
-    Asked::Done(live(number, &view, &hub, page))
-}
-
-/// The channels that a view names, of those that there are.
-fn chosen(
-    view: &ViewRequest,
-    names: &[String],
-    columns: Columns,
-) -> Result<(Vec<String>, Columns), Failure> {
-    let Some(wanted) = &view.channels else {
-        return Ok((names.to_vec(), columns));
-    };
-    let places = places(wanted, names)?;
-    let columns = columns.chosen(&places);
-    let names = places.iter().map(|&place| names[place].clone());
-    Ok((names.collect(), columns))
+    let (frame, channels) = blocking(move || {
+        let spanned = |made, sample_time_s| span(&view, made, sample_time_s);
+        let shown = hub.runs.columns(&view.source, spanned)?;
+        let (mut channels, mut columns) = (shown.channels, shown.columns);
+        if let Some(wanted) = &view.channels {
+            columns = columns.chosen(&places(wanted, &channels)?);
+            channels.clone_from(wanted);
+        }
+        Ok((frame(number, &columns, shown.sample_time_s), channels))
+    })
+    .await?;
+    page.send(Outgoing::Frame(frame));
+    Ok(json!({"channels": channels}))
 }
 
 fn live(request: u32, view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {
@@ -248,26 +178,31 @@ fn live(request: u32, view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Valu
             "a live view has all channels: leave `channels` out",
         ));
     }
-    let answer = json!({"channels": CHANNELS});
     let t = SAMPLE_TIME.0;
-    let Some(last_s) = view.last_s else {
-        let pyramid = locked(&hub.kept.pyramid);
-        let span = span(view, view.columns, pyramid.made(), t)?;
-        let columns = pyramid.columns(span);
-        drop(pyramid);
-        page.send(Outgoing::Frame(frame(request, &columns, t)));
-        return Ok(answer);
-    };
-    if !(last_s > 0.0 && last_s.is_finite()) || view.from_s.is_some() || view.to_s.is_some() {
-        return Err(Failure::bad_input(
-            "`last_s` has to be a number above 0, without `from_s` and `to_s`",
-        ));
-    }
-    let last = (last_s / t).ceil().min(1e15) as u64;
-    page.send(Outgoing::Live(Some(LiveView {
-        request,
-        last,
-        columns: view.columns,
-    })));
-    Ok(answer)
+    page.send(match view.last_s {
+        None => {
+            let pyramid = locked(&hub.kept.pyramid);
+            let columns = pyramid.columns(span(view, pyramid.made(), t)?);
+            drop(pyramid);
+            Outgoing::Frame(frame(request, &columns, t))
+        }
+        Some(last_s)
+            if last_s > 0.0
+                && last_s.is_finite()
+                && view.from_s.is_none()
+                && view.to_s.is_none() =>
+        {
+            Outgoing::Live(Some(LiveView {
+                request,
+                last: (last_s / t).ceil().min(1e15) as u64,
+                columns: view.columns,
+            }))
+        }
+        Some(_) => {
+            return Err(Failure::bad_input(
+                "`last_s` has to be a number above 0, without `from_s` and `to_s`",
+            ));
+        }
+    });
+    Ok(json!({"channels": CHANNELS}))
 }

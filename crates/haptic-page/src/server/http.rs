@@ -1,19 +1,19 @@
-//! HTTP: who may ask for what, and with which headers it is answered.
+//! HTTP: who may ask for what, the files of the page, which are in the program, and the headers of all answers.
 
-use super::assets;
 use super::hub::{BUSY, Hub};
-use super::socket;
-use super::tables;
+use super::{socket, tables};
 use axum::Router;
 use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderName, ORIGIN,
-    REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, HOST, HeaderName, IF_NONE_MATCH,
+    ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri};
+use axum::middleware::map_response;
 use axum::response::{IntoResponse as _, Response};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
 /// Largest message that a page may send: a record to identify.
@@ -25,38 +25,41 @@ const CONTENT_SECURITY: &str = "default-src 'self'; script-src 'self' 'wasm-unsa
 const OPENER_POLICY: HeaderName = HeaderName::from_static("cross-origin-opener-policy");
 const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 
+/// Name and content of each file, sorted by name.
+const ASSETS: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/assets.rs"));
+/// The file of an empty name.
+const INDEX: &str = "index.html";
+
 /// Who may ask: the address of the page.
 #[derive(Clone, Debug)]
 pub(super) struct Door {
-    pub(super) port: u16,
-    pub(super) token: String,
+    hosts: [String; 2],
+    token: String,
+}
+
+/// The header of this name, if it is the only one.
+fn only(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
+    let mut values = headers.get_all(name).iter();
+    let value = values.next()?.to_str().ok()?;
+    values.next().is_none().then_some(value)
 }
 
 impl Door {
-    fn hosts(&self) -> [String; 2] {
-        ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port))
+    pub(super) fn new(port: u16, token: String) -> Self {
+        let hosts = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
+        Self { hosts, token }
     }
 
     /// True if a browser asked for this server by one of its own names.
     fn knows_host(&self, headers: &HeaderMap) -> bool {
-        let mut hosts = headers.get_all(HOST).iter();
-        let (Some(host), None) = (hosts.next(), hosts.next()) else {
-            return false;
-        };
-        let own = self.hosts();
-        own.iter()
-            .any(|own| host.as_bytes().eq_ignore_ascii_case(own.as_bytes()))
+        let is = |host: &str| (self.hosts.iter()).any(|own| own.eq_ignore_ascii_case(host));
+        only(headers, HOST).is_some_and(is)
     }
 
     /// True if the page that asks is one of ours.
     fn knows_origin(&self, headers: &HeaderMap) -> bool {
-        let mut origins = headers.get_all(ORIGIN).iter();
-        let (Some(origin), None) = (origins.next(), origins.next()) else {
-            return false;
-        };
-        let own = self.hosts();
-        own.iter()
-            .any(|own| origin.as_bytes() == format!("http://{own}").as_bytes())
+        let host = only(headers, ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
+        host.is_some_and(|host| self.hosts.iter().any(|own| own == host))
     }
 
     /// What comes behind the token; `None` without it.
@@ -78,16 +81,10 @@ pub(super) fn router(door: Door, hub: Arc<Hub>) -> Router {
     Router::new()
         .fallback(answer)
         .with_state((Arc::new(door), hub))
+        .layer(map_response(with_headers))
 }
 
-async fn answer(
-    State((door, hub)): State<(Arc<Door>, Arc<Hub>)>,
-    method: Method,
-    uri: Uri,
-    headers: HeaderMap,
-    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
-) -> Response {
-    let mut response = allowed(&door, hub, &method, &uri, &headers, upgrade);
+async fn with_headers(mut response: Response) -> Response {
     let set = response.headers_mut();
     for (name, value) in [
         (CONTENT_SECURITY_POLICY, CONTENT_SECURITY),
@@ -103,42 +100,34 @@ async fn answer(
     response
 }
 
-fn allowed(
-    door: &Door,
-    hub: Arc<Hub>,
-    method: &Method,
-    uri: &Uri,
-    headers: &HeaderMap,
+async fn answer(
+    State((door, hub)): State<(Arc<Door>, Arc<Hub>)>,
+    method: Method,
+    uri: Uri,
+    headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
-    if !door.knows_host(headers) {
-        return sentence(
-            StatusCode::FORBIDDEN,
-            "Use 127.0.0.1 or localhost: copy the address from the terminal.",
-        );
+    let sentence = |status: StatusCode, text: &'static str| (status, text).into_response();
+    if !door.knows_host(&headers) {
+        let text = "Use 127.0.0.1 or localhost: copy the address from the terminal.";
+        return sentence(StatusCode::FORBIDDEN, text);
     }
     if method != Method::GET && method != Method::HEAD {
-        return sentence(
-            StatusCode::METHOD_NOT_ALLOWED,
-            "Only GET and HEAD are allowed.",
-        );
+        let text = "Only GET and HEAD are allowed.";
+        return sentence(StatusCode::METHOD_NOT_ALLOWED, text);
     }
     let Some(name) = door.behind(uri.path()) else {
-        return sentence(
-            StatusCode::NOT_FOUND,
-            "The token is missing or wrong: copy the whole address from the terminal.",
-        );
+        let text = "The token is missing or wrong: copy the whole address from the terminal.";
+        return sentence(StatusCode::NOT_FOUND, text);
     };
     if name != "ws" {
-        let file = assets::file(name, headers)
-            .or_else(|| tables::fetched(&hub.tables, name, &hub.work, BUSY));
+        let file =
+            asset(name, &headers).or_else(|| tables::fetched(&hub.tables, name, &hub.work, BUSY));
         return file.unwrap_or_else(|| sentence(StatusCode::NOT_FOUND, "No such file."));
     }
-    if !door.knows_origin(headers) {
-        return sentence(
-            StatusCode::FORBIDDEN,
-            "Refused for another web site: open the address from the terminal.",
-        );
+    if !door.knows_origin(&headers) {
+        let text = "Refused for another web site: open the address from the terminal.";
+        return sentence(StatusCode::FORBIDDEN, text);
     }
     match upgrade {
         Ok(upgrade) => upgrade
@@ -149,12 +138,42 @@ fn allowed(
     }
 }
 
-fn sentence(status: StatusCode, text: &'static str) -> Response {
-    let kind = (
-        CONTENT_TYPE,
-        HeaderValue::from_static("text/plain; charset=utf-8"),
-    );
-    (status, [kind], text).into_response()
+/// A file of the page by its name; `None` if there is none.
+fn asset(name: &str, headers: &HeaderMap) -> Option<Response> {
+    let name = if name.is_empty() { INDEX } else { name };
+    let place = ASSETS.binary_search_by(|(known, _)| (*known).cmp(name));
+    let bytes = ASSETS[place.ok()?].1;
+    let kind = match name.rsplit_once('.').map_or("", |(_, end)| end) {
+        "html" => "text/html; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "js" => "text/javascript; charset=utf-8",
+        "json" => "application/json",
+        "wasm" => "application/wasm",
+        "svg" => "image/svg+xml",
+        "woff2" => "font/woff2",
+        "txt" => "text/plain; charset=utf-8",
+        _ => "application/octet-stream",
+    };
+    if name == INDEX {
+        return Some(([(CONTENT_TYPE, kind)], bytes).into_response());
+    }
+    // Of this build: a file that changes is in another program.
+    let mut hasher = DefaultHasher::new();
+    bytes.hash(&mut hasher);
+    let tag = format!("\"{:016x}\"", hasher.finish());
+    let known = headers
+        .get(IF_NONE_MATCH)
+        .is_some_and(|known| *known == *tag);
+    let headers = [
+        (CONTENT_TYPE, kind),
+        (CACHE_CONTROL, "no-cache"),
+        (ETAG, &tag),
+    ];
+    Some(if known {
+        (StatusCode::NOT_MODIFIED, headers).into_response()
+    } else {
+        (headers, bytes).into_response()
+    })
 }
 
 #[cfg(test)]
@@ -162,10 +181,7 @@ mod tests {
     use super::*;
 
     fn door() -> Door {
-        Door {
-            port: 8123,
-            token: "0123456789abcdef".to_owned(),
-        }
+        Door::new(8123, "0123456789abcdef".to_owned())
     }
 
     fn with(name: HeaderName, values: &[&'static str]) -> HeaderMap {
@@ -223,5 +239,16 @@ mod tests {
         ] {
             assert_eq!(door().behind(path), None, "{path}");
         }
+    }
+
+    #[test]
+    fn the_page_is_in_the_program_and_no_other_host_is_named_in_its_first_file() {
+        let index = ASSETS.iter().find(|(name, _)| *name == INDEX);
+        let text = std::str::from_utf8(index.expect("built in").1).expect("is UTF-8");
+        assert!(text.starts_with("<!doctype html>"));
+        for elsewhere in ["http://", "https://", "src=\"/", "href=\"/"] {
+            assert!(!text.contains(elsewhere), "{elsewhere}");
+        }
+        assert!(ASSETS.is_sorted_by_key(|(name, _)| *name));
     }
 }

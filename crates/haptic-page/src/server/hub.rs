@@ -1,17 +1,17 @@
 //! What the sockets share: the loop that is felt, the run that goes on, who holds the controls.
 
-use super::options::ServerOptions;
+use super::ServerOptions;
 use super::request::RunStart;
 use super::tables::Tables;
 use crate::feel::{
-    Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, JudgedFeel, Kept,
-    force_limits, locked, pyramid_size,
+    Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS, JudgedFeel, Kept,
+    SAMPLE_TIME, locked, pyramid_size,
 };
-use crate::feel::{HAND_DAMPING, HAND_STIFFNESS};
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose};
 use haptic_experiment::Failure;
+use haptic_loop::Limits;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -140,9 +140,6 @@ impl Hub {
     }
 
     /// Gives the controls to a page.
-    ///
-    /// # Errors
-    /// If another holds them and they are not to be taken by force.
     pub(super) fn take_controls(&self, page: u64, force: bool) -> Result<(), Failure> {
         let mut pages = locked(&self.pages);
         match pages.controls {
@@ -170,9 +167,6 @@ impl Hub {
     }
 
     /// The loop that is felt.
-    ///
-    /// # Errors
-    /// If there is none.
     pub(super) fn felt(&self) -> Result<Arc<Feel>, Failure> {
         self.feel()
             .ok_or_else(|| Failure::bad_input("nothing is felt yet: send `feel.start`"))
@@ -188,16 +182,10 @@ impl Hub {
     }
 
     /// Starts a loop; one that was there is stopped.
-    ///
-    /// # Errors
-    /// As [`Feel::start`].
-    pub(super) async fn start_feel(&self, mut start: FeelStart) -> Result<Value, Failure> {
-        start.device.get_or_insert(self.options.device);
+    pub(super) async fn start_feel(&self, start: FeelChange) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
-        let settings = FeelSettings {
-            imperfections: self.options.imperfections,
-            ..FeelSettings::new(&self.options.library, start)?
-        };
+        let device = (self.options.device, self.options.imperfections);
+        let settings = FeelSettings::new(&self.options.library, device, start)?;
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();
@@ -227,14 +215,14 @@ impl Hub {
     }
 
     /// Changes what is felt. While one change is made, later ones add up, and the last of them is made next.
-    ///
-    /// # Errors
-    /// As [`Feel::change`].
     pub(super) async fn change_feel(&self, change: FeelChange) -> Result<Value, Failure> {
         let feel = self.felt()?;
         let (next, number) = {
             let mut wanted = locked(&self.wanted);
-            let base = wanted.settings.clone().unwrap_or_else(|| feel.settings());
+            let base = wanted
+                .settings
+                .clone()
+                .unwrap_or_else(|| feel.felt().settings);
             let next = base.changed(&self.options.library, &change)?;
             wanted.settings = Some(next.clone());
             wanted.number += 1;
@@ -267,9 +255,6 @@ impl Hub {
     }
 
     /// Starts an experiment.
-    ///
-    /// # Errors
-    /// As [`Runs::start`].
     pub(super) fn start_run(&self, run: &RunStart) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
         let started = self.runs.start(&run.kind, &run.parameters, run.realtime)?;
@@ -285,19 +270,9 @@ impl Hub {
         // It cannot fail but by a panic, which has told of itself.
         let _ = spawn_blocking(move || hub.runs.end()).await;
     }
-
-    /// The newest of the loop, its ticks and those lost; `None` without a loop.
-    pub(super) fn newest(&self) -> Option<(FeelState, u64, u64)> {
-        let feel = self.feel()?;
-        let (made, lost) = feel.counts();
-        Some((locked(&self.kept.state).clone(), made, lost))
-    }
 }
 
 /// Does what takes time elsewhere.
-///
-/// # Errors
-/// Its own.
 pub(super) async fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
 ) -> Result<T, Failure> {
@@ -316,21 +291,16 @@ pub(super) fn felt(feel: &Feel) -> Value {
         verdict,
         dynamics,
     } = feel.felt();
-    let mut feel = json!(settings);
-    let (force_limit_n, rate_n_per_s) = force_limits();
+    let (mut feel, mut judged, limits) = (json!(settings), json!(verdict), Limits::default());
     for (key, number) in [
         ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
         ("hand_damping_n_s_per_m", HAND_DAMPING.0),
-        ("force_limit_n", force_limit_n),
-        ("force_rate_limit_n_per_s", rate_n_per_s),
-        (
-            "memory_s",
-            pyramid_size().samples as f64 * crate::feel::SAMPLE_TIME.0,
-        ),
+        ("force_limit_n", limits.force.0),
+        ("force_rate_limit_n_per_s", limits.rate.0),
+        ("memory_s", pyramid_size().samples as f64 * SAMPLE_TIME.0),
     ] {
         feel[key] = json!(number);
     }
-    let mut judged = json!(verdict);
     judged["line"] = json!(verdict.line());
     for (key, number) in [
         ("mass_kg", dynamics.mass_kg),

@@ -1,8 +1,15 @@
-//! The live view of a page: frames as they are due, and what of the loop they have shown.
+//! What a page is shown of the loop: frames of a view, byte by byte as `docs/page-protocol.md` has it, and the status.
 
+use super::hub::Hub;
 use crate::feel::{Kept, SAMPLE_TIME, locked};
-use crate::frame::frame;
-use crate::pyramid::Span;
+use crate::pyramid::{Columns, Span};
+use haptic_loop::Limiters;
+use serde_json::{Value, json};
+
+/// "FHP1".
+const MAGIC: u32 = 0x3150_4846;
+/// Bytes before the numbers.
+const HEADER_BYTES: usize = 40;
 
 /// Frames of a live view in a second, at most.
 pub(super) const FRAMES_PER_S: u32 = 60;
@@ -55,9 +62,65 @@ pub(super) fn next_frame(kept: &Kept, view: LiveView, shown: &mut Shown) -> Opti
     Some(frame(view.request, &columns, SAMPLE_TIME.0))
 }
 
+/// The frame that answers the request of this number.
+pub(super) fn frame(request: u32, columns: &Columns, sample_time_s: f64) -> Vec<u8> {
+    let numbers = columns.numbers();
+    let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 * numbers.len());
+    // A view has thousands of columns at most, and few channels.
+    let (channels, count) = (columns.channels() as u32, columns.count() as u32);
+    for word in [MAGIC, request, channels, count] {
+        bytes.extend_from_slice(&word.to_le_bytes());
+    }
+    let (first, width) = (columns.first_tick() as f64, columns.width() as f64);
+    for number in [first, width, sample_time_s] {
+        bytes.extend_from_slice(&number.to_le_bytes());
+    }
+    for number in numbers {
+        bytes.extend_from_slice(&number.to_le_bytes());
+    }
+    bytes
+}
+
+/// The status as this page is told it.
+pub(super) fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
+    let mut status = json!({
+        "running": false,
+        "armed": false,
+        "paused": false,
+        "stopped": false,
+    });
+    if let Some(feel) = hub.feel() {
+        let state = locked(&hub.kept.state).clone();
+        let (made, lost) = feel.counts();
+        let kept = locked(&hub.kept.pyramid).made();
+        let limiters = (0..8).filter(|bit| state.limiter & (1 << bit) != 0);
+        let limiters: Vec<&str> = limiters.map(|bit| Limiters::NAMES[bit]).collect();
+        status = json!(state);
+        for (key, value) in [
+            ("running", json!(true)),
+            ("sample_time_s", json!(SAMPLE_TIME.0)),
+            ("lost", json!(lost)),
+            ("limiters", json!(limiters)),
+            ("fault", json!(state.fault.map(|fault| fault.to_string()))),
+            ("armed", json!(!state.stopping && state.fault.is_none())),
+            ("paused", json!(feel.is_paused())),
+            ("samples_made", json!(made)),
+            ("samples_kept", json!(kept.saturating_sub(lost))),
+        ] {
+            status[key] = value;
+        }
+    }
+    status["watching"] = json!(hub.watching());
+    status["controls"] = json!(hub.has_controls(page));
+    status["samples_sent"] = json!(shown.sent);
+    status["samples_missed"] = json!(shown.missed);
+    json!({"status": status})
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pyramid::{Pyramid, PyramidSize};
 
     #[test]
     fn every_sample_was_shown_or_missed() {
@@ -75,5 +138,28 @@ mod tests {
         // The loop began anew.
         shown.show(0, 20);
         assert_eq!((shown.sent, shown.missed), (200, 70));
+    }
+
+    #[test]
+    fn a_frame_is_what_the_protocol_says_byte_by_byte() {
+        let mut pyramid = Pyramid::new(PyramidSize {
+            channels: 2,
+            samples: 8,
+            entries: 8,
+            coarser: 1,
+        });
+        for sample in [[1.0, f32::NAN], [-2.0, 5.0], [0.5, f32::NAN]] {
+            pyramid.push(&sample);
+        }
+        let bytes = frame(7, &pyramid.columns(Span::new(0, 4, 2)), 1e-3);
+        let mut want = vec![0x46, 0x48, 0x50, 0x31, 7, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0];
+        for number in [0.0, 2.0, 1e-3_f64] {
+            want.extend(number.to_le_bytes());
+        }
+        let nan = f32::NAN;
+        for number in [-2.0, 0.5, 1.0, 0.5, 5.0, nan, 5.0, nan] {
+            want.extend(number.to_le_bytes());
+        }
+        assert_eq!(bytes, want);
     }
 }

@@ -1,6 +1,6 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use crate::feel::{FeelChange, FeelStart};
+use crate::feel::FeelChange;
 use crate::identify::IdentifyRequest;
 use crate::runs::TableRequest;
 use serde::Deserialize;
@@ -20,7 +20,7 @@ pub(super) enum Request {
     #[serde(rename = "controls.release")]
     ReleaseControls {},
     #[serde(rename = "feel.start")]
-    FeelStart(FeelStart),
+    FeelStart(FeelChange),
     #[serde(rename = "feel.set")]
     FeelSet(FeelChange),
     #[serde(rename = "feel.hand")]
@@ -57,19 +57,18 @@ pub(super) enum Request {
     Identify(Box<IdentifyRequest>),
 }
 
+/// The source that is the loop.
+pub(super) const LIVE: &str = "live";
+
 /// A span of a source in columns.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ViewRequest {
     pub(super) source: String,
     pub(super) columns: u32,
-    #[serde(default)]
     pub(super) from_s: Option<f64>,
-    #[serde(default)]
     pub(super) to_s: Option<f64>,
-    #[serde(default)]
     pub(super) last_s: Option<f64>,
-    #[serde(default)]
     pub(super) channels: Option<Vec<String>>,
 }
 
@@ -102,12 +101,27 @@ impl Request {
                 | Self::RunsStop {}
         )
     }
+
+    /// True if its answer may take long, so that the next requests do not wait for it.
+    pub(super) fn takes_long(&self) -> bool {
+        match self {
+            Self::View(view) => view.source != LIVE,
+            Self::FeelStart(_)
+            | Self::FeelSet(_)
+            | Self::FeelRecord { .. }
+            | Self::FeelEnd {}
+            | Self::Arm {}
+            | Self::RunsList {}
+            | Self::RunsOpen { .. }
+            | Self::RunsTable(_)
+            | Self::RunsStart(_)
+            | Self::Identify(_) => true,
+            _ => false,
+        }
+    }
 }
 
 /// The text of a message as a request, with its number.
-///
-/// # Errors
-/// A text that is none: its number, if it has one, and a sentence.
 pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     let none = |error: String| (Value::Null, error);
     let value: Value = serde_json::from_str(text)

@@ -1,11 +1,10 @@
 //! One socket: a task that reads requests and one that writes, so that a page which does not read can still stop.
 
-use super::answer::{self, Asked};
+use super::answer::answer;
 use super::hub::{BUSY, Hub};
-use super::live::{FRAMES_PER_S, LiveView, Shown, next_frame};
+use super::live::{FRAMES_PER_S, LiveView, Shown, next_frame, status};
 use super::page::{Outgoing, Page, QUEUE, refusal};
 use super::request::{self, Request};
-use super::status::status;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
@@ -101,7 +100,7 @@ async fn read(
         match text {
             Ok((id, request)) => {
                 garbage = 0;
-                obey(id, request, hub, page);
+                obey(id, request, hub, page).await;
             }
             Err((id, error)) => {
                 garbage = if id.is_null() { garbage + 1 } else { 0 };
@@ -115,27 +114,24 @@ async fn read(
 }
 
 /// Does what is asked; what takes time beside the next requests.
-fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
+async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
     if request.needs_controls() && !hub.has_controls(page.number) {
         let refused = Failure::bad_input(
             "this page watches: take the controls first (`controls.take`); stop is always possible",
         );
         return page.answer(&id, Err(refused));
     }
-    match answer::answer(&id, request, hub, page) {
-        Asked::Done(result) => page.answer(&id, result),
-        Asked::Later(later) => {
-            let Ok(place) = Arc::clone(&hub.work).try_acquire_owned() else {
-                return page.answer(&id, Err(Failure::bad_input(BUSY)));
-            };
-            let page = page.clone();
-            tokio::spawn(async move {
-                let result = later.await;
-                page.answer(&id, result);
-                drop(place);
-            });
-        }
+    if !request.takes_long() {
+        return page.answer(&id, answer(&id, request, hub, page).await);
     }
+    let Ok(place) = Arc::clone(&hub.work).try_acquire_owned() else {
+        return page.answer(&id, Err(Failure::bad_input(BUSY)));
+    };
+    let (hub, page) = (Arc::clone(hub), page.clone());
+    tokio::spawn(async move {
+        page.answer(&id, answer(&id, request, &hub, &page).await);
+        drop(place);
+    });
 }
 
 /// Writes answers, what is said to all, the status, and frames as they are due.
@@ -166,7 +162,10 @@ async fn write(
                     (live, shown) = (view, Shown::default());
                     continue;
                 }
-                Some(Outgoing::Close(code, reason)) => farewell(code, reason),
+                Some(Outgoing::Close(code, reason)) => {
+                    let reason = Utf8Bytes::from_static(reason);
+                    Message::Close(Some(CloseFrame { code, reason }))
+                }
             },
             text = said.recv() => match text {
                 Ok(text) => Message::text(text.to_string()),
@@ -196,9 +195,4 @@ async fn write(
         }
     }
     let _ = sink.close().await;
-}
-
-fn farewell(code: u16, reason: &'static str) -> Message {
-    let reason = Utf8Bytes::from_static(reason);
-    Message::Close(Some(CloseFrame { code, reason }))
 }

@@ -9,11 +9,11 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::write_text;
 use haptic_log::record::NewFileError;
+use reproduce::Claim;
 use reproduce::claims::{COUNT, judge_all};
 use reproduce::figure::Figure;
 use reproduce::figures::FIGURES;
 use reproduce::report::{ReportFigure, html, markdown};
-use reproduce::{Claim, Formulas};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -85,8 +85,7 @@ impl Arguments {
         };
         let claims = match stopped() {
             true => Vec::new(),
-            false => judge_all(&Formulas::default(), &go_on)
-                .map_err(|error| Failure::Run(error.into()))?,
+            false => judge_all(&go_on).map_err(|error| Failure::Run(error.into()))?,
         };
         bar.finish_and_clear();
         let texts = [markdown(&claims, &shown), html(&claims, &shown)];

@@ -1,0 +1,115 @@
+//! Rules that are read from the text of files: what borrows another crate's file, tests that nobody runs, lines twice.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// The files of Rust below a folder, with their texts.
+fn files(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|kind| kind == "rs") {
+            let text = std::fs::read_to_string(&path).expect("a text");
+            found.push((path, text));
+        }
+    }
+}
+
+/// Code that two crates need is a crate, so that an arrow leads to it.
+#[test]
+fn no_source_is_included_from_another_crate() {
+    let mut found = Vec::new();
+    for (_, folder) in crate::crates() {
+        files(&folder.join("src"), &mut found);
+    }
+    files(&crate::root().join("page/wasm/src"), &mut found);
+    assert!(found.len() > 100, "{}", found.len());
+    for (file, text) in found {
+        let mut paths = text.lines().filter(|line| line.starts_with("#[path"));
+        assert!(
+            !paths.any(|path| path.contains("../")),
+            "{}",
+            file.display()
+        );
+    }
+}
+
+#[test]
+fn no_test_stands_where_none_is_run() {
+    let mut looked_at = 0;
+    for (name, folder) in crate::crates() {
+        let manifest = crate::manifest(&folder);
+        let run = manifest.get("lib").and_then(|lib| lib.get("test"));
+        if run.and_then(toml::Value::as_bool) != Some(false) {
+            continue;
+        }
+        looked_at += 1;
+        let mut sources = Vec::new();
+        files(&folder.join("src"), &mut sources);
+        sources.retain(|(_, text)| text.contains("#[test]"));
+        assert!(
+            sources.is_empty(),
+            "{name}: `test = false` leaves out the tests of {:?}",
+            sources.iter().map(|(path, _)| path).collect::<Vec<_>>()
+        );
+    }
+    assert!(looked_at > 3, "{looked_at}");
+}
+
+/// Why a test is left out of `cargo test`, and the words of the script that does it.
+const LEFT_OUT: [(&str, &str, &str); 2] = [
+    (
+        "long: `.ci/run` does it, or --include-ignored",
+        "run",
+        "-- --ignored --skip by_night",
+    ),
+    (
+        "by night: `.ci/nightly` does it",
+        "nightly",
+        "-- --include-ignored --nocapture",
+    ),
+];
+
+#[test]
+fn a_test_that_is_left_out_is_done_elsewhere() {
+    let root = crate::root();
+    let mut sources = Vec::new();
+    for folder in ["crates", "tests"] {
+        files(&root.join(folder), &mut sources);
+    }
+    let mut counts = [0; 2];
+    for (file, text) in sources {
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        for (at, line) in lines.iter().enumerate() {
+            let Some(reason) = line.strip_prefix("#[ignore = \"") else {
+                continue;
+            };
+            let reason = reason.trim_end_matches("\"]");
+            let known = LEFT_OUT.iter().position(|(why, ..)| *why == reason);
+            let kind = known.unwrap_or_else(|| panic!("{}: {reason}", file.display()));
+            counts[kind] += 1;
+            let name = lines[at..].iter().find(|line| line.contains("fn "));
+            let named = name.is_some_and(|line| line.starts_with("fn by_night_"));
+            assert_eq!(named, kind == 1, "{}: {name:?}", file.display());
+        }
+    }
+    for ((_, script, words), count) in LEFT_OUT.iter().zip(counts) {
+        let text = std::fs::read_to_string(root.join(".ci").join(script)).expect("a script");
+        assert!(count > 0 && text.contains(words), "{script}: {count}");
+    }
+}
+
+/// A merge leaves lines twice, and nobody reads them twice.
+#[test]
+fn no_line_of_the_changelog_stands_twice() {
+    let text = std::fs::read_to_string(crate::root().join("CHANGELOG.md")).expect("a changelog");
+    let mut seen = BTreeSet::new();
+    let mut changes = text
+        .lines()
+        .filter(|line| line.starts_with("- "))
+        .peekable();
+    assert!(changes.peek().is_some());
+    let twice: Vec<&str> = changes.filter(|line| !seen.insert(*line)).collect();
+    assert!(twice.is_empty(), "{twice:#?}");
+}
