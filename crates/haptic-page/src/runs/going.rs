@@ -8,7 +8,7 @@ use crate::feel::locked;
 use crate::pyramid::Pyramid;
 use haptic_experiment::Failure;
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{AnyTick, EventMessage, TickMessage, VectorTick};
+use haptic_log::record::{EventMessage, TickMessage};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -45,20 +45,10 @@ struct Watcher {
     pyramid: Arc<Mutex<Pyramid>>,
 }
 
-impl Watcher {
-    fn push(&self, tick: &AnyTick) {
-        // A gap that cannot be drawn is not drawn; the log has it.
-        let _ = push(&mut locked(&self.pyramid), self.channels, tick);
-    }
-}
-
 impl Live for Watcher {
     fn tick(&mut self, message: &TickMessage) {
-        self.push(&(*message).into());
-    }
-
-    fn vector_tick(&mut self, message: &VectorTick) {
-        self.push(&(*message).into());
+        // A gap that cannot be drawn is not drawn; the log has it.
+        let _ = push(&mut locked(&self.pyramid), &self.channels, message);
     }
 
     fn event(&mut self, _: &EventMessage) {}
@@ -71,14 +61,14 @@ impl Live for Watcher {
 impl Watched {
     fn of(drawn: Drawn, samples: u64) -> Self {
         Self {
-            pyramid: Arc::new(Mutex::new(pyramid(drawn.channels, samples))),
+            pyramid: Arc::new(Mutex::new(pyramid(&drawn.channels, samples))),
             drawn,
         }
     }
 
     fn watcher(&self) -> Box<dyn Live> {
         Box::new(Watcher {
-            channels: self.drawn.channels,
+            channels: self.drawn.channels.clone(),
             pyramid: Arc::clone(&self.pyramid),
         })
     }

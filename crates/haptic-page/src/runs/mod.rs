@@ -195,7 +195,7 @@ impl Runs {
         }
         let opened = self.opened(name)?;
         let (path, _) = locked(&self.listing).find(&self.folder, name)?;
-        Table::new(path, opened.channels, request)
+        Table::new(path, opened.channels.clone(), request)
     }
 
     /// The forms of the experiments.
