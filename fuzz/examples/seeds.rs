@@ -113,7 +113,7 @@ fn logs() -> Done {
         let message = TickMessage {
             tick,
             time_s,
-            position_m: 1e-3,
+            position_m: 1e-3.into(),
             ..TickMessage::default()
         };
         log.tick(&message)?;

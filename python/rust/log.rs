@@ -4,8 +4,7 @@ use crate::conducted::{Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::unread;
 use haptic_log::record::{
-    AXES, Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
-    VectorTick, column as column_of,
+    Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage, Value,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -30,12 +29,11 @@ enum Column {
 
 fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
     let mut files = LogFiles::open(path)?;
-    let (mut ticks, mut vectors) = (Vec::new(), Vec::new());
+    let mut ticks = Vec::new();
     let (mut events, mut metadata) = (Vec::new(), Vec::new());
     for entry in files.by_ref() {
         match entry? {
             Entry::Tick(tick) => ticks.push(tick),
-            Entry::Vector(tick) => vectors.push(tick),
             Entry::Event(event) => events.push(event),
             Entry::Metadata(record) => metadata.push(record),
             _ => {}
@@ -45,10 +43,7 @@ fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
         }
     }
     Ok(Log {
-        columns: match vectors.first() {
-            Some(first) if ticks.is_empty() => vector_columns(&vectors, first.axes()),
-            _ => columns(&ticks),
-        },
+        columns: columns(&ticks),
         events,
         metadata,
         condition: files.condition(),
@@ -92,47 +87,18 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
     Ok(result)
 }
 
-/// A column for each field of a tick, in their order.
+/// The columns of the ticks, in their order.
 fn columns(ticks: &[TickMessage]) -> Vec<(String, Column)> {
-    let number = |(name, field): &(&str, fn(&TickMessage) -> f64)| {
-        let values = ticks.iter().map(field).collect();
-        ((*name).to_owned(), Column::Numbers(values))
-    };
-    let tick = Column::Counts(ticks.iter().map(|tick| tick.tick).collect());
-    let limiters = Column::Bits(ticks.iter().map(|tick| tick.limiters).collect());
-    let flaws = Column::Bits(ticks.iter().map(|tick| tick.flaws).collect());
-    let first = std::iter::once(("tick".to_owned(), tick));
-    let numbers = TickMessage::NUMBERS.iter().map(number);
-    first
-        .chain(numbers)
-        .chain([
-            ("limiters".to_owned(), limiters),
-            ("flaws".to_owned(), flaws),
-        ])
-        .collect()
-}
-
-/// A column for each axis of each vector, and for the other fields, in their order.
-fn vector_columns(ticks: &[VectorTick], axes: usize) -> Vec<(String, Column)> {
-    let number = |field: fn(&VectorTick) -> f64| Column::Numbers(ticks.iter().map(field).collect());
-    let tick = Column::Counts(ticks.iter().map(|tick| tick.tick).collect());
-    let limiters = Column::Bits(ticks.iter().map(|tick| tick.limiters).collect());
-    let flaws = Column::Bits(ticks.iter().map(|tick| tick.flaws).collect());
-    let mut columns = vec![("tick".to_owned(), tick)];
-    columns.push(("time_s".to_owned(), number(|tick| tick.time_s)));
-    for (name, field) in VectorTick::VECTORS {
-        for (axis, letter) in AXES.iter().enumerate().take(axes) {
-            let values = ticks.iter().map(|tick| {
-                let vector = field(tick);
-                vector.as_slice().get(axis).copied().unwrap_or(f64::NAN)
-            });
-            let values = Column::Numbers(values.collect());
-            columns.push((column_of(name, letter), values));
-        }
-    }
-    let energy = number(|tick| tick.observed_energy_j);
-    columns.push(("observed_energy_j".to_owned(), energy));
-    columns.push(("limiters".to_owned(), limiters));
-    columns.push(("flaws".to_owned(), flaws));
-    columns
+    let first = ticks.first().copied().unwrap_or_default();
+    let columns = TickMessage::columns(first.axes()).into_iter();
+    let values = columns.map(|column| {
+        let all = ticks.iter().map(|tick| column.value(tick));
+        let values = match column.value(&first) {
+            Value::Number(_) => Column::Numbers(all.map(Value::to_f64).collect()),
+            Value::Count(_) => Column::Counts(all.map(Value::to_u64).collect()),
+            Value::Bits(_) => Column::Bits(all.map(|bits| bits.to_u64() as u8).collect()),
+        };
+        (column.name, values)
+    });
+    values.collect()
 }

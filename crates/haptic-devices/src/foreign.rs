@@ -3,14 +3,16 @@
 use crate::haply::{HaplyName, HaplyOpenError, Plane};
 use crate::moteus::{MoteusName, MoteusOpenError};
 use crate::name::NameError;
+use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, MODES_MAX};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
 /// A device of another maker by name: `KIND:PATH[,key=value]…`.
 ///
-/// *A new kind* takes three things: a module with its name, read by [`Settings`](crate::Settings); a
+/// *A new kind* takes three things: a module with its name, read by `Settings`; a
 /// [`ServedHardware`](haptic_remote::serial::ServedHardware), whose reads and writes are called once a tick and whose force
 /// is a [`SafeForce`](haptic_loop::SafeForce) already; and a variant here, with a row in [`KINDS`](Self::KINDS) and an arm in
 /// [`open`](Self::open). The loop, limits, watchdog, flight recorder, log, page and commands come with it.
@@ -70,9 +72,7 @@ impl ForeignName {
         };
         Ok(SerialLink::to_served(served, &self.to_string())?)
     }
-}
 
-impl ForeignName {
     /// The plane of a device that moves in one; `None` for others.
     #[must_use]
     pub const fn plane(&self) -> Option<Plane> {
@@ -80,6 +80,33 @@ impl ForeignName {
             Self::Haply(name) => Some(Plane::of(name.version.model())),
             Self::Moteus(_) => None,
         }
+    }
+}
+
+/// What this host serves of a board of another maker, and at which periods a USB port of full speed, which moves bytes each
+/// millisecond, can follow; what the board itself can do is to be filled in.
+pub(crate) fn served_host(board: &str, axes: u8) -> Capabilities {
+    Capabilities {
+        board: Capabilities::board_name(board),
+        axes,
+        simulated: false,
+        tick_period_min_us: 500,
+        tick_period_max_us: 500,
+        force_max_n: 0.0,
+        force_rate_max_n_per_s: 0.0,
+        position_resolution_m: 0.0,
+        coefficients_max: COEFFICIENTS_MAX as u16,
+        modes_max: MODES_MAX as u16,
+        degree_max: DEGREE_MAX as u16,
+        flight_samples: FLIGHT_SAMPLES as u16,
+    }
+}
+
+/// Refuses to be a simulated device.
+pub(crate) fn is_real(simulation: &Simulation) -> Result<(), Refusal> {
+    match simulation.kind {
+        SimulationKind::Real => Ok(()),
+        _ => Err(Refusal::Unsupported(Field::SimulationKind)),
     }
 }
 
@@ -152,13 +179,15 @@ impl OpenError {
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
     pub const fn may_pass(&self) -> bool {
-        matches!(
-            self,
-            Self::Haply(HaplyOpenError::Port(
-                SerialError::NotFound { .. } | SerialError::InUse { .. }
-            )) | Self::Moteus(MoteusOpenError::Port(
-                SerialError::NotFound { .. } | SerialError::InUse { .. }
-            ))
-        )
+        match self {
+            Self::Haply(HaplyOpenError::Port(error))
+            | Self::Moteus(MoteusOpenError::Port(error)) => {
+                matches!(
+                    error,
+                    SerialError::NotFound { .. } | SerialError::InUse { .. }
+                )
+            }
+            _ => false,
+        }
     }
 }

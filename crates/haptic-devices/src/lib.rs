@@ -8,4 +8,4 @@ pub mod moteus;
 mod name;
 
 pub use foreign::{ForeignName, OpenError};
-pub use name::{NameError, Settings};
+pub use name::NameError;

@@ -3,21 +3,9 @@
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
-/// A device's name behind its kind: a path, and settings by key.
-///
-/// The path ends at the first comma. A key is given at most once.
-///
-/// ```
-/// use haptic_devices::Settings;
-///
-/// let settings = Settings::parse("haply", "/dev/ttyACM0,version=2", &["version", "axis"])?;
-/// assert_eq!(settings.path(), "/dev/ttyACM0");
-/// assert_eq!(settings.choice("version", &[("2", 2), ("3", 3)], 3)?, 2);
-/// assert_eq!(settings.metres("radius", 1e-3..=1.0, 0.02)?, 0.02);
-/// # Ok::<(), haptic_devices::NameError>(())
-/// ```
+/// A device's name behind its kind: a path, which ends at the first comma, and settings by key, each given at most once.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings<'a> {
+pub(crate) struct Settings<'a> {
     path: &'a str,
     pairs: Vec<(&'a str, &'a str)>,
 }
@@ -87,7 +75,11 @@ impl<'a> Settings<'a> {
     ///
     /// # Errors
     /// No path, a setting that is no `key=value`, a key that is not in `keys` or is there twice.
-    pub fn parse(kind: &'static str, text: &'a str, keys: &[&str]) -> Result<Self, NameError> {
+    pub(crate) fn parse(
+        kind: &'static str,
+        text: &'a str,
+        keys: &[&str],
+    ) -> Result<Self, NameError> {
         let mut parts = text.split(',');
         let path = parts.next().filter(|path| !path.is_empty());
         let path = path.ok_or(NameError::Path { kind })?;
@@ -109,14 +101,12 @@ impl<'a> Settings<'a> {
     }
 
     /// The path of the port.
-    #[must_use]
-    pub const fn path(&self) -> &'a str {
+    pub(crate) const fn path(&self) -> &'a str {
         self.path
     }
 
     /// The value of a key as it was given.
-    #[must_use]
-    pub fn text(&self, key: &str) -> Option<&'a str> {
+    pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
         let found = self.pairs.iter().find(|(there, _)| *there == key);
         found.map(|(_, value)| *value)
     }
@@ -125,7 +115,7 @@ impl<'a> Settings<'a> {
     ///
     /// # Errors
     /// Another name.
-    pub fn choice<T: Copy>(
+    pub(crate) fn choice<T: Copy>(
         &self,
         key: &'static str,
         choices: &[(&str, T)],
@@ -145,86 +135,32 @@ impl<'a> Settings<'a> {
         })
     }
 
-    /// A number without a unit; `default` if it is not given.
-    ///
-    /// # Errors
-    /// No number in the range.
-    pub fn number(
-        &self,
-        key: &'static str,
-        range: RangeInclusive<f64>,
-        default: f64,
-    ) -> Result<f64, NameError> {
-        let read = |value: &str| value.parse().ok();
-        self.measured(key, range, default, "", read)
-    }
-
     /// A length in m, given as `20mm`, `0.02m` or `0.02`; `default` if it is not given.
     ///
     /// # Errors
     /// No length in the range.
-    pub fn metres(
+    pub(crate) fn metres(
         &self,
         key: &'static str,
         range: RangeInclusive<f64>,
         default: f64,
-    ) -> Result<f64, NameError> {
-        self.measured(key, range, default, " m", |value| with_unit(value, "m"))
-    }
-
-    /// A whole number; `default` if it is not given.
-    ///
-    /// # Errors
-    /// No whole number in the range.
-    pub fn whole(
-        &self,
-        key: &'static str,
-        range: RangeInclusive<u32>,
-        default: u32,
-    ) -> Result<u32, NameError> {
-        let read = |value: &str| value.parse::<u32>().ok().map(f64::from);
-        let range = f64::from(*range.start())..=f64::from(*range.end());
-        self.measured(key, range, default.into(), "", read)
-            .map(|number| number as u32)
-    }
-
-    /// A time in s, given as `100ms`, `0.1s` or `0.1`; `default` if it is not given.
-    ///
-    /// # Errors
-    /// No time in the range.
-    pub fn seconds(
-        &self,
-        key: &'static str,
-        range: RangeInclusive<f64>,
-        default: f64,
-    ) -> Result<f64, NameError> {
-        self.measured(key, range, default, " s", |value| with_unit(value, "s"))
-    }
-
-    fn measured(
-        &self,
-        key: &'static str,
-        range: RangeInclusive<f64>,
-        default: f64,
-        unit: &'static str,
-        read: impl FnOnce(&str) -> Option<f64>,
     ) -> Result<f64, NameError> {
         let Some(value) = self.text(key) else {
             return Ok(default);
         };
-        let number = read(value).filter(|number| range.contains(number));
+        let number = with_unit(value, "m").filter(|number| range.contains(number));
         number.ok_or_else(|| NameError::Number {
             key,
             value: value.to_owned(),
             least: *range.start(),
             most: *range.end(),
-            unit,
+            unit: " m",
         })
     }
 }
 
-/// A number in a unit, in a thousandth of it, or without one.
-fn with_unit(value: &str, unit: &str) -> Option<f64> {
+/// A number in a unit, in a thousandth of it, or without one; the unit may be none.
+pub(crate) fn with_unit(value: &str, unit: &str) -> Option<f64> {
     let bare = value.strip_suffix(unit).unwrap_or(value);
     match bare.strip_suffix('m').filter(|_| bare.len() < value.len()) {
         Some(thousandths) => thousandths.parse().ok().map(|number: f64| number / 1e3),
@@ -261,7 +197,6 @@ mod tests {
         let settings = read("/dev/x,radius=20mm,version=2").expect("good");
         assert_eq!(settings.path(), "/dev/x");
         assert_eq!(settings.metres("radius", 0.0..=1.0, 1.0), Ok(0.02));
-        assert_eq!(settings.number("version", 2.0..=3.0, 3.0), Ok(2.0));
         assert_eq!(read("COM3").expect("good").text("version"), None);
         for (text, said) in [
             (

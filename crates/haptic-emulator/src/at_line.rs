@@ -21,17 +21,20 @@ pub trait AtLine {
     fn receive(&mut self, byte: u8, now_us: u64, out: &mut Vec<u8>);
 }
 
-/// Both ways of a line: to the device, and to the host.
-pub(crate) struct Damage {
-    pub(crate) to_device: LineDamage,
-    pub(crate) to_host: LineDamage,
+/// What a line did to the bytes of both ways: to the device, and to the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// To the device.
+    pub to_device: LineDamage,
+    /// To the host.
+    pub to_host: LineDamage,
 }
 
 /// Runs a device at this end of a line until it is stopped or its time is over. The faults are those of single bytes.
 ///
 /// # Errors
 /// Faults outside their range.
-pub(crate) fn run(
+pub fn emulate(
     mut line: Box<dyn Line>,
     device: &mut impl AtLine,
     (faults, seed): (LineFaults, u64),

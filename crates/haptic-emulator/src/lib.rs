@@ -9,6 +9,6 @@ pub mod haply;
 pub mod moteus;
 mod near_line;
 
-pub use at_line::AtLine;
+pub use at_line::{AtLine, Damage, emulate};
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
 pub use near_line::NearLine;

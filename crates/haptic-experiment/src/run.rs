@@ -35,7 +35,7 @@ pub use ending::LetGo;
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{AnyTick, END, FinishedLog, StartTime};
+use haptic_log::record::{END, FinishedLog, StartTime, TickMessage};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Cycle, Periodic};
 use lateness::Lateness;
@@ -111,7 +111,7 @@ pub struct Ran {
 /// What runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
 pub(crate) trait World<const D: usize = 1> {
     /// What is told of a tick.
-    type Message: TickRecord<D>;
+    type Message: TickRecord;
 
     /// There is a folder for what the run leaves.
     fn begins(&mut self, _: &OutputFolder) {}
@@ -307,7 +307,7 @@ pub(crate) fn tell_end(
 /// Hands a tick to the recorder; with a clock, with where its time went.
 fn log_tick(
     recorder: &mut Recorder,
-    tick: AnyTick,
+    tick: &TickMessage,
     cycle: Option<Cycle>,
     compute_ns: u64,
 ) -> anyhow::Result<Result<(), Stopped>> {

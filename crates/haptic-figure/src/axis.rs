@@ -212,6 +212,184 @@ fn step_above(value: f64) -> f64 {
     step.unwrap_or(10.0) * decade
 }
 
+/// Up to so many decades each has its label; beyond, every other one.
+const LABELLED_DECADES: f64 = 8.0;
+/// Up to so many decades 2 and 5 times each power of ten have a label too.
+const FINE_DECADES: f64 = 3.0;
+/// Decades whose ticks are written in plain digits, 0.001 to 10000.
+const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -3..=4;
+/// About so many ticks on a linear axis.
+const LINEAR_TICKS: f64 = 5.0;
+/// A decade shorter than this, px, has no small ticks.
+const NARROWEST_DECADE: f64 = 18.0;
+/// A tick this far beyond an end, as a share of the axis, is at the end: places are rounded.
+const AT_END: f64 = 1e-9;
+
+/// A tick; all large ones have a label, and some small ones.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tick {
+    /// Place on the axis, 0 at the low end of the axis and 1 at the high end.
+    pub(crate) fraction: f64,
+    /// Between the powers of ten of a logarithmic axis.
+    pub(crate) is_small: bool,
+    pub(crate) label: Option<String>,
+}
+
+impl Axis {
+    /// All ticks, from the low end to the high one.
+    pub(crate) fn ticks(&self) -> Vec<Tick> {
+        let mut ticks = self.large_ticks();
+        if self.scale == Scale::Log {
+            ticks.append(&mut self.small_ticks());
+        }
+        ticks.retain(|tick| (-AT_END..=1.0 + AT_END).contains(&tick.fraction));
+        ticks.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        ticks
+    }
+
+    /// The labels of the ticks with their places, from the low end to the high one.
+    pub(crate) fn labels(&self) -> Vec<(f64, String)> {
+        let ticks = self.ticks().into_iter();
+        ticks
+            .filter_map(|tick| Some((tick.fraction, tick.label?)))
+            .collect()
+    }
+
+    /// Ticks with labels, those just beyond the ends too.
+    fn large_ticks(&self) -> Vec<Tick> {
+        let ((low, high), step) = (self.range(), self.tick_step());
+        let largest = self.low.abs().max(self.high.abs());
+        let (first, last) = ((low / step).floor() as i64, (high / step).ceil() as i64);
+        let tick = |count| {
+            let place = count as f64 * step;
+            let label = match self.scale {
+                Scale::Linear => linear_label(place, step, largest),
+                Scale::Log => log_label(place.round() as i32, 1, self.is_plain()),
+            };
+            Tick {
+                fraction: (place - low) / (high - low),
+                is_small: false,
+                label: Some(label),
+            }
+        };
+        (first..=last).map(tick).collect()
+    }
+
+    /// Ticks of a logarithmic axis between the large ones, those beyond the ends too.
+    fn small_ticks(&self) -> Vec<Tick> {
+        let decades = self.decades();
+        let step = self.tick_step() as i32;
+        let multiples = match step {
+            2.. => 1..=1,
+            _ if self.length < NARROWEST_DECADE * decades => return Vec::new(),
+            _ => 2..=9,
+        };
+        let is_plain = self.is_plain();
+        let is_short = decades <= 1.0 || (decades <= FINE_DECADES && is_plain);
+        let is_fine = is_short && self.thinned == 0;
+        let (low, high) = self.range();
+        let exponents = low.floor() as i32..=high.floor() as i32;
+        let places = exponents.flat_map(|exponent| multiples.clone().map(move |m| (exponent, m)));
+        let places = places.filter(|(exponent, multiple)| *multiple > 1 || exponent % step != 0);
+        let tick = |(exponent, multiple): (i32, i32)| {
+            let place = f64::from(exponent) + f64::from(multiple).log10();
+            let has_label = is_fine && matches!(multiple, 2 | 5);
+            Tick {
+                fraction: (place - low) / (high - low),
+                is_small: true,
+                label: has_label.then(|| log_label(exponent, multiple, is_plain)),
+            }
+        };
+        places.map(tick).collect()
+    }
+
+    /// From one large tick to the next, in units of equal length on the paper.
+    fn tick_step(&self) -> f64 {
+        match self.scale {
+            Scale::Linear => {
+                let step = nice_step((self.high - self.low) / LINEAR_TICKS);
+                (0..self.thinned).fold(step, |step, _| nice_step(2.0 * step))
+            }
+            Scale::Log => {
+                let most = (self.decades() / LABELLED_DECADES).ceil().clamp(1.0, 2.0);
+                most + f64::from(self.thinned.saturating_sub(1))
+            }
+        }
+    }
+
+    fn decades(&self) -> f64 {
+        (self.high / self.low).log10()
+    }
+
+    /// True if all powers of ten on the axis are short enough in plain digits.
+    fn is_plain(&self) -> bool {
+        let (low, high) = self.range();
+        let lowest = (low + 1e-9).floor() as i32;
+        let highest = (high + 1e-9).floor() as i32;
+        PLAIN_DECADES.contains(&lowest) && PLAIN_DECADES.contains(&highest)
+    }
+}
+
+/// The nearest of 1, 2, 5, 10 times a power of ten, for ticks about this far apart.
+fn nice_step(distance: f64) -> f64 {
+    let decade = 10f64.powf(distance.log10().floor());
+    let step = match distance / decade {
+        mantissa if mantissa < 1.5 => 1.0,
+        mantissa if mantissa < 3.5 => 2.0,
+        mantissa if mantissa < 7.5 => 5.0,
+        _ => 10.0,
+    };
+    step * decade
+}
+
+/// A multiple of a power of ten, as `0.02` or as `2·10⁻²`.
+fn log_label(exponent: i32, multiple: i32, plain: bool) -> String {
+    if plain {
+        let value = f64::from(multiple) * 10f64.powi(exponent);
+        linear_label(value, value, value)
+    } else if multiple == 1 {
+        power_of_ten(exponent)
+    } else {
+        format!("{multiple}·{}", power_of_ten(exponent))
+    }
+}
+
+/// `10⁻³` and the like.
+fn power_of_ten(exponent: i32) -> String {
+    format!("10{}", superscript(exponent))
+}
+
+/// A tick label on an axis whose ticks are `step` apart and whose largest value is `largest`:
+/// plain digits with as many decimals as the step has, or powers of ten where that would be long.
+fn linear_label(value: f64, step: f64, largest: f64) -> String {
+    // Half a step is zero as well: the sum of steps that led here is not exact.
+    if value.abs() < 0.5 * step && value.abs() < 1e-9 * largest {
+        return "0".to_owned();
+    }
+    let text = if (1e-4..1e6).contains(&largest) {
+        let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        let exponent = largest.log10().floor() as i32;
+        let mantissa = value / 10f64.powi(exponent);
+        let decimals = (exponent - (step.log10() + 1e-9).floor() as i32).max(0) as usize;
+        format!("{mantissa:.decimals$}·{}", power_of_ten(exponent))
+    };
+    text.replace('-', "−")
+}
+
+fn superscript(exponent: i32) -> String {
+    (exponent.to_string().chars())
+        .map(|digit| match digit {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            other => char::from_u32(u32::from(other) - u32::from('0') + 0x2070).unwrap_or(other),
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -262,5 +440,75 @@ mod tests {
             assert!(axis.low < axis.high, "{value}");
             assert!((axis.low..=axis.high).contains(&value), "{value}");
         }
+    }
+
+    fn labels(axis: &Axis) -> Vec<String> {
+        axis.labels().into_iter().map(|(_, label)| label).collect()
+    }
+
+    #[test]
+    fn an_axis_of_less_than_a_decade_has_labels() {
+        let axis = Axis::around("force / N", Scale::Log, 2.9, 3.1);
+        assert_eq!((axis.low, axis.high), (2.0, 5.0));
+        assert_eq!(labels(&axis), ["2", "5"]);
+        let axis = Axis::around("relative error", Scale::Log, 2.9e-8, 3.1e-8);
+        assert_eq!(labels(&axis), ["2·10⁻⁸", "5·10⁻⁸"]);
+    }
+
+    #[test]
+    fn labels_of_one_axis_are_all_plain_or_all_powers() {
+        let time = Axis::time(Scale::Log, 1e-3, 200.0);
+        assert_eq!(labels(&time), ["0.001", "0.01", "0.1", "1", "10", "100"]);
+        let error = Axis::around("relative error", Scale::Log, 3e-9, 2e-5);
+        assert_eq!(
+            labels(&error),
+            ["10⁻⁹", "10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵", "10⁻⁴"]
+        );
+        let wide = Axis::around("relative error", Scale::Log, 3e-15, 2e-5);
+        assert_eq!(
+            labels(&wide),
+            ["10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴"]
+        );
+    }
+
+    #[test]
+    fn labels_of_a_linear_axis_have_equal_decimals_and_all_differ() {
+        let axis = Axis::around("force / N", Scale::Linear, 2.8, 3.0);
+        assert_eq!(labels(&axis), ["2.80", "2.85", "2.90", "2.95", "3.00"]);
+        let axis = Axis::around("force / N", Scale::Linear, 3.000_010, 3.000_013);
+        let mut labels = labels(&axis);
+        let count = labels.len();
+        labels.dedup();
+        assert!(count >= 3 && labels.len() == count, "{labels:?}");
+    }
+
+    #[test]
+    fn ticks_become_fewer_until_their_labels_fit() {
+        let fitted = |mut axis: Axis, length: f64| {
+            axis.fit(length, |label| 10.0 * label.chars().count() as f64);
+            labels(&axis)
+        };
+        let linear = Axis::around("force / N", Scale::Linear, 0.0, 0.99);
+        assert_eq!(fitted(linear.clone(), 400.0).len(), 6);
+        assert_eq!(fitted(linear.clone(), 100.0), ["0", "0.5", "1.0"]);
+        assert!(fitted(linear, 1.0).len() <= 1);
+        let log = Axis::around("force / N", Scale::Log, 1.5e-3, 80.0);
+        assert_eq!(
+            fitted(log.clone(), 300.0),
+            ["0.001", "0.01", "0.1", "1", "10", "100"]
+        );
+        assert_eq!(fitted(log.clone(), 100.0), ["0.01", "1", "100"]);
+        assert!(fitted(log, 1.0).len() <= 1);
+    }
+
+    #[test]
+    fn numbers_read_as_in_a_journal() {
+        assert_eq!(linear_label(0.0, 0.1, 1.0), "0");
+        assert_eq!(linear_label(0.1 + 0.2, 0.1, 1.0), "0.3");
+        assert_eq!(linear_label(-2.5, 0.5, 3.0), "−2.5");
+        assert_eq!(linear_label(80_000.0, 2e4, 86_400.0), "80000");
+        assert_eq!(linear_label(2e-7, 1e-7, 3e-7), "2·10⁻⁷");
+        assert_eq!(linear_label(-3e9, 5e8, 3e9), "−3.0·10⁹");
+        assert_eq!(power_of_ten(-12), "10⁻¹²");
     }
 }

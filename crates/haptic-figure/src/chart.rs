@@ -2,7 +2,7 @@
 
 use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
-use crate::marker::Shape;
+use crate::drawing::Shape;
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
 use crate::style::{

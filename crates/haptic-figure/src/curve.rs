@@ -1,11 +1,9 @@
 //! Contents of a panel's box: lines, areas and markers, and their samples in the legend.
 
 use crate::axis::Axis;
-use crate::clip::clip;
-use crate::drawing::{Item, Rectangle};
-use crate::marker::Shape;
+use crate::drawing::{Item, Rectangle, Shape};
 use crate::style::{PAPER, Stroke};
-use crate::thin::{Points, scatter, simplify};
+use crate::thin::{Points, clip, scatter, simplify};
 
 /// Opacity of an area in the colour of its outline.
 const AREA_OPACITY: f64 = 0.1;

@@ -1,11 +1,263 @@
-//! Parts that pictures over time share: slices that belong together and panels over time.
+//! Pictures over time: positions and forces of a run, and a run against its closed form, the page that relaxation and
+//! creep share.
+//!
+//! That has three panels: the quantity against time, linear (a) and log-log (b), and below them the
+//! relative error (c), log-log. The error is drawn as the largest one of each of some 600 equal
+//! steps of log t, because a curve through its sign changes would be a hedge of spikes. An error
+//! of exactly 0 has no place on a logarithmic axis and is left out; one more than ten decades
+//! below the largest lies below the panel. So does, in panel (b), the curve of a run where it falls
+//! more than a decade below the closed form everywhere, as short memory does.
 
-use crate::FigureError;
 use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
+use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
-use crate::style::Stroke;
-use crate::thin::Points;
+use crate::style::{BLUE, DIFFERENCE, GREEN, INK, LARGE, RUN, Stroke, THEORY, VERMILION};
+use crate::thin::{Points, envelope, showable};
+use crate::{FigureError, Picture};
+
+/// Steps of an envelope across the page.
+const BINS: usize = 600;
+/// The error panel reaches this far below the largest error.
+const ERROR_SPAN: f64 = 1e10;
+
+/// Under what conditions a curve was taken; makes the subtitle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions<'a> {
+    /// Tissue, as in `prostate, cancerous`.
+    pub tissue: &'a str,
+    /// Order μ of the derivative.
+    pub order: f64,
+    /// Device, as in `sim` or `serial:/dev/ttyACM0`.
+    pub device: &'a str,
+    /// Scheme, as in `full:1e-6`.
+    pub scheme: &'a str,
+    /// Anything else, as in `5 % strain in 1 s, held for 199 s`; may be empty.
+    pub remark: &'a str,
+}
+
+impl Conditions<'_> {
+    fn subtitle(&self) -> String {
+        let mut parts = vec![
+            self.tissue.to_owned(),
+            format!("order μ = {}", self.order),
+            format!("device {}", self.device),
+            format!("scheme {}", self.scheme),
+        ];
+        if !self.remark.is_empty() {
+            parts.push(self.remark.to_owned());
+        }
+        parts.join("  ·  ")
+    }
+}
+
+/// A quantity against time over its closed form, and the error below. The slices belong together sample by
+/// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
+///
+/// ```
+/// use haptic_figure::{Conditions, TheoryFigure};
+///
+/// let time_s: Vec<f64> = (1..=1000).map(|i| 1e-3 * f64::from(i)).collect();
+/// let closed_form: Vec<f64> = time_s.iter().map(|t| 3.0 * t.powf(-0.2247)).collect();
+/// let relative_error: Vec<f64> = time_s.iter().map(|t| 1e-3 * (60.0 * t).sin()).collect();
+/// let both = closed_form.iter().zip(&relative_error);
+/// let values: Vec<f64> = both.map(|(force, error)| force * (1.0 + error)).collect();
+/// let figure = TheoryFigure {
+///     title: "Relaxation",
+///     conditions: Conditions {
+///         tissue: "prostate, cancerous",
+///         order: 0.2247,
+///         device: "sim",
+///         scheme: "full:1e-6",
+///         remark: "",
+///     },
+///     quantity: "force",
+///     label: "force / N",
+///     origin: "simulated",
+///     time_s: &time_s,
+///     values: &values,
+///     closed_form: &closed_form,
+///     relative_error: &relative_error,
+///     held: None,
+/// };
+/// assert!(figure.draw()?.svg().contains("simulated force"));
+/// # Ok::<(), haptic_figure::FigureError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TheoryFigure<'a> {
+    /// One line above the picture.
+    pub title: &'a str,
+    /// Tissue, order, scheme.
+    pub conditions: Conditions<'a>,
+    /// The quantity that is compared, as in `force`.
+    pub quantity: &'static str,
+    /// Its axis label, with the unit, as in `force / N`.
+    pub label: &'static str,
+    /// Its source, as in `simulated` or `rendered`.
+    pub origin: &'a str,
+    /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first
+    /// positive one.
+    pub time_s: &'a [f64],
+    /// The quantity.
+    pub values: &'a [f64],
+    /// The quantity in closed form at the same times.
+    pub closed_form: &'a [f64],
+    /// Relative error of the quantity; the sign does not matter, and NaN is left out.
+    pub relative_error: &'a [f64],
+    /// Two panels more about what held the device; `None` for none.
+    pub held: Option<HeldPanels<'a>>,
+}
+
+/// Panels about the controller that held a device on its way: the error that it left, and its force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldPanels<'a> {
+    /// Time, s.
+    pub time_s: &'a [f64],
+    /// Axis label of the error, with the unit, as in `tracking error / µm`.
+    pub label: &'static str,
+    /// Set point less measurement.
+    pub tracking_error: &'a [f64],
+    /// Force of the drive, N.
+    pub force_n: &'a [f64],
+}
+
+impl HeldPanels<'_> {
+    fn row(&self) -> Result<Row, FigureError> {
+        let slices = [
+            ("tracking error", self.tracking_error),
+            ("drive force", self.force_n),
+        ];
+        check_lengths(self.time_s, &slices)?;
+        let panel = |name, caption: &str, label, values: &[f64]| {
+            let points = showable(self.time_s, values, Scale::Linear, Scale::Linear);
+            TimePanel {
+                name,
+                caption: caption.to_owned(),
+                scale: Scale::Linear,
+                label,
+                curves: vec![line(points, RUN)],
+                floor: None,
+                note: "no sample",
+            }
+            .panel()
+        };
+        Ok(Row {
+            height: ERROR_ROW_HEIGHT,
+            columns: 2,
+            panels: vec![
+                panel(
+                    'd',
+                    "set point less measurement",
+                    self.label,
+                    self.tracking_error,
+                ),
+                panel('e', "force of the drive", "force / N", self.force_n),
+            ],
+        })
+    }
+}
+
+const TOP_ROW_HEIGHT: f64 = 340.0;
+const ERROR_ROW_HEIGHT: f64 = 270.0;
+
+impl TheoryFigure<'_> {
+    /// Draws the picture.
+    ///
+    /// # Errors
+    /// If there is no sample to draw, or the slices differ in length.
+    pub fn draw(&self) -> Result<Picture, FigureError> {
+        let slices = [
+            (self.quantity, self.values),
+            ("closed form", self.closed_form),
+            ("relative error", self.relative_error),
+        ];
+        check_lengths(self.time_s, &slices)?;
+        let run = format!("{} {}", self.origin, self.quantity);
+        let mut rows = vec![
+            Row {
+                height: TOP_ROW_HEIGHT,
+                columns: 2,
+                panels: vec![
+                    self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
+                    self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
+                ],
+            },
+            Row {
+                height: ERROR_ROW_HEIGHT,
+                columns: 1,
+                panels: vec![self.error()],
+            },
+        ];
+        if let Some(held) = &self.held {
+            rows.push(held.row()?);
+        }
+        let page = Page {
+            title: self.title.to_owned(),
+            subtitle: self.conditions.subtitle(),
+            legend: vec![
+                LegendEntry::new(&run, Form::Line(RUN)),
+                LegendEntry::new("closed form", Form::Line(THEORY)),
+                LegendEntry::new("relative error", Form::Line(DIFFERENCE)),
+            ],
+            sizes: LARGE,
+            x_label: String::new(),
+            y_label: String::new(),
+            rows,
+        };
+        page.draw()
+    }
+
+    /// The run over its closed form; a panel that has nothing to show on logarithmic axes says so.
+    fn curves(&self, name: char, caption: String, scale: Scale) -> Result<Panel, FigureError> {
+        let [theory, run] = [self.closed_form, self.values]
+            .map(|values| showable(self.time_s, values, scale, scale));
+        if run.is_empty() && scale == Scale::Linear {
+            return Err(FigureError::Empty {
+                what: self.quantity,
+                samples: self.time_s.len(),
+            });
+        }
+        // A curve that passes through zero would stretch a logarithmic axis without end.
+        let lowest = extremes(theory.iter().map(|point| point.1)).0;
+        let floor = (scale == Scale::Log && lowest.is_finite()).then_some(lowest / 10.0);
+        Ok(TimePanel {
+            name,
+            caption,
+            scale,
+            label: self.label,
+            curves: vec![line(theory, THEORY), line(run, RUN)],
+            floor,
+            note: "no positive values",
+        }
+        .panel())
+    }
+
+    fn error(&self) -> Panel {
+        let magnitude: Vec<f64> = self
+            .relative_error
+            .iter()
+            .map(|error| error.abs())
+            .collect();
+        let points = showable(self.time_s, &magnitude, Scale::Log, Scale::Log);
+        let envelope = envelope(&points, Scale::Log, BINS);
+        let largest = extremes(envelope.iter().map(|point| point.1)).1;
+        let note = if magnitude.iter().any(|error| error.is_finite()) {
+            "the error is 0 throughout"
+        } else {
+            "no sample has a relative error"
+        };
+        TimePanel {
+            name: 'c',
+            caption: "relative error, largest in each step of log t".to_owned(),
+            scale: Scale::Log,
+            label: "relative error",
+            curves: vec![line(envelope, DIFFERENCE)],
+            floor: Some(largest / ERROR_SPAN),
+            note,
+        }
+        .panel()
+    }
+}
 
 /// Refuses slices that have not one value for each time.
 pub(crate) fn check_lengths(
@@ -23,7 +275,7 @@ pub(crate) fn check_lengths(
     }
 }
 
-/// A line through these points.
+/// A line through these points; one without any is none.
 pub(crate) fn line(points: Points, stroke: Stroke) -> Curve {
     Curve {
         pieces: vec![points],
@@ -67,5 +319,135 @@ impl TimePanel {
             curves: self.curves,
             note: empty.then(|| self.note.to_owned()),
         }
+    }
+}
+
+const ROW_HEIGHT: f64 = 300.0;
+/// Positions are drawn in mm.
+const MM_PER_M: f64 = 1e3;
+
+const REFERENCE: Stroke = Stroke::solid("#999999", 4.5);
+const INDENTER: Stroke = Stroke::solid(GREEN, 1.8);
+const RENDERING: Stroke = Stroke::solid(BLUE, 1.8);
+const FORCE: Stroke = Stroke::solid(VERMILION, 1.8);
+const CONTACT: Stroke = Stroke::solid(INK, 1.0);
+
+/// Motion of a run for a first look: positions above, forces below. The slices belong together sample by sample;
+/// what is not finite is left out.
+///
+/// ```
+/// use haptic_figure::MotionFigure;
+///
+/// let time_s: Vec<f64> = (0..100).map(|i| 1e-3 * f64::from(i)).collect();
+/// let (ramp, rest) = (time_s.iter().map(|t| 0.01 * t), vec![0.0; 100]);
+/// let ramp: Vec<f64> = ramp.collect();
+/// let force_n: Vec<f64> = ramp.iter().map(|x| -500.0 * x).collect();
+/// let figure = MotionFigure {
+///     title: "A push into a spring of 500 N/m",
+///     subtitle: "",
+///     time_s: &time_s,
+///     reference_m: &ramp,
+///     indenter_position_m: &rest,
+///     position_m: &ramp,
+///     force_n: &force_n,
+///     contact_force_n: &force_n,
+/// };
+/// assert!(figure.draw()?.svg().contains("position / mm"));
+/// # Ok::<(), haptic_figure::FigureError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionFigure<'a> {
+    /// One line above the picture.
+    pub title: &'a str,
+    /// One line below it; may be empty.
+    pub subtitle: &'a str,
+    /// Time, s.
+    pub time_s: &'a [f64],
+    /// Position that was asked for, m.
+    pub reference_m: &'a [f64],
+    /// Position of the indenter, m.
+    pub indenter_position_m: &'a [f64],
+    /// Position of the device, m.
+    pub position_m: &'a [f64],
+    /// Force on the device, N.
+    pub force_n: &'a [f64],
+    /// Force of the contact, N.
+    pub contact_force_n: &'a [f64],
+}
+
+impl MotionFigure<'_> {
+    /// Draws the picture.
+    ///
+    /// # Errors
+    /// If there is no sample to draw, or the slices differ in length.
+    pub fn draw(&self) -> Result<Picture, FigureError> {
+        check_lengths(
+            self.time_s,
+            &[
+                ("reference", self.reference_m),
+                ("indenter", self.indenter_position_m),
+                ("position", self.position_m),
+                ("force", self.force_n),
+                ("contact force", self.contact_force_n),
+            ],
+        )?;
+        let positions = vec![
+            self.line(self.reference_m, MM_PER_M, REFERENCE),
+            self.line(self.indenter_position_m, MM_PER_M, INDENTER),
+            self.line(self.position_m, MM_PER_M, RENDERING),
+        ];
+        let forces = vec![
+            self.line(self.force_n, 1.0, FORCE),
+            self.line(self.contact_force_n, 1.0, CONTACT),
+        ];
+        let mut curves = positions.iter().chain(&forces);
+        if curves.all(|curve| curve.points().next().is_none()) {
+            return Err(FigureError::Empty {
+                what: "position or force",
+                samples: self.time_s.len(),
+            });
+        }
+        let page = Page {
+            title: self.title.to_owned(),
+            subtitle: self.subtitle.to_owned(),
+            legend: vec![
+                LegendEntry::new("reference", Form::Line(REFERENCE)),
+                LegendEntry::new("indenter", Form::Line(INDENTER)),
+                LegendEntry::new("position", Form::Line(RENDERING)),
+                LegendEntry::new("force", Form::Line(FORCE)),
+                LegendEntry::new("contact force", Form::Line(CONTACT)),
+            ],
+            sizes: LARGE,
+            x_label: String::new(),
+            y_label: String::new(),
+            rows: vec![
+                row('a', "position", "position / mm", positions),
+                row('b', "force", "force / N", forces),
+            ],
+        };
+        page.draw()
+    }
+
+    fn line(&self, values: &[f64], factor: f64, stroke: Stroke) -> Curve {
+        let values: Vec<f64> = values.iter().map(|value| factor * value).collect();
+        let points = showable(self.time_s, &values, Scale::Linear, Scale::Linear);
+        line(points, stroke)
+    }
+}
+
+fn row(name: char, caption: &str, label: &'static str, curves: Vec<Curve>) -> Row {
+    let panel = TimePanel {
+        name,
+        caption: caption.to_owned(),
+        scale: Scale::Linear,
+        label,
+        curves,
+        floor: None,
+        note: "no finite values",
+    };
+    Row {
+        height: ROW_HEIGHT,
+        columns: 1,
+        panels: vec![panel.panel()],
     }
 }

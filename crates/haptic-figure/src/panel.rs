@@ -1,10 +1,9 @@
 //! One panel: two axes in a box, curves over a faint grid, a caption above.
 
-use crate::axis::Axis;
+use crate::axis::{Axis, Tick};
 use crate::curve::{BoxEdges, Curve};
 use crate::drawing::{Anchor, Item, Ruled, Text};
 use crate::style::{GRID, INK, MUTED_INK, Sizes, fit, text_width};
-use crate::tick::Tick;
 
 /// Of the space on the left, what lies beside the tick labels: axis label, ticks, gaps.
 const BESIDE_TICK_LABELS: f64 = 40.0;

@@ -2,8 +2,8 @@
 
 use crate::axis::Scale;
 use crate::chart::{AxisSpec, Chart, ChartPage, Look, Series};
-use crate::once::once;
 use crate::over_time::check_lengths;
+use crate::thin::once;
 use crate::{FigureError, Picture};
 
 /// Lengths are drawn in mm.

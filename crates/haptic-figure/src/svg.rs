@@ -7,8 +7,7 @@ use quick_xml::events::{BytesStart, BytesText, Event};
 use quick_xml::writer::Writer;
 
 use crate::FigureError;
-use crate::drawing::{Anchor, Drawing, Item, Rectangle, Ruled, Text};
-use crate::marker::{Outline, Shape};
+use crate::drawing::{Anchor, Drawing, Item, Outline, Rectangle, Ruled, Shape, Text};
 use crate::style::{INK, PAPER, Stroke};
 use crate::superscript::{LOWER_EM, Part, RAISE_EM, RAISED_SIZE, parts};
 use crate::thin::Points;

@@ -1,19 +1,12 @@
 //! Thins curves to what a panel can show.
 //!
-//! The axis is divided into equal bins (equal in log t on a logarithmic axis). Of each bin the
-//! first, lowest, highest and last point stay or, for an envelope, the highest alone. So no peak
-//! is lost, and the picture is the same as with all points as long as bins are narrower than a
-//! line. Points that an axis cannot show (not finite, or not positive on a logarithmic axis) are
-//! left out here, for all panels.
-//!
-//! That needs curves that are functions of their axis. When the place of every point on the paper
-//! is known, [`simplify`] thins curves of any form: it leaves out points on straight stretches
-//! (D. H. Douglas and T. K. Peucker, "Algorithms for the reduction of the number of points
-//! required to represent a digitized line", 1973), which no one can see, and only then coarsens.
+//! Points that an axis cannot show (not finite, or not positive on a logarithmic axis) are left out for all panels.
+//! Where the place of every point on the paper is known, [`simplify`] leaves out those on straight stretches
+//! (D. H. Douglas and T. K. Peucker, "Algorithms for the reduction of the number of points required to represent a
+//! digitized line", 1973), which no one can see, and only then coarsens.
 
-use std::collections::HashSet;
-
-use crate::axis::Scale;
+use crate::axis::{Scale, extremes};
+use std::collections::{HashMap, HashSet};
 
 /// A point this far from a straight line, px, is seen on it: a tenth of a pixel of the PNG.
 const INVISIBLE: f64 = 0.05;
@@ -26,15 +19,6 @@ const LONGEST_EXACT: usize = 6_000;
 /// Points of a curve, x and y.
 pub(crate) type Points = Vec<(f64, f64)>;
 
-/// The points of a bin that stay.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Keep {
-    /// First, lowest, highest, last: the curve as it is.
-    Shape,
-    /// The highest: an upper envelope.
-    Highest,
-}
-
 /// The points of `(x, y)` that axes of these scales can show.
 pub(crate) fn showable(x: &[f64], y: &[f64], x_scale: Scale, y_scale: Scale) -> Points {
     (x.iter().zip(y))
@@ -43,33 +27,24 @@ pub(crate) fn showable(x: &[f64], y: &[f64], x_scale: Scale, y_scale: Scale) -> 
         .collect()
 }
 
-/// Thins points to at most `4·bins` of them, or `bins` for an envelope, ordered by bin.
-pub(crate) fn thin(points: &Points, x_scale: Scale, bins: usize, keep: Keep) -> Points {
-    let most = match keep {
-        Keep::Shape => 4 * bins,
-        Keep::Highest => bins,
-    };
-    if points.len() <= most {
+/// The highest point of each of so many equal bins of the axis, in order: an upper envelope.
+pub(crate) fn envelope(points: &Points, x_scale: Scale, bins: usize) -> Points {
+    if points.len() <= bins {
         return points.clone();
     }
     let place = |point: &(f64, f64)| x_scale.forward(point.0);
-    let low = points.iter().map(place).fold(f64::INFINITY, f64::min);
-    let high = points.iter().map(place).fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = extremes(points.iter().map(place));
     let per_unit = bins as f64 / (high - low);
-    let mut kept = vec![Bin::default(); bins];
-    for (index, point) in points.iter().enumerate() {
+    let mut highest = vec![None::<(f64, f64)>; bins];
+    for point in points {
         // All points at one place make `per_unit` infinite and the product NaN, which casts to 0.
         let bin = ((place(point) - low) * per_unit) as usize;
-        kept[bin.min(bins - 1)].add(index, points);
-    }
-    let mut thinned = Points::new();
-    for bin in &kept {
-        match keep {
-            Keep::Shape => thinned.extend(bin.shape().map(|index| points[index])),
-            Keep::Highest => thinned.extend(bin.0.map(|bin| points[bin.highest])),
+        let highest = highest[bin.min(bins - 1)].get_or_insert(*point);
+        if point.1 > highest.1 {
+            *highest = *point;
         }
     }
-    thinned
+    highest.into_iter().flatten().collect()
 }
 
 /// Thins a curve on the paper, in px, to at most `most` points, or 4 where that is less.
@@ -105,20 +80,23 @@ pub(crate) fn scatter(points: Points, most: usize) -> Points {
 
 /// Of each run of points through one column of the paper the first, lowest, highest and last.
 fn by_column(points: &Points, width: f64) -> Points {
-    let left = points
-        .iter()
-        .map(|point| point.0)
-        .fold(f64::INFINITY, f64::min);
+    let left = extremes(points.iter().map(|point| point.0)).0;
     let column = |point: &(f64, f64)| ((point.0 - left) / width) as u64;
     let mut thinned = Points::new();
-    let mut start = 0;
     for run in points.chunk_by(|a, b| column(a) == column(b)) {
-        let mut bin = Bin::default();
-        for index in start..start + run.len() {
-            bin.add(index, points);
+        let (mut lowest, mut highest) = (0, 0);
+        for (index, point) in run.iter().enumerate() {
+            if point.1 < run[lowest].1 {
+                lowest = index;
+            }
+            if point.1 > run[highest].1 {
+                highest = index;
+            }
         }
-        start += run.len();
-        thinned.extend(bin.shape().map(|index| points[index]));
+        let mut kept = vec![0, lowest, highest, run.len() - 1];
+        kept.sort_unstable();
+        kept.dedup();
+        thinned.extend(kept.into_iter().map(|index| run[index]));
     }
     thinned
 }
@@ -157,80 +135,173 @@ fn distance(point: (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     (x - share * along_x).hypot(y - share * along_y)
 }
 
-/// Indices of the points of a bin that may stay; `None` while it is empty.
-#[derive(Clone, Copy, Debug, Default)]
-struct Bin(Option<Extremes>);
+/// Distance of the cut from the box, as a share of its sides: more than half a line's width.
+const BEYOND: f64 = 0.1;
 
-#[derive(Clone, Copy, Debug)]
-struct Extremes {
-    first: usize,
-    lowest: usize,
-    highest: usize,
-    last: usize,
+/// The part of a curve inside and just outside the box; `closed` if its last point leads back to
+/// its first. Empty if the curve passes the box by.
+pub(crate) fn clip(points: &[(f64, f64)], closed: bool) -> Points {
+    let mut kept = points.to_vec();
+    for side in [Side::Left, Side::Right, Side::Bottom, Side::Top] {
+        kept = cut(&kept, closed, side);
+    }
+    // A remainder that lies wholly beyond one side is a walk outside it.
+    let outside = |side: Side| kept.iter().all(|point| side.depth(*point) < BEYOND);
+    if [Side::Left, Side::Right, Side::Bottom, Side::Top]
+        .into_iter()
+        .any(outside)
+    {
+        kept.clear();
+    }
+    kept
 }
 
-impl Bin {
-    fn add(&mut self, index: usize, points: &Points) {
-        let extremes = self.0.get_or_insert(Extremes {
-            first: index,
-            lowest: index,
-            highest: index,
-            last: index,
-        });
-        extremes.last = index;
-        if points[index].1 < points[extremes.lowest].1 {
-            extremes.lowest = index;
+#[derive(Clone, Copy, Debug)]
+enum Side {
+    Left,
+    Right,
+    Bottom,
+    Top,
+}
+
+impl Side {
+    /// Distance of a point from the cut, positive towards the box.
+    fn depth(self, (x, y): (f64, f64)) -> f64 {
+        BEYOND
+            + match self {
+                Self::Left => x,
+                Self::Right => 1.0 - x,
+                Self::Bottom => y,
+                Self::Top => 1.0 - y,
+            }
+    }
+}
+
+/// The part of a curve on the inner side of one cut, whose ends on the cut are joined.
+fn cut(points: &[(f64, f64)], closed: bool, side: Side) -> Points {
+    let mut kept = Points::with_capacity(points.len());
+    let mut before = if closed { points.last() } else { None };
+    for point in points {
+        let depth = side.depth(*point);
+        if let Some(before) = before {
+            let depth_before = side.depth(*before);
+            if (depth < 0.0) != (depth_before < 0.0) {
+                let share = depth_before / (depth_before - depth);
+                let between = |from: f64, to: f64| from + share * (to - from);
+                kept.push((between(before.0, point.0), between(before.1, point.1)));
+            }
         }
-        if points[index].1 > points[extremes.highest].1 {
-            extremes.highest = index;
+        if depth >= 0.0 {
+            kept.push(*point);
         }
+        before = Some(point);
+    }
+    kept
+}
+
+/// A path that comes back to a place after so many times the width has come again; before, it is only slow.
+const LATER: f64 = 6.0;
+/// Shorter stretches, as multiples of the width, stay: a path that crosses itself has no gap there.
+const CROSSING: f64 = 20.0;
+
+/// The path without the stretches that lie within about `width` of an earlier part of it; in place of each a gap, a point that is not finite.
+pub(crate) fn once(path: &[(f64, f64)], width: f64) -> Vec<(f64, f64)> {
+    let mut seen = Seen {
+        width,
+        first: HashMap::new(),
+    };
+    let (mut walked, mut marks) = (0.0, Vec::with_capacity(path.len()));
+    for (n, &point) in path.iter().enumerate() {
+        let before = n.checked_sub(1).map_or(point, |n| path[n]);
+        let (again, length) = seen.passes(before, point, walked);
+        walked += length;
+        marks.push((again, walked));
+    }
+    let mut drawn = Vec::with_capacity(path.len());
+    let mut n = 0;
+    while n < path.len() {
+        let end = n + marks[n..].iter().take_while(|mark| mark.0).count();
+        let from = n.checked_sub(1).map_or(0.0, |n| marks[n].1);
+        if end > n && marks[end - 1].1 - from > CROSSING * width {
+            drawn.push((f64::NAN, f64::NAN));
+            // The next stretch begins where this one ends.
+            if end < path.len() {
+                drawn.push(path[end - 1]);
+            }
+        } else {
+            drawn.extend(&path[n..end]);
+        }
+        drawn.extend(path.get(end));
+        n = end + 1;
+    }
+    drawn
+}
+
+/// Cells of the paper, each with the way that had been walked when the path was first there.
+struct Seen {
+    width: f64,
+    first: HashMap<(i64, i64), f64>,
+}
+
+impl Seen {
+    /// True if all of a piece of the path, which begins after so long a way, lies where the path was long before; and its length.
+    fn passes(&mut self, (x0, y0): (f64, f64), (x1, y1): (f64, f64), walked: f64) -> (bool, f64) {
+        let length = (x1 - x0).hypot(y1 - y0);
+        if !length.is_finite() {
+            return (false, 0.0);
+        }
+        let steps = (length / self.width).ceil().max(1.0);
+        let mut again = true;
+        for step in 1..=steps as u64 {
+            let share = step as f64 / steps;
+            let place = (x0 + share * (x1 - x0), y0 + share * (y1 - y0));
+            again &= self.was_here(place, walked + share * length);
+        }
+        (again, length)
     }
 
-    /// The points that show the shape of the curve in this bin, in order.
-    fn shape(&self) -> impl Iterator<Item = usize> + use<> {
-        let mut indices = self.0.map_or(Vec::new(), |bin| {
-            vec![bin.first, bin.lowest, bin.highest, bin.last]
-        });
-        indices.sort_unstable();
-        indices.dedup();
-        indices.into_iter()
+    fn was_here(&mut self, (x, y): (f64, f64), walked: f64) -> bool {
+        let cell = |place: f64| (place / self.width).floor() as i64;
+        let (column, row) = (cell(x), cell(y));
+        let long_ago = walked - LATER * self.width;
+        let near = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (column + i, row + j)));
+        let again = near
+            .filter_map(|cell| self.first.get(&cell))
+            .any(|&first| first < long_ago);
+        self.first.entry((column, row)).or_insert(walked);
+        again
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     #[test]
     fn thinning_keeps_ends_peaks_and_order() {
         let mut points: Points = (0..100_000).map(|i| (f64::from(i), 0.0)).collect();
         points[54_321].1 = 7.0;
         points[54_400].1 = -7.0;
-        let thinned = thin(&points, Scale::Linear, 300, Keep::Shape);
+        let thinned = simplify(points.clone(), 1_200);
         assert!(thinned.len() <= 1_200);
         for wanted in [points[0], points[54_321], points[54_400], points[99_999]] {
             assert!(thinned.contains(&wanted), "{wanted:?} is lost");
         }
         assert!(thinned.is_sorted_by(|a, b| a.0 < b.0));
-        let envelope = thin(&points, Scale::Linear, 300, Keep::Highest);
-        assert!(envelope.len() <= 300 && envelope.contains(&points[54_321]));
     }
 
     #[test]
-    fn bins_of_a_logarithmic_axis_show_the_first_decade_as_well_as_the_last() {
-        let points: Points = (1..=200_000).map(|i| (f64::from(i) * 1e-3, 1.0)).collect();
-        let thinned = thin(&points, Scale::Log, 500, Keep::Shape);
+    fn an_envelope_has_each_peak_and_as_many_points_in_the_first_decade_as_in_the_last() {
+        let mut points: Points = (1..=200_000).map(|i| (f64::from(i) * 1e-3, 1.0)).collect();
+        points[54_321].1 = 7.0;
+        let thinned = envelope(&points, Scale::Log, 500);
+        assert!(thinned.len() <= 500 && thinned.contains(&points[54_321]));
         let in_decade = |low: f64| {
-            thinned
-                .iter()
-                .filter(|p| p.0 >= low && p.0 < 10.0 * low)
-                .count()
+            let within = thinned.iter().filter(|p| p.0 >= low && p.0 < 10.0 * low);
+            within.count()
         };
-        assert!(
-            in_decade(0.1) > 80 && in_decade(10.0) > 80,
-            "{}",
-            thinned.len()
-        );
+        assert!(in_decade(0.1) > 80 && in_decade(10.0) > 80, "{thinned:?}");
     }
 
     #[test]
@@ -271,7 +342,89 @@ mod tests {
     #[test]
     fn points_at_one_place_do_not_divide_by_zero() {
         let points: Points = (0..10_000).map(|i| (1.0, f64::from(i))).collect();
-        let thinned = thin(&points, Scale::Log, 100, Keep::Shape);
-        assert_eq!(thinned, [(1.0, 0.0), (1.0, 9_999.0)]);
+        assert_eq!(envelope(&points, Scale::Log, 100), [(1.0, 9_999.0)]);
+    }
+
+    const ENDS: std::ops::RangeInclusive<f64> = -BEYOND - 1e-9..=1.0 + BEYOND + 1e-9;
+
+    #[test]
+    fn what_is_inside_stays_as_it_is() {
+        let curve = [(0.0, 0.0), (0.5, 1.0), (1.0, 0.2)];
+        assert_eq!(clip(&curve, false), curve);
+        assert_eq!(clip(&curve, true), curve);
+    }
+
+    #[test]
+    fn a_line_through_the_box_keeps_its_slope_however_long_it_is() {
+        let kept = clip(&[(-1e30, -1e30), (1e30, 1e30)], false);
+        assert_eq!(kept.len(), 2);
+        for (x, y) in kept {
+            assert!((x - y).abs() < 1e-9 && ENDS.contains(&x), "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn a_polygon_around_the_box_fills_it() {
+        let kept = clip(&[(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)], true);
+        assert_eq!(kept.len(), 4);
+        assert!(
+            kept.iter()
+                .all(|(x, y)| ENDS.contains(x) && ENDS.contains(y))
+        );
+    }
+
+    #[test]
+    fn what_passes_the_box_by_is_gone() {
+        assert!(clip(&[(2.0, 0.0), (3.0, 1.0)], false).is_empty());
+        assert!(clip(&[(-1.0, 0.5), (0.5, 3.0), (2.0, 2.4)], true).is_empty());
+        assert!(clip(&[], true).is_empty());
+    }
+
+    fn length(path: &[(f64, f64)]) -> f64 {
+        let pieces = path.windows(2);
+        let lengths = pieces.map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1));
+        lengths.filter(|length| length.is_finite()).sum()
+    }
+
+    fn circle(laps: f64, points: u32, radius: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        let shares = (0..=points).map(|n| f64::from(n) / f64::from(points));
+        let place = |share: f64| {
+            let (angle, radius) = (laps * TAU * share, radius(share));
+            (radius * angle.cos(), radius * angle.sin())
+        };
+        shares.map(place).collect()
+    }
+
+    #[test]
+    fn a_circle_of_many_laps_is_drawn_once() {
+        for (laps, points) in [(1.0, 500), (2.5, 777), (40.0, 4001)] {
+            let drawn = length(&once(&circle(laps, points, |_| 100.0), 1.0));
+            assert!(
+                (drawn / (100.0 * TAU) - 1.0).abs() < 0.03,
+                "{laps}: {drawn}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_way_there_and_back_is_drawn_once() {
+        let along = (0..=400).map(|n| (200.0 - (f64::from(n) - 200.0).abs(), 0.0));
+        let drawn = length(&once(&along.collect::<Vec<_>>(), 1.0));
+        assert!((drawn - 200.0).abs() < 2.0 * LATER, "{drawn}");
+    }
+
+    #[test]
+    fn a_path_that_crosses_itself_or_winds_stays_whole() {
+        let eight: Vec<_> = (0..=1000)
+            .map(|n| TAU * f64::from(n) / 1000.0)
+            .map(|turn| (100.0 * turn.sin(), 100.0 * (2.0 * turn).sin()))
+            .collect();
+        // Ten windings, 10 widths apart.
+        let spiral = circle(10.0, 4000, |share| 100.0 + 100.0 * share);
+        // Standing still is no second visit.
+        let still = [vec![(0.0, 0.0); 500], vec![(50.0, 0.0)]].concat();
+        for path in [eight, spiral, still, Vec::new()] {
+            assert_eq!(once(&path, 1.0), path);
+        }
     }
 }

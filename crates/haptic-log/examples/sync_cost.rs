@@ -40,8 +40,8 @@ fn ticks(
         write(&TickMessage {
             tick: u64::from(tick),
             time_s: 1e-3 * f64::from(tick),
-            position_m: f64::from(tick).sin(),
-            commanded_force_n: f64::from(tick).cos(),
+            position_m: f64::from(tick).sin().into(),
+            commanded_force_n: f64::from(tick).cos().into(),
             ..TickMessage::default()
         })?;
         times.saturating_record(before.elapsed().as_nanos() as u64);

@@ -1,7 +1,7 @@
 //! Position and force of any log: against time, or of several axes as a path beside them.
 
 use haptic_figure::{FigureError, MotionFigure, Picture, PlaneFigure};
-use haptic_log::record::{PerAxis, TickMessage, VectorTick};
+use haptic_log::record::{PerAxis, TickMessage};
 
 /// A log for a first look: positions above, forces below; of several axes the path, places and forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,8 +12,6 @@ pub struct LogFigure<'a> {
     pub subtitle: &'a str,
     /// The ticks in order.
     pub ticks: &'a [TickMessage],
-    /// The ticks of a log with several axes, in order.
-    pub vectors: &'a [VectorTick],
 }
 
 impl LogFigure<'_> {
@@ -22,29 +20,31 @@ impl LogFigure<'_> {
     /// # Errors
     /// If there is no tick to draw.
     pub fn draw(&self) -> Result<Picture, FigureError> {
-        if self.ticks.is_empty() && !self.vectors.is_empty() {
-            return self.draw_plane();
+        let axes = self.ticks.first().map_or(1, TickMessage::axes);
+        let time_s: Vec<f64> = self.ticks.iter().map(|tick| tick.time_s).collect();
+        let of = |axis: usize, field: fn(&TickMessage) -> PerAxis| -> Vec<f64> {
+            let numbers = self.ticks.iter().map(field);
+            numbers
+                .map(|numbers| numbers.get(axis).copied().unwrap_or(f64::NAN))
+                .collect()
+        };
+        if axes == 1 {
+            return MotionFigure {
+                title: self.title,
+                subtitle: self.subtitle,
+                time_s: &time_s,
+                reference_m: &of(0, |tick| tick.reference_m),
+                indenter_position_m: &of(0, |tick| tick.indenter_position_m),
+                position_m: &of(0, |tick| tick.position_m),
+                force_n: &of(0, |tick| tick.commanded_force_n),
+                contact_force_n: &of(0, |tick| tick.contact_force_n),
+            }
+            .draw();
         }
-        MotionFigure {
-            title: self.title,
-            subtitle: self.subtitle,
-            time_s: &self.column(|tick| tick.time_s),
-            reference_m: &self.column(|tick| tick.reference_m),
-            indenter_position_m: &self.column(|tick| tick.indenter_position_m),
-            position_m: &self.column(|tick| tick.position_m),
-            force_n: &self.column(|tick| tick.commanded_force_n),
-            contact_force_n: &self.column(|tick| tick.contact_force_n),
-        }
-        .draw()
-    }
-
-    fn draw_plane(&self) -> Result<Picture, FigureError> {
-        let time_s: Vec<f64> = self.vectors.iter().map(|tick| tick.time_s).collect();
-        let [x, y] = [0, 1].map(|axis| self.axis(axis, |tick| tick.position_m));
-        let [hand_x, hand_y] = [0, 1].map(|axis| self.axis(axis, |tick| tick.reference_m));
-        let axes = self.vectors.first().map_or(0, VectorTick::axes);
-        let force_n: Vec<Vec<f64>> = (0..axes)
-            .map(|axis| self.axis(axis, |tick| tick.commanded_force_n))
+        let [x, y] = [0, 1].map(|axis| of(axis, |tick| tick.position_m));
+        let [hand_x, hand_y] = [0, 1].map(|axis| of(axis, |tick| tick.reference_m));
+        let force_n: Vec<_> = (0..axes)
+            .map(|axis| of(axis, |tick| tick.commanded_force_n))
             .collect();
         PlaneFigure {
             title: self.title,
@@ -57,23 +57,5 @@ impl LogFigure<'_> {
             force_n: &force_n,
         }
         .draw()
-    }
-
-    fn column(&self, value: impl Fn(&TickMessage) -> f64) -> Vec<f64> {
-        self.ticks.iter().map(value).collect()
-    }
-
-    /// An axis of a vector.
-    fn axis(&self, axis: usize, field: fn(&VectorTick) -> PerAxis) -> Vec<f64> {
-        let ticks = self.vectors.iter();
-        ticks
-            .map(|tick| {
-                field(tick)
-                    .as_slice()
-                    .get(axis)
-                    .copied()
-                    .unwrap_or(f64::NAN)
-            })
-            .collect()
     }
 }

@@ -37,7 +37,7 @@ fn relax(kind: Kind) -> Result<Relaxed, Failure> {
     let mut relaxed = Relaxed::default();
     experiment.simulate(&mut |tick| {
         relaxed.time_s.push(tick.time_s);
-        relaxed.force_n.push(0.0 - tick.commanded_force_n);
+        relaxed.force_n.push(0.0 - tick.commanded_force_n[0]);
         relaxed.theory_n.push(experiment.closed_form(tick.time_s));
         ControlFlow::Continue(())
     })?;

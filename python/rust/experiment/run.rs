@@ -10,7 +10,7 @@ use haptic_experiment::parameters::{COUPLER_REQUIRED, Parameter, Value, WALL_REQ
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{EventMessage, TickMessage, VectorTick};
+use haptic_log::record::{EventMessage, TickMessage};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -66,7 +66,6 @@ struct Closed(Arc<AtomicBool>);
 impl Live for Closed {
     fn tick(&mut self, _: &TickMessage) {}
 
-    fn vector_tick(&mut self, _: &VectorTick) {}
 
     fn event(&mut self, _: &EventMessage) {}
 

@@ -6,10 +6,11 @@ use super::name::HaplyName;
 use super::planar::Planar;
 use super::plane::{Plane, middle};
 use super::plausible::Trouble;
-use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
+use crate::foreign::{is_real, served_host};
+use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause};
-use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, Exchange, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use haptic_remote::{Exchange, Hardware};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
@@ -112,28 +113,17 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
             _ => "Haply 2DIY v3",
         };
         Capabilities {
-            board: Capabilities::board_name(board),
-            axes: D as u8,
-            simulated: false,
-            // The board looks for a frame each 50 µs; a USB port of full speed moves bytes each millisecond.
-            tick_period_min_us: 500,
             tick_period_max_us: 10_000,
             force_max_n: FORCE_MAX_N,
             // From one end to the other in a tick.
             force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
             position_resolution_m: self.planar.model().resolution_m(),
-            coefficients_max: COEFFICIENTS_MAX as u16,
-            modes_max: MODES_MAX as u16,
-            degree_max: DEGREE_MAX as u16,
-            flight_samples: FLIGHT_SAMPLES as u16,
+            ..served_host(board, D as u8)
         }
     }
 
     fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        match simulation.kind {
-            SimulationKind::Real => Ok(()),
-            _ => Err(Refusal::Unsupported(Field::SimulationKind)),
-        }
+        is_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

@@ -4,7 +4,6 @@ use super::kinematics::Posture;
 use super::model::Model;
 use super::plausible::{Trouble, judged};
 use super::protocol::{ANSWER_BYTES, TORQUE_MAX_NM, configuration, reset, resynchronise, torques};
-use haptic_loop::{Device, Reading, SafeForce};
 use haptic_remote::Exchange;
 use haptic_remote::serial::Line;
 use nalgebra::Vector2;
@@ -22,8 +21,8 @@ const DUE_MOST: u8 = 6;
 
 /// A 2DIY on a line, with both axes, m and N in the plane of the maker: x along the base, y away from it.
 ///
-/// A force goes out in [`write`](Device::write), and the place of the handle in that moment comes back with the next
-/// [`read`](Device::read): a delay of one tick. A frame is sent only when the answer to the last has come whole, so that a lost byte
+/// A force goes out in a write, and the place of the handle in that moment comes back with the next
+/// read: a delay of one tick. A frame is sent only when the answer to the last has come whole, so that a lost byte
 /// leaves the board waiting instead of reading torques from the wrong place; a tick whose answer is late keeps the last place,
 /// and the board the last torque.
 ///
@@ -39,7 +38,6 @@ pub struct Planar<L: Line> {
     due: u8,
     exchange: Exchange,
     posture: Posture,
-    tick: u64,
     trouble: Option<Trouble>,
     /// The line took every byte that told a board in trouble to let go.
     told: bool,
@@ -59,7 +57,6 @@ impl<L: Line> Planar<L> {
             due: 0,
             exchange: Exchange::default(),
             posture,
-            tick: 0,
             trouble: None,
             told: false,
             scaled: 0,
@@ -175,7 +172,6 @@ impl<L: Line> Planar<L> {
         if let Some(trouble) = self.trouble {
             return Err(trouble);
         }
-        self.tick += 1;
         self.exchange.sent(self.due == 0);
         if self.due > 0 {
             return Ok(());
@@ -220,27 +216,6 @@ impl<L: Line> Planar<L> {
             .and_then(|()| self.line.write_all(&nothing))
             .and_then(|()| self.line.write_all(&reset()));
         self.told |= told.is_ok();
-    }
-}
-
-impl<L: Line> Device<f64, 2> for Planar<L> {
-    type Error = Trouble;
-
-    fn read(&mut self) -> Result<Reading<f64, 2>, Trouble> {
-        let position_m = self.measure()?.hand_m;
-        Ok(Reading {
-            tick: self.tick,
-            time_s: self.tick as f64 * self.period_s,
-            position_m,
-        })
-    }
-
-    fn write(&mut self, force: SafeForce<f64, 2>) -> Result<(), Trouble> {
-        self.push(*force.newtons())
-    }
-
-    fn let_go(&mut self) {
-        self.let_go();
     }
 }
 

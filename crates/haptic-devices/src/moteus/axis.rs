@@ -9,13 +9,13 @@
 
 use super::adapter::{Adapter, Gone, Heard};
 use super::frames::{Frames, HOST, Reply, Route};
-use super::open_error::MoteusOpenError;
 use super::settings::MoteusSettings;
-use super::trouble::{Instead, Trouble};
-use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
+use super::trouble::{Instead, MoteusOpenError, Trouble};
+use crate::foreign::{is_real, served_host};
+use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, ServedHardware};
-use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, Exchange, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use haptic_remote::{Exchange, Hardware};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
@@ -71,7 +71,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         settings: MoteusSettings,
         checksum: bool,
     ) -> Result<Self, MoteusOpenError> {
-        settings.check().map_err(MoteusOpenError::Settings)?;
+        settings.check()?;
         let mut axis = Self {
             adapter: Adapter::new(stream, checksum),
             frames: Frames::new(settings.id, settings.watchdog_s),
@@ -91,7 +91,7 @@ impl<S: Read + Write> MoteusAxis<S> {
             period_s: 1e-3,
             trouble: None,
         };
-        axis.greet().map_err(MoteusOpenError::Trouble)?;
+        axis.greet()?;
         axis.zero_rev = f64::from(axis.newest.position_rev);
         Ok(axis)
     }
@@ -100,16 +100,14 @@ impl<S: Read + Write> MoteusAxis<S> {
         let mut answers = 0;
         for _ in 0..ATTEMPTS {
             self.let_go();
-            match self.heard_now()? {
-                Some(reply) if reply.is_in(Mode::Stopped) => {
-                    self.newest = reply;
-                    answers += 1;
-                }
-                Some(reply) => {
-                    self.newest = reply;
-                    answers = 0;
-                }
-                None => {}
+            let mut lines = LINES_MOST;
+            if let Some(reply) = self.heard(&mut lines)? {
+                answers = if reply.is_in(Mode::Stopped) {
+                    answers + 1
+                } else {
+                    0
+                };
+                self.newest = reply;
             }
             if answers == ANSWERS {
                 self.instead = Instead::default();
@@ -131,9 +129,10 @@ impl<S: Read + Write> MoteusAxis<S> {
         }
     }
 
-    /// The first answer that comes, however long the stream waits for it.
-    fn heard_now(&mut self) -> Result<Option<Reply>, Trouble> {
-        for _ in 0..LINES_MOST {
+    /// The next answer that comes within so many lines, however long the stream waits for it.
+    fn heard(&mut self, lines: &mut usize) -> Result<Option<Reply>, Trouble> {
+        while *lines > 0 {
+            *lines -= 1;
             match self.adapter.receive() {
                 Err(Gone) => return Err(Trouble::Gone),
                 Ok(None) => return Ok(None),
@@ -155,16 +154,11 @@ impl<S: Read + Write> MoteusAxis<S> {
     /// Takes what has come since the last tick.
     fn listen(&mut self) -> Result<(), Trouble> {
         let mut answered = false;
-        for _ in 0..LINES_MOST {
-            match self.adapter.receive() {
-                Err(Gone) => return Err(Trouble::Gone),
-                Ok(None) => break,
-                Ok(Some(heard)) => {
-                    if let Some(reply) = self.sorted(heard)?.filter(|reply| self.believed(reply)) {
-                        self.newest = reply;
-                        answered = true;
-                    }
-                }
+        let mut lines = LINES_MOST;
+        while let Some(reply) = self.heard(&mut lines)? {
+            if self.believed(&reply) {
+                self.newest = reply;
+                answered = true;
             }
         }
         if answered {
@@ -185,33 +179,27 @@ impl<S: Read + Write> MoteusAxis<S> {
 
     /// The answer in a line; everything else is counted.
     fn sorted(&mut self, heard: Heard) -> Result<Option<Reply>, Trouble> {
-        let id = self.settings.id;
-        let frame: CanFdFrame = match heard {
-            Heard::Frame(frame) => frame,
-            Heard::Taken => {
-                self.instead.taken = self.instead.taken.saturating_add(1);
-                return Ok(None);
-            }
-            Heard::Refused => {
-                self.instead.refused = self.instead.refused.saturating_add(1);
-                return Ok(None);
-            }
-            Heard::Garbage => {
-                self.instead.garbage = self.instead.garbage.saturating_add(1);
-                return Ok(None);
-            }
+        let instead = &mut self.instead;
+        let counter = match heard {
+            Heard::Frame(frame) => return self.answer(&frame),
+            Heard::Taken => &mut instead.taken,
+            Heard::Refused => &mut instead.refused,
+            Heard::Garbage => &mut instead.garbage,
         };
-        let Route { from, to } = Route::of(&frame);
+        *counter = counter.saturating_add(1);
+        Ok(None)
+    }
+
+    fn answer(&mut self, frame: &CanFdFrame) -> Result<Option<Reply>, Trouble> {
+        let id = self.settings.id;
+        let Route { from, to } = Route::of(frame);
         if from != id || to != HOST {
             return Err(Trouble::OtherSpeaker { id, from, to });
         }
-        match self.frames.reply(&frame) {
+        match self.frames.reply(frame) {
             Some(reply) if !reply.is_finite() => Err(Trouble::NotFinite { id }),
             Some(reply) => Ok(Some(reply)),
-            None => {
-                self.instead.garbage = self.instead.garbage.saturating_add(1);
-                Ok(None)
-            }
+            None => self.sorted(Heard::Garbage),
         }
     }
 
@@ -311,28 +299,17 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
 
     fn capabilities(&self) -> Capabilities {
         Capabilities {
-            board: Capabilities::board_name("moteus"),
-            axes: 1,
-            simulated: false,
-            tick_period_min_us: 500,
             tick_period_max_us: 5000,
-            force_max_n: self.settings.force_max_n() as f32,
+            force_max_n: (self.settings.torque_limit_nm / self.settings.radius_m.abs()) as f32,
             force_rate_max_n_per_s: 1e5,
             // It has a filtered position, whose step it does not tell.
             position_resolution_m: 0.0,
-            coefficients_max: COEFFICIENTS_MAX as u16,
-            modes_max: MODES_MAX as u16,
-            degree_max: DEGREE_MAX as u16,
-            flight_samples: FLIGHT_SAMPLES as u16,
+            ..served_host("moteus", 1)
         }
     }
 
     fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        if simulation.kind == SimulationKind::Real {
-            Ok(())
-        } else {
-            Err(Refusal::Unsupported(Field::SimulationKind))
-        }
+        is_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

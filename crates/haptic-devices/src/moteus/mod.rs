@@ -6,14 +6,10 @@
 mod adapter;
 mod axis;
 mod frames;
-mod name;
-mod open_error;
 mod settings;
 mod trouble;
 
 pub use axis::MoteusAxis;
 pub use frames::Frames;
-pub use name::MoteusName;
-pub use open_error::MoteusOpenError;
-pub use settings::MoteusSettings;
-pub use trouble::{Instead, Trouble};
+pub use settings::{MoteusName, MoteusSettings};
+pub use trouble::{Instead, MoteusOpenError, Trouble};

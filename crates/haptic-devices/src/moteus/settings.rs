@@ -1,7 +1,17 @@
-//! Settings of a servo as an axis, each with its range.
+//! A servo by name: its settings in one table, with their ranges.
 
-use core::ops::RangeInclusive;
-use haptic_loop::{ParameterError, RangeError};
+use super::axis::MoteusAxis;
+use super::trouble::MoteusOpenError;
+use crate::name::{NameError, Settings, with_unit};
+use haptic_remote::serial::{Line, open, ports};
+use std::fmt;
+use std::path::Path;
+use std::time::Duration;
+
+/// Bits per second of a servo on a UART; an adapter on USB has no speed.
+const BAUD: u32 = 921_600;
+/// USB numbers of the maker's adapters, the old one and the new one. They check what they carry themselves.
+const FDCANUSBS: [(u16, u16); 2] = [(0x0483, 0x5740), (0x1209, 0x2323)];
 
 /// A servo that turns a capstan or a lever, as one axis in metres and newtons.
 ///
@@ -10,16 +20,92 @@ use haptic_loop::{ParameterError, RangeError};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MoteusSettings {
-    /// Number of the servo on its bus.
+    /// Number of the servo on its bus, 1 to 126.
     pub id: u8,
-    /// r, m. A negative one turns the direction round.
+    /// r, m, in [0.001, 1]. A negative one turns the direction round.
     pub radius_m: f64,
-    /// Largest torque that is ever asked of the servo, N·m.
+    /// Largest torque that is ever asked of the servo, N·m, in [0.0001, 20].
     pub torque_limit_nm: f64,
-    /// Silence of this program after which the servo lets go by itself, s.
+    /// Silence of this program after which the servo lets go by itself, s, in [0.01, 1].
     pub watchdog_s: f64,
-    /// Ticks in a row without an answer that are a fault.
+    /// Ticks in a row without an answer that are a fault, 2 to 1000.
     pub lost_most: u32,
+}
+
+/// A setting: its key in a name and its place in the settings.
+struct Setting {
+    key: &'static str,
+    unit: &'static str,
+    least: f64,
+    most: f64,
+    get: fn(&MoteusSettings) -> f64,
+    set: fn(&mut MoteusSettings, f64),
+}
+
+const SETTINGS: [Setting; 5] = [
+    Setting {
+        key: "id",
+        unit: "",
+        least: 1.0,
+        most: 126.0,
+        get: |settings| settings.id.into(),
+        set: |settings, value| settings.id = value as u8,
+    },
+    Setting {
+        key: "radius",
+        unit: "m",
+        least: 1e-3,
+        most: 1.0,
+        get: |settings| settings.radius_m,
+        set: |settings, value| settings.radius_m = value,
+    },
+    Setting {
+        key: "torque_limit",
+        unit: "",
+        least: 1e-4,
+        most: 20.0,
+        get: |settings| settings.torque_limit_nm,
+        set: |settings, value| settings.torque_limit_nm = value,
+    },
+    Setting {
+        key: "watchdog",
+        unit: "s",
+        least: 0.01,
+        most: 1.0,
+        get: |settings| settings.watchdog_s,
+        set: |settings, value| settings.watchdog_s = value,
+    },
+    Setting {
+        key: "lost",
+        unit: "",
+        least: 2.0,
+        most: 1000.0,
+        get: |settings| settings.lost_most.into(),
+        set: |settings, value| settings.lost_most = value as u32,
+    },
+];
+
+impl Setting {
+    /// True of a value in its range; a length may be the negative of it, a number of servos or answers is whole.
+    fn fits(&self, value: f64) -> bool {
+        let either_way = if self.unit == "m" { value.abs() } else { value };
+        let is_whole = !["id", "lost"].contains(&self.key) || value.fract() == 0.0;
+        (self.least..=self.most).contains(&either_way) && is_whole
+    }
+
+    fn refused(&self, value: &str) -> NameError {
+        NameError::Number {
+            key: self.key,
+            value: value.to_owned(),
+            least: self.least,
+            most: self.most,
+            unit: match self.unit {
+                "m" => " m, or the negative of it",
+                "s" => " s",
+                _ => "",
+            },
+        }
+    }
 }
 
 impl MoteusSettings {
@@ -32,25 +118,6 @@ impl MoteusSettings {
         lost_most: 4,
     };
 
-    /// Range of the number on the bus.
-    pub const ID: RangeInclusive<u32> = 1..=126;
-    /// Range of the radius, m; not within [`RADIUS_LEAST_M`](Self::RADIUS_LEAST_M) of 0.
-    pub const RADIUS_M: RangeInclusive<f64> = -1.0..=1.0;
-    /// Range of the torque limit, N·m.
-    pub const TORQUE_LIMIT_NM: RangeInclusive<f64> = 1e-4..=20.0;
-    /// Range of the servo's watchdog, s.
-    pub const WATCHDOG_S: RangeInclusive<f64> = 0.01..=1.0;
-    /// Range of lost answers in a row.
-    pub const LOST_MOST: RangeInclusive<u32> = 2..=1000;
-    /// Least radius either way, m.
-    pub const RADIUS_LEAST_M: f64 = 1e-3;
-
-    /// Largest force at the radius, N.
-    #[must_use]
-    pub fn force_max_n(&self) -> f64 {
-        self.torque_limit_nm / self.radius_m.abs()
-    }
-
     /// Metres in a revolution; negative where the direction is turned round.
     #[must_use]
     pub fn metres_per_revolution(&self) -> f64 {
@@ -61,127 +128,148 @@ impl MoteusSettings {
     ///
     /// # Errors
     /// The first value outside its range.
-    pub fn check(&self) -> Result<(), ParameterError> {
-        let number =
-            |range: RangeInclusive<u32>| f64::from(*range.start())..=f64::from(*range.end());
-        let radius = Self::RADIUS_LEAST_M..=*Self::RADIUS_M.end();
-        all_within([
-            (
-                "servo id",
-                f64::from(self.id),
-                number(Self::ID),
-                "in [1, 126]",
-                "",
-            ),
-            (
-                "radius",
-                self.radius_m.abs(),
-                radius,
-                "in [0.001, 1], or the negative of it",
-                "m",
-            ),
-            (
-                "torque limit",
-                self.torque_limit_nm,
-                Self::TORQUE_LIMIT_NM,
-                "in [0.0001, 20]",
-                "N·m",
-            ),
-            (
-                "watchdog of the servo",
-                self.watchdog_s,
-                Self::WATCHDOG_S,
-                "in [0.01, 1]",
-                "s",
-            ),
-            (
-                "number of lost answers",
-                f64::from(self.lost_most),
-                number(Self::LOST_MOST),
-                "in [2, 1000]",
-                "",
-            ),
-        ])
+    pub(super) fn check(&self) -> Result<(), NameError> {
+        let mut values = SETTINGS
+            .iter()
+            .map(|setting| (setting, (setting.get)(self)));
+        let bad = values.find(|(setting, value)| !setting.fits(*value));
+        bad.map_or(Ok(()), |(setting, value)| {
+            Err(setting.refused(&value.to_string()))
+        })
     }
 }
 
-/// Name of a value, the value and its range; the range in words, and the unit.
-pub(super) type Ranged = (
-    &'static str,
-    f64,
-    RangeInclusive<f64>,
-    &'static str,
-    &'static str,
-);
+/// A servo by name: `moteus:PATH[,key=value]…`, its keys those of [`MoteusSettings`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct MoteusName {
+    path: String,
+    settings: MoteusSettings,
+}
 
-/// Refuses the first value outside its range.
-pub(super) fn all_within<const N: usize>(values: [Ranged; N]) -> Result<(), ParameterError> {
-    for (what, value, range, allowed, unit) in values {
-        if !range.contains(&value) {
-            return Err(RangeError::new(what, value, allowed, unit).into());
+impl MoteusName {
+    /// First word of the name.
+    pub const KIND: &'static str = "moteus";
+    /// Form of the name.
+    pub(crate) const FORM: &'static str =
+        "moteus:PATH[,id=1][,radius=20mm][,torque_limit=0.1][,watchdog=100ms][,lost=4]";
+
+    /// Reads what stands behind `moteus:`.
+    ///
+    /// # Errors
+    /// No path, an unknown key, a value outside its range.
+    pub(crate) fn parse(text: &str) -> Result<Self, NameError> {
+        let keys = SETTINGS.each_ref().map(|setting| setting.key);
+        let given = Settings::parse(Self::KIND, text, &keys)?;
+        let mut settings = MoteusSettings::DEFAULT;
+        for setting in &SETTINGS {
+            if let Some(text) = given.text(setting.key) {
+                let value = with_unit(text, setting.unit).filter(|value| setting.fits(*value));
+                (setting.set)(&mut settings, value.ok_or_else(|| setting.refused(text))?);
+            }
         }
+        Ok(Self {
+            path: given.path().to_owned(),
+            settings,
+        })
     }
-    Ok(())
+
+    /// Opens the port, and the servo behind it.
+    ///
+    /// # Errors
+    /// A port that cannot be opened; a servo that does not answer, or as one that cannot be used.
+    pub(crate) fn open(&self) -> Result<MoteusAxis<Box<dyn Line>>, MoteusOpenError> {
+        let line = open(&self.path, BAUD)?;
+        // As the maker's clients: a servo on a UART takes checksums; an adapter may not know them, and is asked.
+        let mut axis = MoteusAxis::open(line, self.settings, !is_fdcanusb(&self.path))?;
+        let no_wait = axis.stream().set_patience(Duration::ZERO);
+        no_wait.map_err(|error| MoteusOpenError::Patience {
+            path: self.path.clone(),
+            error,
+        })?;
+        Ok(axis)
+    }
 }
 
-impl Default for MoteusSettings {
-    fn default() -> Self {
-        Self::DEFAULT
+/// True for a port of one of the maker's adapters.
+fn is_fdcanusb(path: &str) -> bool {
+    // A link such as those of /dev/serial/by-id leads to the port.
+    let real = std::fs::canonicalize(path);
+    let is_it = |name: &str| {
+        real.as_ref()
+            .map_or(name == path, |real| Path::new(name) == real)
+    };
+    let mut known = ports().into_iter().filter(|port| is_it(&port.path));
+    known.any(|port| port.usb.is_some_and(|usb| FDCANUSBS.contains(&usb)))
+}
+
+impl fmt::Display for MoteusName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", Self::KIND, self.path)?;
+        for Setting { key, unit, get, .. } in &SETTINGS {
+            let value = get(&self.settings);
+            if value.to_bits() != get(&MoteusSettings::DEFAULT).to_bits() {
+                write!(f, ",{key}={value}{unit}")?;
+            }
+        }
+        Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::MoteusSettings;
+    use super::*;
 
     #[test]
-    fn a_value_outside_its_range_is_named() {
-        MoteusSettings::DEFAULT
-            .check()
-            .expect("the default is good");
-        let default = MoteusSettings::DEFAULT;
-        let bad = [
-            (MoteusSettings { id: 0, ..default }, "servo id 0"),
-            (MoteusSettings { id: 127, ..default }, "servo id 127"),
+    fn a_name_says_port_and_settings() {
+        let name = MoteusName::parse("/dev/ttyACM0").expect("good");
+        assert_eq!(name.settings, MoteusSettings::DEFAULT);
+        assert_eq!(name.to_string(), "moteus:/dev/ttyACM0");
+        let text = "/dev/x,id=7,radius=-0.015m,torque_limit=0.5,watchdog=0.05s,lost=9";
+        let name = MoteusName::parse(text).expect("good");
+        let expected = MoteusSettings {
+            id: 7,
+            radius_m: -0.015,
+            torque_limit_nm: 0.5,
+            watchdog_s: 0.05,
+            lost_most: 9,
+        };
+        assert_eq!(name.settings, expected);
+        assert_eq!(name.to_string(), format!("moteus:{text}"));
+        for (bad, said) in [
             (
-                MoteusSettings {
-                    radius_m: 0.0,
-                    ..default
-                },
-                "radius 0 m",
+                "",
+                "moteus needs the path of a port, as in moteus:/dev/ttyACM0",
             ),
             (
-                MoteusSettings {
-                    radius_m: f64::NAN,
-                    ..default
-                },
-                "radius NaN",
+                "/dev/x,radius=3m",
+                "radius = \"3m\" is not in [0.001, 1] m, or the negative of it",
             ),
             (
-                MoteusSettings {
-                    torque_limit_nm: f64::INFINITY,
-                    ..default
-                },
-                "torque limit inf",
+                "/dev/x,radius=-0.5mm",
+                "radius = \"-0.5mm\" is not in [0.001, 1] m, or the negative of it",
+            ),
+            ("/dev/x,id=127", "id = \"127\" is not in [1, 126]"),
+            ("/dev/x,id=1.5", "id = \"1.5\" is not in [1, 126]"),
+            ("/dev/x,lost=1", "lost = \"1\" is not in [2, 1000]"),
+            (
+                "/dev/x,torque_limit=inf",
+                "torque_limit = \"inf\" is not in [0.0001, 20]",
             ),
             (
-                MoteusSettings {
-                    watchdog_s: 5.0,
-                    ..default
-                },
-                "watchdog of the servo 5 s",
+                "/dev/x,watchdog=5s",
+                "watchdog = \"5s\" is not in [0.01, 1] s",
             ),
-            (
-                MoteusSettings {
-                    lost_most: 1,
-                    ..default
-                },
-                "number of lost answers 1",
-            ),
-        ];
-        for (settings, words) in bad {
-            let error = settings.check().expect_err(words).to_string();
-            assert!(error.contains(words), "{error}");
+        ] {
+            let error = MoteusName::parse(bad).expect_err(bad);
+            assert_eq!(error.to_string(), said);
         }
+        MoteusName::parse("/dev/x,servo=1").expect_err("no such key");
+        let radius_m = f64::NAN;
+        let bad = MoteusSettings {
+            radius_m,
+            ..expected
+        };
+        let error = bad.check().expect_err("not a number").to_string();
+        assert!(error.starts_with("radius = \"NaN\""), "{error}");
     }
 }

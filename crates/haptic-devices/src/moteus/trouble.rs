@@ -1,16 +1,43 @@
 //! Names of what a servo and its adapter can do wrong, and what helps.
 
+use crate::name::NameError;
 use core::fmt;
-use haptic_remote::serial::TroubleCause;
+use haptic_remote::serial::{SerialError, TroubleCause};
 use moteus_protocol::Mode;
+use thiserror::Error;
+
+/// A servo that cannot be opened.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MoteusOpenError {
+    /// The port.
+    #[error(transparent)]
+    Port(#[from] SerialError),
+    /// A setting outside its range.
+    #[error(transparent)]
+    Settings(#[from] NameError),
+    /// The servo or its adapter.
+    #[error(transparent)]
+    Trouble(#[from] Trouble),
+    /// Reads of the port cannot be made not to wait.
+    #[error("{path}: the port cannot be read without waiting: {error}")]
+    Patience {
+        /// The port.
+        path: String,
+        /// Words of the system.
+        error: std::io::Error,
+    },
+}
 
 /// Why a servo cannot be used any more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Trouble {
     /// The port is gone.
+    #[error("the adapter is gone: look at its plug and its supply")]
     Gone,
     /// No answer for so many ticks in a row.
+    #[error("servo {id} did not answer {ticks} times in a row: {instead}")]
     Silent {
         /// Number of the servo.
         id: u8,
@@ -20,6 +47,9 @@ pub enum Trouble {
         instead: Instead,
     },
     /// The servo has a fault of its own.
+    #[error(
+        "servo {id} is in fault {code}, {}: mend that, then begin again, which clears it", meaning(*.code)
+    )]
     Fault {
         /// Number of the servo.
         id: u8,
@@ -27,11 +57,16 @@ pub enum Trouble {
         code: i8,
     },
     /// The servo heard nothing for its watchdog time, and has let go.
+    #[error(
+        "servo {id} heard nothing for its watchdog time and has let go: this machine was too busy; give the loop a core and priority, \
+         or a longer `watchdog`"
+    )]
     WatchdogLetGo {
         /// Number of the servo.
         id: u8,
     },
     /// The servo is in a mode that nobody here has asked for.
+    #[error("servo {id} {}", unasked(*.mode))]
     OtherMode {
         /// Number of the servo.
         id: u8,
@@ -39,11 +74,15 @@ pub enum Trouble {
         mode: u8,
     },
     /// The servo does not know its position.
+    #[error("servo {id} does not know its position: look at its encoder with the maker's `tview`")]
     NotFinite {
         /// Number of the servo.
         id: u8,
     },
     /// A frame of another servo, or to another program.
+    #[error(
+        "servo {from} talks to {to} on the bus of servo {id}: name the right servo with `id`, and end other programs on this bus"
+    )]
     OtherSpeaker {
         /// Number of the servo that was asked.
         id: u8,
@@ -79,49 +118,6 @@ pub struct Instead {
     /// Lines that are none of an adapter, or were damaged; answers that cannot be.
     pub garbage: u32,
 }
-
-impl fmt::Display for Trouble {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Gone => f.write_str("the adapter is gone: look at its plug and its supply"),
-            Self::Silent { id, ticks, instead } => {
-                write!(f, "servo {id} did not answer {ticks} times in a row: ")?;
-                instead.fmt(f)
-            }
-            Self::Fault { id, code } => write!(
-                f,
-                "servo {id} is in fault {code}, {}: mend that, then begin again, which clears it",
-                meaning(code)
-            ),
-            Self::WatchdogLetGo { id } => write!(
-                f,
-                "servo {id} heard nothing for its watchdog time and has let go: this machine was too busy; give the \
-                 loop a core and priority, or a longer `watchdog`"
-            ),
-            Self::OtherMode { id, mode: 0 } => write!(
-                f,
-                "servo {id} has stopped: it was switched off and on, or another program has stopped it; look at its supply, \
-                 end the other program"
-            ),
-            Self::OtherMode { id, mode } => write!(
-                f,
-                "servo {id} is in mode {mode}, {}, which nobody here has asked for: another program commands it; end that",
-                Mode::try_from(mode).map_or("unknown", mode_name)
-            ),
-            Self::NotFinite { id } => write!(
-                f,
-                "servo {id} does not know its position: look at its encoder with the maker's `tview`"
-            ),
-            Self::OtherSpeaker { id, from, to } => write!(
-                f,
-                "servo {from} talks to {to} on the bus of servo {id}: name the right servo with `id`, and end other \
-                 programs on this bus"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for Trouble {}
 
 impl fmt::Display for Instead {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -162,15 +158,24 @@ const fn meaning(code: i8) -> &'static str {
     }
 }
 
-const fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Stopped => "stopped",
-        Mode::Position => "position",
-        Mode::Timeout => "timeout",
-        Mode::ZeroVelocity => "zero velocity",
-        Mode::Brake => "brake",
-        Mode::Current => "current",
-        Mode::StayWithin => "stay within",
-        _ => "one of the rarer ones",
-    }
+/// Words for a mode that nobody has asked for.
+fn unasked(mode: u8) -> String {
+    let name = match Mode::try_from(mode) {
+        Ok(Mode::Stopped) => {
+            return "has stopped: it was switched off and on, or another program has stopped it; look at its supply, end the \
+                    other program"
+                .to_owned();
+        }
+        Ok(Mode::Position) => "position",
+        Ok(Mode::Timeout) => "timeout",
+        Ok(Mode::ZeroVelocity) => "zero velocity",
+        Ok(Mode::Brake) => "brake",
+        Ok(Mode::Current) => "current",
+        Ok(Mode::StayWithin) => "stay within",
+        Ok(_) => "one of the rarer ones",
+        Err(_) => "unknown",
+    };
+    format!(
+        "is in mode {mode}, {name}, which nobody here has asked for: another program commands it; end that"
+    )
 }

@@ -28,7 +28,7 @@ impl<H> Embodied<H> {
     pub(super) fn new(board: H, body: Body) -> Result<Self, EmulatorError> {
         let board = Sensed::new(board, body.encoder_resolution, body.noise);
         Ok(Self {
-            board: board.map_err(EmulatorError::Body)?,
+            board: board?,
             body,
         })
     }

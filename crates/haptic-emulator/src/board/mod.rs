@@ -178,7 +178,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
         let lines = FaultyLine::both_ways(emulation.faults, emulation.seed);
-        let [from_host, to_host] = lines.map_err(EmulatorError::Faults)?;
+        let [from_host, to_host] = lines?;
         let device = TickSide::new(board).map_err(EmulatorError::Device)?;
         Ok(Self {
             device: RefCell::new(device),

@@ -37,7 +37,11 @@ impl Socket {
         let path = path.to_owned();
         match made {
             Ok(listener) => Ok(Self { listener, path }),
-            Err(error) => Err(EmulatorError::Socket { path, error }),
+            Err(error) => Err(EmulatorError::Path {
+                kind: "socket",
+                path,
+                error,
+            }),
         }
     }
 

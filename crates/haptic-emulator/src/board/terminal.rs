@@ -41,8 +41,9 @@ impl Terminal {
                 // If it does not go, the new one cannot be made, which is told.
                 let _ = std::fs::remove_file(link);
             }
-            std::os::unix::fs::symlink(&path, link).map_err(|error| EmulatorError::Link {
-                link: link.to_owned(),
+            std::os::unix::fs::symlink(&path, link).map_err(|error| EmulatorError::Path {
+                kind: "link",
+                path: link.to_owned(),
                 error,
             })?;
         }

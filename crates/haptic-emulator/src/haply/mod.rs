@@ -2,8 +2,6 @@
 
 mod board;
 mod body;
-mod emulation;
 
 pub use board::{Board, Counted};
 pub use body::{Body, Hand};
-pub use emulation::{Emulated, emulate};

@@ -7,12 +7,10 @@
 //! because of it but what this machine makes late.
 
 mod adapter;
-mod emulation;
 mod registers;
 mod servo;
 mod shaft;
 
 pub use adapter::{EmulatedAdapter, Served};
-pub use emulation::{Emulated, emulate};
 pub use servo::EmulatedServo;
 pub use shaft::{Hand, Shaft};

@@ -1,8 +1,9 @@
 //! Registers of the emulated servo: what a frame sets, how a value is written into an answer.
 
+use moteus_protocol::scaling::{self, Scaling};
 use moteus_protocol::{
     CanFdFrame, Register, Resolution, Subframe, SubframeType, Value, WriteCanData, WriteCombiner,
-    parse_frame, scaling,
+    parse_frame,
 };
 
 /// First and last register of a position command.
@@ -15,142 +16,68 @@ const READ_ERROR: (u8, u32) = (0x31, 1);
 const RESERVE: usize = 23;
 
 /// A value with the scale that it has as an integer.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Quantity {
     Whole(i32),
-    /// Revolutions.
-    Position(f64),
-    /// Revolutions per second.
-    Velocity(f64),
-    /// Revolutions per second².
-    Acceleration(f64),
-    /// N·m.
-    Torque(f64),
-    /// A share of the full scale.
-    Share(f64),
-    /// V.
-    Voltage(f64),
-    /// °C.
-    Temperature(f64),
-    /// s.
-    Time(f64),
-    /// A.
-    Current(f64),
-}
-
-impl Quantity {
-    fn write(self, writer: &mut WriteCanData<'_>, resolution: Resolution) {
-        match self {
-            Self::Whole(value) => writer.write_int(value, resolution),
-            Self::Position(value) => writer.write_position(value as f32, resolution),
-            Self::Velocity(value) => writer.write_velocity(value as f32, resolution),
-            Self::Acceleration(value) => writer.write_accel(value as f32, resolution),
-            Self::Torque(value) => writer.write_torque(value as f32, resolution),
-            Self::Share(value) => writer.write_pwm(value as f32, resolution),
-            Self::Voltage(value) => writer.write_voltage(value as f32, resolution),
-            Self::Temperature(value) => writer.write_temperature(value as f32, resolution),
-            Self::Time(value) => writer.write_time(value as f32, resolution),
-            Self::Current(value) => writer.write_current(value as f32, resolution),
-        }
-    }
+    Scaled(f64, &'static Scaling),
 }
 
 /// What a position command sets; what it does not name is at its default.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Registers {
-    feedforward_torque_nm: f32,
-    largest_torque_nm: f32,
-    watchdog_s: f32,
-    /// The others, of no effect: they are only read back.
-    others: [f32; 14],
-}
+pub(super) struct Registers([f32; 14]);
 
 impl Default for Registers {
     fn default() -> Self {
-        let mut others = [f32::NAN; 14];
+        let mut values = [f32::NAN; 14];
         for (register, value) in [
             (Register::CommandPosition, 0.0),
             (Register::CommandVelocity, 0.0),
+            (Register::CommandFeedforwardTorque, 0.0),
             (Register::CommandKpScale, 1.0),
             (Register::CommandKdScale, 1.0),
+            (Register::CommandTimeout, 0.0),
             (Register::CommandIlimitScale, 1.0),
             (Register::CommandIgnorePositionBounds, 0.0),
         ] {
-            others[usize::from(register.address() - COMMAND.start())] = value;
+            values[usize::from(register.address() - COMMAND.start())] = value;
         }
-        Self {
-            feedforward_torque_nm: 0.0,
-            largest_torque_nm: f32::NAN,
-            watchdog_s: 0.0,
-            others,
+        Self(values)
+    }
+}
+
+/// The scale of a register of a position command: those that are no quantity are shares.
+const fn scale(register: Option<Register>) -> &'static Scaling {
+    match register {
+        Some(Register::CommandPosition | Register::CommandStopPosition) => &scaling::POSITION,
+        Some(Register::CommandVelocity | Register::CommandVelocityLimit) => &scaling::VELOCITY,
+        Some(Register::CommandFeedforwardTorque | Register::CommandPositionMaxTorque) => {
+            &scaling::TORQUE
         }
+        Some(Register::CommandTimeout) => &scaling::TIME,
+        Some(Register::CommandAccelLimit) => &scaling::ACCELERATION,
+        Some(Register::CommandFixedVoltageOverride) => &scaling::VOLTAGE,
+        Some(Register::CommandFixedCurrentOverride) => &scaling::CURRENT,
+        _ => &scaling::PWM,
     }
 }
 
 impl Registers {
-    pub(super) const fn feedforward_torque_nm(&self) -> f32 {
-        self.feedforward_torque_nm
-    }
-
-    pub(super) const fn largest_torque_nm(&self) -> f32 {
-        self.largest_torque_nm
-    }
-
-    /// A command of a gain, or of a place or speed, by its register.
+    /// What was commanded, by its register.
     pub(super) fn command(&self, register: Register) -> f64 {
-        f64::from(self.others[usize::from(register.address() - COMMAND.start())])
+        f64::from(self.0[usize::from(register.address() - COMMAND.start())])
     }
 
-    pub(super) const fn watchdog_s(&self) -> f32 {
-        self.watchdog_s
-    }
-
-    /// Whether there is such a register.
-    pub(super) fn write(&mut self, register: u16, value: Value) -> bool {
-        if !COMMAND.contains(&register) {
-            return false;
+    /// Sets a register, if it is there.
+    pub(super) fn write(&mut self, register: u16, value: Value) {
+        if COMMAND.contains(&register) {
+            let scale = scale(Register::from_address(register));
+            self.0[usize::from(register - COMMAND.start())] = value.to_f32(scale);
         }
-        let place = match Register::from_address(register) {
-            Some(Register::CommandFeedforwardTorque) => &mut self.feedforward_torque_nm,
-            Some(Register::CommandPositionMaxTorque) => &mut self.largest_torque_nm,
-            Some(Register::CommandTimeout) => &mut self.watchdog_s,
-            _ => &mut self.others[usize::from(register - COMMAND.start())],
-        };
-        let scale = match Register::from_address(register) {
-            Some(Register::CommandPosition | Register::CommandStopPosition) => &scaling::POSITION,
-            Some(Register::CommandVelocity | Register::CommandVelocityLimit) => &scaling::VELOCITY,
-            Some(Register::CommandFeedforwardTorque | Register::CommandPositionMaxTorque) => {
-                &scaling::TORQUE
-            }
-            Some(Register::CommandTimeout) => &scaling::TIME,
-            Some(Register::CommandAccelLimit) => &scaling::ACCELERATION,
-            Some(Register::CommandFixedVoltageOverride) => &scaling::VOLTAGE,
-            Some(Register::CommandFixedCurrentOverride) => &scaling::CURRENT,
-            _ => &scaling::PWM,
-        };
-        *place = value.to_f32(scale);
-        true
     }
 
     pub(super) fn read(&self, register: Register) -> Option<Quantity> {
-        let address = register.address();
-        if !COMMAND.contains(&address) {
-            return None;
-        }
-        let other = self.command(register);
-        Some(match register {
-            Register::CommandFeedforwardTorque => {
-                Quantity::Torque(self.feedforward_torque_nm.into())
-            }
-            Register::CommandPositionMaxTorque => Quantity::Torque(self.largest_torque_nm.into()),
-            Register::CommandTimeout => Quantity::Time(self.watchdog_s.into()),
-            Register::CommandPosition | Register::CommandStopPosition => Quantity::Position(other),
-            Register::CommandVelocity | Register::CommandVelocityLimit => Quantity::Velocity(other),
-            Register::CommandAccelLimit => Quantity::Acceleration(other),
-            Register::CommandFixedVoltageOverride => Quantity::Voltage(other),
-            Register::CommandFixedCurrentOverride => Quantity::Current(other),
-            _ => Quantity::Share(other),
-        })
+        let is_there = COMMAND.contains(&register.address());
+        is_there.then(|| Quantity::Scaled(self.command(register), scale(Some(register))))
     }
 }
 
@@ -207,7 +134,12 @@ fn answer_block(
         if combiner.maybe_write(&mut writer)
             && let Some(quantity) = read(*register)
         {
-            quantity.write(&mut writer, *resolution);
+            match quantity {
+                Quantity::Whole(value) => writer.write_int(value, *resolution),
+                Quantity::Scaled(value, scale) => {
+                    writer.write_mapped(value as f32, scale, *resolution);
+                }
+            }
         }
     }
 }

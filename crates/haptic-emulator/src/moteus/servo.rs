@@ -3,7 +3,6 @@
 use super::registers::{Quantity, Registers, answer, parsable};
 use super::shaft::{Shaft, Turning};
 use core::f64::consts::TAU;
-use haptic_devices::moteus::MoteusSettings;
 use haptic_loop::{ParameterError, RangeError};
 use moteus_protocol::{
     CanFdFrame, Mode, Register, Subframe, SubframeType, calculate_arbitration_id,
@@ -11,7 +10,7 @@ use moteus_protocol::{
 };
 
 /// Servo time that a servo as delivered takes for a frame that names none, s.
-const WATCHDOG_DEFAULT_S: f32 = 0.1;
+const WATCHDOG_DEFAULT_S: f64 = 0.1_f32 as f64;
 /// Largest torque of the motor, N·m.
 const TORQUE_MOST_NM: f64 = 1.7;
 /// Number that all servos of a bus listen to.
@@ -52,7 +51,7 @@ impl EmulatedServo {
     /// # Errors
     /// A number, inertia, damping or motion outside its range.
     pub fn new(id: u8, shaft: Shaft) -> Result<Self, ParameterError> {
-        if !MoteusSettings::ID.contains(&id.into()) {
+        if !(1..=126).contains(&id) {
             return Err(RangeError::new("servo id", id.into(), "in [1, 126]", "").into());
         }
         let turning = Turning::new(shaft)?;
@@ -93,8 +92,10 @@ impl EmulatedServo {
         // τ = k_p·(p* − p) + k_d·(v* − v) + feed-forward
         let control =
             kp * kp_full * (self.control_rev - self.position_rev()) + kd * kd_full * speed_off;
-        let wanted = control + f64::from(self.registers.feedforward_torque_nm());
-        let most = f64::from(self.registers.largest_torque_nm().abs()).min(TORQUE_MOST_NM);
+        let wanted = control + command(Register::CommandFeedforwardTorque);
+        let most = command(Register::CommandPositionMaxTorque)
+            .abs()
+            .min(TORQUE_MOST_NM);
         if wanted.is_nan() {
             return 0.0;
         }
@@ -211,7 +212,7 @@ impl EmulatedServo {
         if self.commands > self.turning.wait_commands() {
             self.turned_since_us.get_or_insert(self.now_us);
         }
-        let asked = self.registers.watchdog_s();
+        let asked = self.registers.command(Register::CommandTimeout);
         // 0 is the servo's own time, and no number stands for none.
         let time_s = if asked > 0.0 {
             asked
@@ -219,19 +220,27 @@ impl EmulatedServo {
             WATCHDOG_DEFAULT_S
         };
         self.deadline_us =
-            (!asked.is_nan()).then(|| self.now_us.saturating_add((f64::from(time_s) * 1e6) as u64));
+            (!asked.is_nan()).then(|| self.now_us.saturating_add((time_s * 1e6) as u64));
     }
 
     fn read(&self, register: u16) -> Option<Quantity> {
         Some(match Register::from_address(register)? {
             Register::Mode => Quantity::Whole(i32::from(u8::from(self.mode))),
             Register::Fault => Quantity::Whole(i32::from(self.fault)),
-            Register::Position | Register::AbsPosition => Quantity::Position(self.position_rev()),
-            Register::Velocity => Quantity::Velocity(self.turning.speed_rad_per_s() / TAU),
-            Register::Torque | Register::ControlTorque => Quantity::Torque(self.torque_nm()),
-            Register::QCurrent | Register::DCurrent => Quantity::Current(0.0),
-            Register::Voltage => Quantity::Voltage(24.0),
-            Register::Temperature | Register::MotorTemperature => Quantity::Temperature(25.0),
+            Register::Position | Register::AbsPosition => {
+                Quantity::Scaled(self.position_rev(), &scaling::POSITION)
+            }
+            Register::Velocity => {
+                Quantity::Scaled(self.turning.speed_rad_per_s() / TAU, &scaling::VELOCITY)
+            }
+            Register::Torque | Register::ControlTorque => {
+                Quantity::Scaled(self.torque_nm(), &scaling::TORQUE)
+            }
+            Register::QCurrent | Register::DCurrent => Quantity::Scaled(0.0, &scaling::CURRENT),
+            Register::Voltage => Quantity::Scaled(24.0, &scaling::VOLTAGE),
+            Register::Temperature | Register::MotorTemperature => {
+                Quantity::Scaled(25.0, &scaling::TEMPERATURE)
+            }
             Register::TrajectoryComplete => Quantity::Whole(1),
             Register::HomeState | Register::ModelNumber => Quantity::Whole(0),
             Register::RegisterMapVersion => {

@@ -150,7 +150,7 @@ pub(crate) fn try_out<E: Environment<f64, 1>>(
     judge: &mut Judge,
 ) -> bool {
     simulate(controller, device, samples, &mut |tick| {
-        if judge.see(tick.time_s, tick.position_m, tick.commanded_force_n) {
+        if judge.see(tick.time_s, tick.position_m[0], tick.commanded_force_n[0]) {
             ControlFlow::Continue(())
         } else {
             ControlFlow::Break(())

@@ -8,7 +8,7 @@
 //! ```
 //! Kept in memory, so that it is there even when the disk was slower than the loop.
 
-use haptic_log::record::{AnyTick, EventMessage, Leftover, LogWriter, RecordError, StartTime};
+use haptic_log::record::{EventMessage, Leftover, LogWriter, RecordError, StartTime, TickMessage};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
@@ -47,7 +47,7 @@ pub struct RunOfFault<'a> {
 /// Keeps the last ticks, and the first after a fault.
 #[derive(Clone, Debug)]
 pub struct FaultRecorder {
-    ticks: VecDeque<AnyTick>,
+    ticks: VecDeque<TickMessage>,
     fault: Option<FaultSeen>,
     /// Ticks after that of the fault.
     after: u64,
@@ -69,8 +69,7 @@ impl Default for FaultRecorder {
 
 impl FaultRecorder {
     /// Takes in a tick. Once a fault has latched it takes 100 more, then none.
-    pub fn tick(&mut self, tick: impl Into<AnyTick>) {
-        let tick = tick.into();
+    pub fn tick(&mut self, tick: &TickMessage) {
         if self.is_full() {
             return;
         }
@@ -78,17 +77,17 @@ impl FaultRecorder {
             None if self.ticks.len() == BEFORE => {
                 self.ticks.pop_front();
             }
-            Some(fault) if tick.tick() > fault.tick => self.after += 1,
+            Some(fault) if tick.tick > fault.tick => self.after += 1,
             None | Some(_) => {}
         }
-        self.ticks.push_back(tick);
+        self.ticks.push_back(*tick);
     }
 
     /// A fault has latched; the first counts.
     pub(crate) fn latch(&mut self, fault: FaultSeen) {
         // The news may come later than ticks that followed it.
         let behind = self.ticks.iter().rev();
-        let behind = behind.take_while(|message| message.tick() > fault.tick);
+        let behind = behind.take_while(|message| message.tick > fault.tick);
         if self.fault.is_none() {
             self.after = behind.count() as u64;
             self.fault = Some(fault);
@@ -108,19 +107,19 @@ impl FaultRecorder {
     }
 
     /// Adds what the device's own recorder has kept of this run and the line has lost.
-    pub(crate) fn fill(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
-        let known: BTreeMap<u64, AnyTick> =
-            self.ticks.iter().map(|tick| (tick.tick(), *tick)).collect();
+    pub(crate) fn fill(&mut self, kept: impl IntoIterator<Item = TickMessage>) {
+        let known: BTreeMap<u64, TickMessage> =
+            self.ticks.iter().map(|tick| (tick.tick, *tick)).collect();
         let mut all = known.clone();
-        for tick in kept.into_iter().map(Into::into) {
-            all.entry(tick.tick()).or_insert(tick);
+        for tick in kept {
+            all.entry(tick.tick).or_insert(tick);
         }
         // As many as without it, those nearest to the fault.
         let fault = self.fault.as_ref().map_or(u64::MAX, |fault| fault.tick);
         let after = all.split_off(&fault.saturating_add(1));
         let spare = all.len().saturating_sub(BEFORE);
         let all = all.into_iter().skip(spare);
-        let all: BTreeMap<u64, AnyTick> =
+        let all: BTreeMap<u64, TickMessage> =
             all.chain(after.into_iter().take(AFTER as usize)).collect();
         let new = all.keys().filter(|tick| !known.contains_key(tick));
         self.filled = new.copied().collect();
@@ -152,12 +151,12 @@ impl FaultRecorder {
             text: fault.text.clone(),
         });
         for message in &self.ticks {
-            if message.tick() > fault.tick
+            if message.tick > fault.tick
                 && let Some(event) = event.take()
             {
                 log.event(&event)?;
             }
-            log.any_tick(message)?;
+            log.tick(message)?;
         }
         if let Some(event) = event {
             log.event(&event)?;
@@ -166,11 +165,11 @@ impl FaultRecorder {
     }
 
     fn metadata(&self, fault: &FaultSeen, run: &Path) -> BTreeMap<String, String> {
-        let after = |message: &&AnyTick| message.tick() > fault.tick;
+        let after = |message: &&TickMessage| message.tick > fault.tick;
         let after = self.ticks.iter().filter(after).count();
         let filled: Vec<String> = self.filled.iter().map(u64::to_string).collect();
         let pairs = self.ticks.iter().zip(self.ticks.iter().skip(1));
-        let gaps = pairs.map(|(a, b)| b.tick().saturating_sub(a.tick()).saturating_sub(1));
+        let gaps = pairs.map(|(a, b)| b.tick.saturating_sub(a.tick).saturating_sub(1));
         let missing: u64 = gaps.sum();
         let run = run.file_name().unwrap_or_default().to_string_lossy();
         let entries = [
@@ -192,7 +191,7 @@ impl FaultRecorder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_log::record::{Entry, LogReader, TickMessage};
+    use haptic_log::record::{Entry, LogReader};
 
     fn tick(tick: u64) -> TickMessage {
         TickMessage {
@@ -212,18 +211,18 @@ mod tests {
     }
 
     fn ticks(recorder: &FaultRecorder) -> Vec<u64> {
-        recorder.ticks.iter().map(AnyTick::tick).collect()
+        recorder.ticks.iter().map(|tick| tick.tick).collect()
     }
 
     #[test]
     fn a_thousand_ticks_before_a_fault_and_a_hundred_after_it_are_kept() {
         let mut recorder = FaultRecorder::default();
-        (0..=5000).for_each(|n| recorder.tick(tick(n)));
+        (0..=5000).for_each(|n| recorder.tick(&tick(n)));
         assert!(recorder.fault().is_none() && !recorder.is_full());
         recorder.latch(fault(5000));
         recorder.latch(fault(7));
         assert_eq!(recorder.fault(), Some(&fault(5000)));
-        (5001..6000).for_each(|n| recorder.tick(tick(n)));
+        (5001..6000).for_each(|n| recorder.tick(&tick(n)));
         assert!(recorder.is_full());
         assert_eq!(ticks(&recorder), (4001..=5100).collect::<Vec<_>>());
     }
@@ -231,9 +230,9 @@ mod tests {
     #[test]
     fn a_fault_that_is_heard_of_late_keeps_its_place() {
         let mut recorder = FaultRecorder::default();
-        (0..=230).for_each(|n| recorder.tick(tick(n)));
+        (0..=230).for_each(|n| recorder.tick(&tick(n)));
         recorder.latch(fault(200));
-        (231..400).for_each(|n| recorder.tick(tick(n)));
+        (231..400).for_each(|n| recorder.tick(&tick(n)));
         assert_eq!(ticks(&recorder), (0..=300).collect::<Vec<_>>());
     }
 
@@ -242,18 +241,17 @@ mod tests {
         let mut recorder = FaultRecorder::default();
         let lost = [3, 4, 9];
         let came = (0..12).filter(|n| !lost.contains(n));
-        came.for_each(|n| recorder.tick(tick(n)));
+        came.for_each(|n| recorder.tick(&tick(n)));
         recorder.latch(fault(11));
         let device = (2..15).map(|n| TickMessage {
-            commanded_force_n: 1.0,
+            commanded_force_n: 1.0.into(),
             ..tick(n)
         });
         recorder.fill(device);
         assert_eq!(ticks(&recorder), (0..15).collect::<Vec<_>>());
         assert_eq!(recorder.filled, [3, 4, 9, 12, 13, 14]);
-        let from_device = recorder.ticks.iter().filter(
-            |tick| matches!(tick, AnyTick::One(tick) if (tick.commanded_force_n - 1.0).abs() < 1e-12),
-        );
+        let from_device = (recorder.ticks.iter())
+            .filter(|tick| tick.commanded_force_n == haptic_log::record::PerAxis::from(1.0));
         assert_eq!(from_device.count(), 6);
     }
 
@@ -263,7 +261,7 @@ mod tests {
         let lost = 1990..2010;
         let came = (0..3000).filter(|n| !lost.contains(n));
         came.for_each(|n| {
-            recorder.tick(tick(n));
+            recorder.tick(&tick(n));
             if n == 2010 {
                 recorder.latch(fault(2000));
             }
@@ -279,7 +277,7 @@ mod tests {
         let path = folder.path().join("run-fault.mcap");
         let run = folder.path().join("run.mcap");
         let mut recorder = FaultRecorder::default();
-        (0..50).for_each(|n| recorder.tick(tick(n)));
+        (0..50).for_each(|n| recorder.tick(&tick(n)));
         let write = |recorder: &FaultRecorder, overwrite| {
             let run = RunOfFault {
                 log: &run,

@@ -246,13 +246,13 @@ impl Record {
     }
 
     /// Adds a sample, if it counts.
-    pub(crate) fn push<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+    pub(crate) fn push(&mut self, message: &impl TickRecord) {
         let logged = message.kept();
         let Some(sample) = self.start.counted(logged) else {
             return;
         };
-        self.limited += u64::from(message.limiters() != 0);
-        self.limiters |= message.limiters();
+        self.limited += u64::from(sample.limiters != 0);
+        self.limiters |= sample.limiters;
         self.samples += 1;
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
@@ -264,7 +264,7 @@ impl Record {
     }
 
     /// Adds a sample that is in the log but no part of the result: the force is on its way to zero.
-    pub(crate) fn push_after<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+    pub(crate) fn push_after(&mut self, message: &impl TickRecord) {
         let sample = message.kept();
         let force_n = sample.applied_force_n.abs();
         self.falls(message);
@@ -278,7 +278,7 @@ impl Record {
     }
 
     /// Looks at the force of a sample behind those that count.
-    pub(crate) fn falls<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+    pub(crate) fn falls(&mut self, message: &impl TickRecord) {
         let sample = message.kept();
         let fall = &mut self.after.fall;
         // Told from where the run begins to count, as its end is.

@@ -8,7 +8,7 @@ use super::fault_recorder::{FaultRecorder, FaultSeen, RunOfFault};
 use crate::run::folder::fault_log_of;
 use haptic_log::live::Live;
 use haptic_log::record::{
-    AnyTick, BUDGET, EventMessage, FinishedLog, RecordError, RollingLog, StartTime,
+    BUDGET, EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage,
 };
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
@@ -48,7 +48,7 @@ pub struct Recorder {
 enum Entry {
     Started(StartTime),
     RollAt(u64),
-    Tick(AnyTick, Option<TickParts>),
+    Tick(TickMessage, Option<TickParts>),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
 }
@@ -118,8 +118,8 @@ impl Recorder {
     ///
     /// # Errors
     /// If the writer has ended, as on a full disk.
-    pub fn tick(&mut self, tick: impl Into<AnyTick>) -> Result<(), Stopped> {
-        self.ticked(tick.into(), None)
+    pub fn tick(&mut self, tick: &TickMessage) -> Result<(), Stopped> {
+        self.ticked(tick, None)
     }
 
     /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
@@ -128,15 +128,15 @@ impl Recorder {
     /// If the writer has ended.
     pub(crate) fn timed_tick(
         &mut self,
-        tick: impl Into<AnyTick>,
+        tick: &TickMessage,
         parts: TickParts,
     ) -> Result<(), Stopped> {
-        self.ticked(tick.into(), Some(parts))
+        self.ticked(tick, Some(parts))
     }
 
-    fn ticked(&mut self, tick: AnyTick, parts: Option<TickParts>) -> Result<(), Stopped> {
+    fn ticked(&mut self, tick: &TickMessage, parts: Option<TickParts>) -> Result<(), Stopped> {
         self.flight.tick(tick);
-        self.send(Entry::Tick(tick, parts))
+        self.send(Entry::Tick(*tick, parts))
     }
 
     /// Hands over an event.
@@ -169,10 +169,7 @@ impl Recorder {
     }
 
     /// Adds to it what a device's own recorder kept.
-    pub(crate) fn fill_fault_recorder(
-        &mut self,
-        kept: impl IntoIterator<Item = impl Into<AnyTick>>,
-    ) {
+    pub(crate) fn fill_fault_recorder(&mut self, kept: impl IntoIterator<Item = TickMessage>) {
         self.flight.fill(kept);
     }
 
@@ -272,18 +269,13 @@ fn write(
             Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
             Entry::Tick(tick, parts) => {
-                log.any_tick(&tick)?;
+                log.tick(&tick)?;
                 if let (Some(budget), Some(parts)) = (&mut budget, parts)
-                    && let Some(values) = budget.take(parts, tick.time_s())
+                    && let Some(values) = budget.take(parts, tick.time_s)
                 {
                     log.metadata(BUDGET, values)?;
                 }
-                for live in &mut live {
-                    match &tick {
-                        AnyTick::One(tick) => live.tick(tick),
-                        AnyTick::Vector(tick) => live.vector_tick(tick),
-                    }
-                }
+                live.iter_mut().for_each(|live| live.tick(&tick));
             }
             Entry::Event(message) => {
                 log.event(&message)?;
@@ -303,7 +295,6 @@ fn write(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_log::record::{TickMessage, VectorTick};
     use std::path::Path;
     use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -322,8 +313,6 @@ mod tests {
                 let _ = self.open.recv();
             }
         }
-
-        fn vector_tick(&mut self, _: &VectorTick) {}
 
         fn event(&mut self, _: &EventMessage) {}
 
@@ -357,11 +346,11 @@ mod tests {
     fn a_full_ring_drops_and_counts_in_real_time_and_never_waits() {
         let place = tempfile::tempdir().expect("a folder");
         let (mut recorder, arrival, open) = gated(place.path(), false);
-        recorder.tick(sample(0)).expect("records");
+        recorder.tick(&sample(0)).expect("records");
         arrival.recv().expect("arrives");
         // The writer takes nothing now: the ring holds its size, the rest is dropped.
         for tick in 1..=QUEUE as u64 + 5 {
-            recorder.tick(sample(tick)).expect("records");
+            recorder.tick(&sample(tick)).expect("records");
         }
         assert_eq!(recorder.dropped(), 5);
         drop(open);
@@ -381,7 +370,7 @@ mod tests {
         });
         let samples = 3 * QUEUE as u64;
         for tick in 0..samples {
-            recorder.tick(sample(tick)).expect("records");
+            recorder.tick(&sample(tick)).expect("records");
         }
         assert_eq!(recorder.dropped(), 0);
         let recorded = recorder.finish().expect("finishes");

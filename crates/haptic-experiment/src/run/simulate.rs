@@ -8,7 +8,7 @@
 
 use crate::run::World;
 use crate::run::ending::Ending;
-use crate::run::tick::TickRecord;
+use crate::run::tick::{TickRecord, by_loop};
 use fracdiff::Real;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{IndentationRig, MassDamper, Sensed};
@@ -22,7 +22,7 @@ pub(crate) type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow
 /// A simulated device with instruments of its own, beside the sensors that the loop reads.
 pub(crate) trait Instrumented<const D: usize = 1> {
     /// What is told of a tick.
-    type Message: TickRecord<D>;
+    type Message: TickRecord;
 
     /// Readings at the start of a tick: a message without what the loop itself knows.
     fn observe(&self) -> Self::Message;
@@ -77,12 +77,15 @@ where
     type Message = V::Message;
 
     fn tick(&mut self) -> V::Message {
-        let observed = self.engaged.device().device().observe();
+        let mut message = self.engaged.device().device().observe();
         let sample = match self.engaged.tick() {
             Ok(sample) => sample,
             Err(never) => match never {},
         };
-        observed.of_loop(&sample, self.engaged.controller().guarded_energy_j())
+        let guarded_energy_j = self.engaged.controller().guarded_energy_j();
+        let logged = message.logged_mut();
+        *logged = by_loop(*logged, &sample, guarded_energy_j);
+        message
     }
 
     fn ended(&self) -> Option<Ending> {
@@ -105,9 +108,11 @@ impl Instrumented for IndentationRig {
     fn observe(&self) -> TickMessage {
         TickMessage {
             // A force drive has no position to follow.
-            reference_m: self.reference().unwrap_or_else(|| self.indenter_position()),
-            indenter_position_m: self.indenter_position(),
-            contact_force_n: self.contact_force(),
+            reference_m: (self.reference())
+                .unwrap_or_else(|| self.indenter_position())
+                .into(),
+            indenter_position_m: self.indenter_position().into(),
+            contact_force_n: self.contact_force().into(),
             ..TickMessage::default()
         }
     }
@@ -119,8 +124,8 @@ impl Instrumented for MassDamper<1> {
     /// The true position, and the force that the actuator really makes.
     fn observe(&self) -> TickMessage {
         TickMessage {
-            indenter_position_m: self.position()[0],
-            contact_force_n: self.applied_force()[0],
+            indenter_position_m: self.position()[0].into(),
+            contact_force_n: self.applied_force()[0].into(),
             ..TickMessage::default()
         }
     }

@@ -85,7 +85,7 @@ fn wandering(relaxation: &Relaxation) -> f64 {
     let from = 0.8 * relaxation.duration_s;
     let mut watch = |message: &TickMessage| {
         if message.time_s > from {
-            worst = worst.max((message.reference_m - message.indenter_position_m).abs());
+            worst = worst.max((message.reference_m[0] - message.indenter_position_m[0]).abs());
         }
         ControlFlow::Continue(())
     };
@@ -234,7 +234,7 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
     let (mut force, mut depth) = (0.0, 0.0);
     creep
         .simulate(&mut |sample| {
-            (force, depth) = (sample.contact_force_n, sample.position_m);
+            (force, depth) = (sample.contact_force_n[0], sample.position_m[0]);
             ControlFlow::Continue(())
         })
         .expect("runs");

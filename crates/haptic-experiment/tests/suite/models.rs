@@ -33,7 +33,7 @@ fn hold_errors(relaxation: &Relaxation) -> [f64; 2] {
     let (mut worst, mut compared, mut peak) = ([0.0; 2], 0, 0.0);
     let half = 0.5 * relaxation.rendering.sample_time_s;
     let reached = relaxation.simulate(&mut |sample| {
-        let force = -sample.commanded_force_n;
+        let force = -sample.commanded_force_n[0];
         peak = f64::max(peak, force);
         if sample.time_s >= 1.1 && sample.tick.is_multiple_of(100) {
             let want = relaxation.closed_form(sample.time_s);
@@ -98,7 +98,10 @@ fn creep_of_each_model_is_its_closed_form() {
         let mut worst = 0.0;
         let mut sink = |sample: &haptic_log::record::TickMessage| {
             if sample.time_s >= 5.0 && sample.tick.is_multiple_of(100) {
-                let strain = creep.rendering.specimen.strain(Metres(sample.position_m));
+                let strain = creep
+                    .rendering
+                    .specimen
+                    .strain(Metres(sample.position_m[0]));
                 let want = creep.rendering.material.creep_strain(100.0, sample.time_s);
                 worst = f64::max(worst, (strain / want - 1.0).abs());
             }

@@ -8,7 +8,7 @@ use haptic_experiment::TouchReport;
 use haptic_experiment::experiment::TouchVerdict;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Supervisor, TouchExperiment};
-use haptic_log::record::{Entry, LogReader, VectorTick};
+use haptic_log::record::{Entry, LogReader, TickMessage};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use testkit::assert_close;
@@ -48,14 +48,14 @@ fn supervised<T>(run: impl FnOnce(Supervisor<'_>) -> T) -> T {
 }
 
 /// Runs it in a folder of its own: the report, and the ticks of its log.
-fn run(touch: &TouchExperiment) -> (TouchReport, Vec<VectorTick>) {
+fn run(touch: &TouchExperiment) -> (TouchReport, Vec<TickMessage>) {
     let folder = tempfile::tempdir().expect("a folder");
     let published =
         supervised(|supervisor| touch.run(&request(folder.path(), "touch"), supervisor));
     let report = published.expect("runs").report;
     let entries = LogReader::open(Path::new(&report.run.log)).expect("opens");
     let ticks = entries.filter_map(|entry| match entry.expect("reads") {
-        Entry::Vector(tick) => Some(tick),
+        Entry::Tick(tick) => Some(tick),
         _ => None,
     });
     let ticks = ticks.collect();
@@ -94,16 +94,16 @@ fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {
         assert_eq!(ticks.len(), one.len());
         for (tick, one) in ticks.iter().zip(&one) {
             let last = axes - 1;
-            let (place, force) = (
-                tick.position_m.as_slice(),
-                tick.commanded_force_n.as_slice(),
-            );
+            let (place, force) = (tick.position_m, tick.commanded_force_n);
             assert!(place[..last].iter().all(|x| *x == 0.0));
             // The depth, R − |x − c|, is rounded to that of R.
-            assert_close("place", place[last], one.position_m, 1e-13);
-            assert_close("force", force[last], one.commanded_force_n, 1e-11);
+            assert_close("place", place[last], one.position_m[0], 1e-13);
+            assert_close("force", force[last], one.commanded_force_n[0], 1e-11);
         }
-        let deepest = one.iter().map(|tick| tick.position_m).fold(0.0, f64::max);
+        let deepest = one
+            .iter()
+            .map(|tick| tick.position_m[0])
+            .fold(0.0, f64::max);
         assert_close("depth", report.largest_depth_m, deepest, 1e-13);
     }
 }
@@ -135,7 +135,6 @@ fn turning_the_edge_and_the_path_turns_the_force() {
             ),
             ("place", straight.position_m, turned.position_m),
         ] {
-            let (straight, turned) = (straight.as_slice(), turned.as_slice());
             let want = turn([straight[0], straight[1]]);
             // Places are mm, forces below 1 N.
             assert_close(what, turned[0], want[0], 1e-12);
@@ -156,7 +155,7 @@ fn a_touch_through_the_centre_is_compared_with_the_law_that_was_run() {
              force_limit_n = 10\nforce_rate_limit_n_per_s = 1e6\nsample_time_s = 0.001\nduration_s = 3\n\
              hand_stiffness_n_per_m = 5000\nway_points = [[0, 0, -0.002{rest}], [3, 0, 0.022{rest}]]"
         )));
-        let y = |tick: &VectorTick| tick.position_m.as_slice()[1];
+        let y = |tick: &TickMessage| tick.position_m[1];
         let core = ticks
             .iter()
             .filter(|tick| (y(tick) - 0.01).abs() < 0.01 / 1024.0);
@@ -194,10 +193,7 @@ fn a_finger_round_a_disc_is_held_against_the_full_history() {
     // Outwards along the normal, all the way round.
     let mut quarters = [false; 4];
     for tick in &ticks {
-        let (place, force) = (
-            tick.position_m.as_slice(),
-            tick.commanded_force_n.as_slice(),
-        );
+        let (place, force) = (tick.position_m, tick.commanded_force_n);
         let across = place[0] * force[1] - place[1] * force[0];
         assert!(across.abs() < 1e-13, "{place:?} {force:?}");
         if tick.commanded_force_n.norm() > 0.1 {

@@ -5,7 +5,7 @@
 //! or to set. It asks nobody who he is, so whoever reaches the port may watch.
 
 use super::{Live, LiveError};
-use crate::record::{EventMessage, LogMessage, TickMessage, VectorTick};
+use crate::record::{EventMessage, LogMessage, TickMessage};
 use foxglove::{
     Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
     WebSocketServerHandle,
@@ -35,8 +35,8 @@ pub struct Foxglove {
     /// The channels live as long as this.
     context: Arc<Context>,
     ticks: Arc<RawChannel>,
-    /// From the first tick with vectors on.
-    vectors: Option<Arc<RawChannel>>,
+    /// Axes of the ticks: one until the first says more.
+    axes: usize,
     events: Arc<RawChannel>,
     stamp: TimeOfDay,
     buffer: Vec<u8>,
@@ -60,8 +60,8 @@ impl Foxglove {
             },
         };
         let context = Context::new();
-        let ticks = channel::<TickMessage>(&context).map_err(failed)?;
-        let events = channel::<EventMessage>(&context).map_err(failed)?;
+        let ticks = channel(&context, &TickMessage::default()).map_err(failed)?;
+        let events = channel(&context, &EventMessage::default()).map_err(failed)?;
         let host = match address {
             SocketAddr::V4(address) => address.ip().to_string(),
             SocketAddr::V6(address) => format!("[{}]", address.ip()),
@@ -79,7 +79,7 @@ impl Foxglove {
             server: Some(server),
             context,
             ticks,
-            vectors: None,
+            axes: 1,
             events,
             stamp: TimeOfDay::default(),
             buffer: Vec::new(),
@@ -95,11 +95,15 @@ impl Foxglove {
     }
 }
 
-fn channel<M: LogMessage>(context: &Arc<Context>) -> Result<Arc<RawChannel>, FoxgloveError> {
+fn channel<M: LogMessage>(
+    context: &Arc<Context>,
+    message: &M,
+) -> Result<Arc<RawChannel>, FoxgloveError> {
+    let (name, text) = message.schema();
     context
         .channel_builder(M::TOPIC)
         .message_encoding("cdr")
-        .schema(Schema::new(M::SCHEMA_NAME, "ros2msg", M::SCHEMA.as_bytes()))
+        .schema(Schema::new(name, "ros2msg", text.into_bytes()))
         .build_raw()
 }
 
@@ -120,19 +124,16 @@ fn log<M: LogMessage>(
 
 impl Live for Foxglove {
     fn tick(&mut self, message: &TickMessage) {
+        if self.axes != message.axes() {
+            self.axes = message.axes();
+            self.ticks.close();
+            // Only a topic that is taken is refused, and this one is free again.
+            if let Ok(channel) = channel(&self.context, message) {
+                self.ticks = channel;
+            }
+        }
         let time = self.stamp.nanoseconds(message.time_s);
         log(&self.ticks, message, time, &mut self.buffer, &self.watch);
-    }
-
-    fn vector_tick(&mut self, message: &VectorTick) {
-        let time = self.stamp.nanoseconds(message.time_s);
-        if self.vectors.is_none() {
-            // Only a topic that is taken is refused, and this one is ours.
-            self.vectors = channel::<VectorTick>(&self.context).ok();
-        }
-        if let Some(channel) = &self.vectors {
-            log(channel, message, time, &mut self.buffer, &self.watch);
-        }
     }
 
     fn event(&mut self, message: &EventMessage) {
@@ -142,12 +143,7 @@ impl Live for Foxglove {
 
     fn finish(mut self: Box<Self>) -> Option<String> {
         if let Some(server) = self.server.take() {
-            let channels = [Some(&self.ticks), self.vectors.as_ref(), Some(&self.events)];
-            if channels
-                .into_iter()
-                .flatten()
-                .any(|channel| channel.has_sinks())
-            {
+            if self.ticks.has_sinks() || self.events.has_sinks() {
                 std::thread::sleep(DRAIN);
             }
             let viewers = server.stop();

@@ -18,18 +18,15 @@ mod foxglove;
 #[cfg(feature = "foxglove")]
 pub use self::foxglove::Foxglove;
 
-use crate::record::{EventMessage, TickMessage, VectorTick};
+use crate::record::{EventMessage, TickMessage};
 use std::fmt::Debug;
 use std::net::SocketAddr;
 use std::sync::{Mutex, PoisonError};
 
 /// Somebody who watches a run. Called from the thread that writes the log, in the order of the log.
 pub trait Live: Debug + Send {
-    /// A sample of one axis; must not wait.
+    /// A sample; must not wait.
     fn tick(&mut self, message: &TickMessage);
-
-    /// A sample of two or three axes; must not wait.
-    fn vector_tick(&mut self, message: &VectorTick);
 
     /// An event; must not wait.
     fn event(&mut self, message: &EventMessage);

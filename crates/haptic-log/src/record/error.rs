@@ -71,14 +71,6 @@ pub enum RecordError {
     /// A message could not be encoded.
     #[error(transparent)]
     Message(#[from] MessageError),
-    /// Ticks that fit in no one table.
-    #[error("`{}` has ticks of {} and of {} axes: no table holds both; it is no log of one run", .path.display(), .axes[0], .axes[1])]
-    Axes {
-        /// The log.
-        path: PathBuf,
-        /// Number of axes, first and then.
-        axes: [usize; 2],
-    },
     /// The CSV could not be written.
     #[error("writing `{}` failed: {source}; nothing was left behind under that name", .path.display())]
     Csv {

@@ -1,27 +1,10 @@
-//! A log as CSV: one row per tick, columns named as the fields of [`TickMessage`](super::TickMessage) with their units; of several
-//! axes a column each, as `position_x_m`.
+//! A log as CSV: one row per tick, the [columns](TickMessage::columns) of a tick.
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::new_file::refuse_own_source;
-use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, VectorTick};
-
-/// The fields of [`TickMessage`](super::TickMessage) in order.
-const COLUMNS: [&str; 12] = [
-    "tick",
-    "time_s",
-    "reference_m",
-    "indenter_position_m",
-    "position_m",
-    "environment_force_n",
-    "commanded_force_n",
-    "applied_force_n",
-    "contact_force_n",
-    "limiters",
-    "flaws",
-    "observed_energy_j",
-];
+use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMessage};
 
 /// Result of an export.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,57 +85,23 @@ fn write_rows(reader: &mut LogFiles, sink: impl Write, name: &Path) -> Result<u6
         .has_headers(false)
         .from_writer(sink);
     let mut rows = 0;
-    let mut axes = None;
-    while let Some(entry) = reader.next() {
-        let entry = entry?;
-        let of_row = match &entry {
-            Entry::Tick(_) => 1,
-            Entry::Vector(tick) => tick.axes(),
-            _ => continue,
-        };
-        match axes {
-            None => write_header(&mut csv, of_row).map_err(fail)?,
-            Some(axes) if axes == of_row => {}
-            Some(axes) => {
-                return Err(RecordError::Axes {
-                    path: reader.path().to_owned(),
-                    axes: [axes, of_row],
-                });
-            }
+    let mut columns = Vec::new();
+    for entry in reader.by_ref() {
+        let Entry::Tick(tick) = entry? else { continue };
+        if columns.is_empty() {
+            columns = TickMessage::columns(tick.axes());
+            csv.write_record(columns.iter().map(|column| &column.name))
+                .map_err(fail)?;
         }
-        axes = Some(of_row);
-        match entry {
-            Entry::Tick(tick) => csv.serialize(tick).map_err(fail)?,
-            Entry::Vector(tick) => csv.serialize(tick).map_err(fail)?,
-            _ => {}
-        }
+        let row: Vec<_> = columns.iter().map(|column| column.value(&tick)).collect();
+        csv.serialize(row).map_err(fail)?;
         rows += 1;
     }
-    if axes.is_none() {
-        write_header(&mut csv, 1).map_err(fail)?;
+    if columns.is_empty() {
+        let columns = TickMessage::columns(1).into_iter();
+        csv.write_record(columns.map(|column| column.name))
+            .map_err(fail)?;
     }
     csv.flush().map_err(|error| fail(error.into()))?;
     Ok(rows)
-}
-
-/// The names of the columns, for ticks of so many axes.
-fn write_header<W: Write>(csv: &mut csv::Writer<W>, axes: usize) -> csv::Result<()> {
-    match axes {
-        1 => csv.write_record(COLUMNS),
-        axes => csv.write_record(VectorTick::columns(axes)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::record::TickMessage;
-
-    #[test]
-    fn the_columns_are_the_fields_of_a_tick() {
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        csv.serialize(TickMessage::default()).expect("serialises");
-        let text = String::from_utf8(csv.into_inner().expect("flushes")).expect("is UTF-8");
-        assert_eq!(text.lines().next(), Some(COLUMNS.join(",").as_str()));
-    }
 }

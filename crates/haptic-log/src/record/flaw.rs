@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::AnyTick;
+use super::TickMessage;
 
 /// The board did not answer: the position is that of an earlier tick.
 pub const UNANSWERED: u8 = 1;
@@ -33,14 +33,14 @@ pub struct FlawCounts {
 
 impl FlawCounts {
     /// Takes in a tick.
-    pub(crate) fn add(&mut self, tick: &AnyTick) {
-        let flaws = tick.flaws();
-        let has = |bits: u8| u64::from(flaws & bits != 0);
+    pub(crate) fn add(&mut self, tick: &TickMessage) {
+        let has = |bits: u8| u64::from(tick.flaws & bits != 0);
         self.stale += has(UNANSWERED | NOT_TAKEN | LATE_FORCE);
         self.unanswered += has(UNANSWERED);
         self.forces_not_taken += has(NOT_TAKEN);
         self.late_forces += has(LATE_FORCE);
-        self.impossible += u64::from(flaws & IMPOSSIBLE != 0 || !tick.has_place());
+        let has_place = tick.position_m.iter().all(|axis| axis.is_finite());
+        self.impossible += u64::from(tick.flaws & IMPOSSIBLE != 0 || !has_place);
     }
 
     /// True if more of so many ticks are stale than a record bears.

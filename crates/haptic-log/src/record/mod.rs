@@ -11,8 +11,7 @@
 //!
 //! | topic | type | one message per |
 //! |---|---|---|
-//! | `/haptics/tick` | `haptics_msgs/msg/Tick` | control tick of one axis |
-//! | `/haptics/vector_tick` | `haptics_msgs/msg/VectorTick` | control tick of two or three axes, in place of those |
+//! | `/haptics/tick` | `haptics_msgs/msg/Tick`; `Tick2` and `Tick3` of two and three axes | control tick |
 //! | `/haptics/event` | `haptics_msgs/msg/Event` | thing worth a sentence |
 //!
 //! Messages are CDR with `ros2msg` schemas under the profile `ros2`, so Foxglove, PlotJuggler
@@ -24,43 +23,31 @@
 //! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
 //! costs that much, one chunk, and as long as the disk takes. No topics but these survive [`recover()`].
 
-mod condition;
-mod count;
-mod entry;
 mod error;
 mod export;
 pub mod flaw;
-mod format;
-mod inspect;
-mod lengths;
 mod message;
 mod new_file;
 mod reader;
 mod recover;
 mod roll;
-mod run_end;
-mod sink;
 mod start_time;
+mod summary;
 mod sync;
-mod vector_tick;
+mod tick;
 mod writer;
 
-pub use condition::{Condition, Damage};
-pub use count::Gap;
-pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
-pub use flaw::FlawCounts;
-pub use inspect::{BUDGET, LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
-pub use message::{EventMessage, MessageError, TickField, TickMessage};
+pub use message::{Entry, EventMessage, MessageError, MetadataRecord};
 pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
-pub use reader::LogReader;
+pub use reader::{Condition, Damage, LogReader};
 pub use recover::{RECOVERED, RecoverySummary, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
-pub use run_end::{END, EndKind, RunEnd};
 pub use start_time::{CLOCK, StartTime};
+pub use summary::{BUDGET, END, EndKind, Gap, LogSummary, RunEnd, inspect};
 pub use sync::{SYNC_INTERVAL, SyncTimes};
-pub use vector_tick::{AXES, AnyTick, PerAxis, VectorField, VectorTick, column};
-pub use writer::{FLUSH_INTERVAL_NS, FinishedLog, LogWriter};
+pub use tick::{AXES, Column, PerAxis, TickMessage, Value, column_name};
+pub use writer::{FinishedLog, LogWriter};

@@ -16,19 +16,74 @@ use mcap::McapError;
 use mcap::records::{Channel, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use super::format::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, VECTOR_CHANNEL, nanoseconds};
-use super::lengths::{texts_fit, unpadded};
 use super::message::LogMessage;
 use super::new_file::open_file;
-use super::{
-    Condition, Damage, Entry, EventMessage, MetadataRecord, RecordError, StartTime, TickMessage,
-    VectorTick,
-};
+use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
+use super::{Entry, EventMessage, MetadataRecord, RecordError, StartTime, TickMessage};
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
 /// At most this much is asked of the file at a time, so a wrong length cannot ask for more.
 const READ_BYTES: usize = 1 << 16;
+
+/// A part of a log that could not be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Damage {
+    /// The file ends in the middle, as after a crash or with `.part` files.
+    #[error("the file ends unfinished after {at_byte} bytes")]
+    Cut {
+        /// Bytes in the file.
+        at_byte: u64,
+    },
+    /// One chunk, up to 100 ms of samples, is damaged; reading went on behind it.
+    #[error("a chunk of samples near byte {at_byte} is damaged: {cause}")]
+    Chunk {
+        /// End of the chunk, bytes from the start of the file; near enough to look at.
+        at_byte: u64,
+        /// Cause of the damage.
+        cause: String,
+    },
+    /// One record is damaged; reading went on behind it.
+    #[error("a record near byte {at_byte} is damaged: {cause}")]
+    Record {
+        /// End of the record, bytes from the start of the file.
+        at_byte: u64,
+        /// Cause of the damage.
+        cause: String,
+    },
+    /// The records no longer follow each other; nothing behind this place could be read.
+    #[error("nothing after about byte {at_byte} can be read: {cause}")]
+    Structure {
+        /// Bytes read up to here.
+        at_byte: u64,
+        /// Cause of the damage.
+        cause: String,
+    },
+    /// A file that the log goes on in is not there.
+    #[error("the log goes on in `{}`, which is not there", .file.display())]
+    Missing {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Everything could be read, but the checksum of the whole says that some byte has changed.
+    #[error("some byte has changed: {cause}")]
+    Checksum {
+        /// The two sums.
+        cause: String,
+    },
+}
+
+/// Condition of a log that has been read to its end.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Condition {
+    /// The log was finished by its writer and no part of it is damaged.
+    pub complete: bool,
+    /// Damage: parts that could not be read.
+    pub damage: Vec<Damage>,
+    /// Messages on topics that are not ours; they are passed over.
+    pub foreign_messages: u64,
+}
 
 /// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
 /// what is missing. An `Err` comes from the disk, never from damage, and is the last item.
@@ -40,13 +95,13 @@ const READ_BYTES: usize = 1 << 16;
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("run.mcap");
 /// # let mut log = LogWriter::create(&path)?;
-/// # log.tick(&TickMessage { commanded_force_n: -2.0, ..TickMessage::default() })?;
+/// # log.tick(&TickMessage { commanded_force_n: (-2.0).into(), ..TickMessage::default() })?;
 /// # log.finish()?;
 /// let mut log = LogReader::open(&path)?;
 /// let mut largest_n = 0.0_f64;
 /// for entry in log.by_ref() {
 ///     if let Entry::Tick(tick) = entry? {
-///         largest_n = largest_n.max(tick.commanded_force_n.abs());
+///         largest_n = largest_n.max(tick.commanded_force_n[0].abs());
 ///     }
 /// }
 /// assert_eq!(largest_n, 2.0);
@@ -74,7 +129,6 @@ pub struct LogReader<R> {
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Tick,
-    Vector,
     Event,
 }
 
@@ -82,13 +136,11 @@ impl Kind {
     /// What comes on a channel; `None` for a foreign one.
     fn of(channel: &Channel) -> Option<Self> {
         let topic = (channel.message_encoding == "cdr").then_some(channel.topic.as_str())?;
-        [
-            (TickMessage::TOPIC, Self::Tick),
-            (VectorTick::TOPIC, Self::Vector),
-            (EventMessage::TOPIC, Self::Event),
-        ]
-        .into_iter()
-        .find_map(|(ours, kind)| (ours == topic).then_some(kind))
+        match topic {
+            TickMessage::TOPIC => Some(Self::Tick),
+            EventMessage::TOPIC => Some(Self::Event),
+            _ => None,
+        }
     }
 }
 
@@ -272,7 +324,6 @@ impl<R: Read> LogReader<R> {
                 // Our own channels are known even if the chunk that declares them is lost.
                 self.channels.insert(TICK_CHANNEL, Kind::Tick);
                 self.channels.insert(EVENT_CHANNEL, Kind::Event);
-                self.channels.insert(VECTOR_CHANNEL, Kind::Vector);
             }
             Record::Channel(channel) => {
                 match Kind::of(&channel) {
@@ -283,7 +334,6 @@ impl<R: Read> LogReader<R> {
             Record::Message { header, data } => {
                 let entry = match self.channels.get(&header.channel_id) {
                     Some(Kind::Tick) => TickMessage::decode(&data).map(Entry::Tick),
-                    Some(Kind::Vector) => VectorTick::decode(&data).map(Entry::Vector),
                     Some(Kind::Event) => EventMessage::decode(&data).map(Entry::Event),
                     None => {
                         self.condition.foreign_messages += 1;
@@ -363,7 +413,6 @@ impl<R> fmt::Debug for LogReader<R> {
 fn device_time_ns(entry: &Entry) -> Option<u64> {
     let time_s = match entry {
         Entry::Tick(message) => message.time_s,
-        Entry::Vector(message) => message.time_s,
         Entry::Event(message) => message.time_s,
         Entry::Metadata(_) => return None,
     };
@@ -376,5 +425,69 @@ fn describe_start(start: &[u8]) -> String {
         "it is empty".to_owned()
     } else {
         format!("it starts with \"{}\"", start.escape_ascii())
+    }
+}
+
+/// True if the texts and maps of a record end at the end of its bytes, or before. The parser takes their lengths on
+/// trust and asks for up to 4 GiB.
+fn texts_fit(opcode: u8, data: &[u8]) -> bool {
+    let mut rest = Rest(data);
+    let fit = match opcode {
+        op::HEADER => rest.text().and_then(|()| rest.text()),
+        // Two numbers of the channel and its schema first.
+        op::CHANNEL => (rest.take(4))
+            .and_then(|_| rest.text())
+            .and_then(|()| rest.text())
+            .and_then(|()| rest.map()),
+        op::METADATA => rest.text().and_then(|()| rest.map()),
+        _ => Some(()),
+    };
+    fit.is_some()
+}
+
+/// A chunk without what stands behind its records. The parser of a chunk that is not compressed takes that for a part of its last record,
+/// and subtracts what is not there.
+fn unpadded(chunk: &[u8]) -> &[u8] {
+    let mut rest = Rest(chunk);
+    // Times, size and sum first; then the compression, and the records behind their number of bytes.
+    let behind = (rest.take(28))
+        .and_then(|_| rest.text())
+        .and_then(|()| rest.0.split_first_chunk())
+        .and_then(|(length, records)| {
+            let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+            records.get(length..)
+        });
+    let padding = behind.map_or(0, <[u8]>::len);
+    &chunk[..chunk.len() - padding]
+}
+
+/// Rest of a record.
+struct Rest<'a>(&'a [u8]);
+
+impl<'a> Rest<'a> {
+    fn take(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(taken)
+    }
+
+    /// Bytes behind their number.
+    fn counted(&mut self) -> Option<&'a [u8]> {
+        let (length, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        self.take(u32::from_le_bytes(*length) as usize)
+    }
+
+    fn text(&mut self) -> Option<()> {
+        self.counted().map(|_| ())
+    }
+
+    fn map(&mut self) -> Option<()> {
+        let mut pairs = Rest(self.counted()?);
+        while !pairs.0.is_empty() {
+            pairs.text()?;
+            pairs.text()?;
+        }
+        Some(())
     }
 }

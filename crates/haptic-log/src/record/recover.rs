@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::count::{Gap, TickCount};
 use super::new_file::{refuse_being_written, refuse_own_source};
+use super::summary::{Gap, TickCount};
 use super::{Condition, Damage, Entry, Leftover, LogReader, LogWriter, RecordError};
 
 /// Name of the metadata record that marks a recovered log.
@@ -140,11 +140,7 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
             Err(error) => unreadable = Some(error.to_string()),
             Ok(Entry::Tick(message)) => {
                 writer.tick(&message)?;
-                count.add(message);
-            }
-            Ok(Entry::Vector(message)) => {
-                writer.vector_tick(&message)?;
-                count.add(message);
+                count.add(&message);
             }
             Ok(Entry::Event(event)) => {
                 writer.event(&event)?;

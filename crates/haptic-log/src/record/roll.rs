@@ -12,8 +12,8 @@ use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
 use super::{
-    AnyTick, CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader,
-    LogWriter, RecordError, SYNC_INTERVAL, StartTime, TickMessage,
+    CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
+    RecordError, SYNC_INTERVAL, StartTime, TickMessage,
 };
 
 /// Name of the metadata record that names the next file of a log.
@@ -117,19 +117,11 @@ impl RollingLog {
     /// # Errors
     /// If the disk fails, or the next file cannot be made.
     pub fn tick(&mut self, message: &TickMessage) -> Result<(), RecordError> {
-        self.any_tick(&(*message).into())
-    }
-
-    /// See [`LogWriter::any_tick`].
-    ///
-    /// # Errors
-    /// If the disk fails, or the next file cannot be made.
-    pub fn any_tick(&mut self, message: &AnyTick) -> Result<(), RecordError> {
         let is_full = self.full_bytes.is_some_and(|full| self.log.bytes() >= full);
         if is_full && self.done.len() + 2 <= FILES_MOST {
             self.roll()?;
         }
-        self.log.any_tick(message)
+        self.log.tick(message)
     }
 
     fn roll(&mut self) -> Result<(), RecordError> {
@@ -242,11 +234,6 @@ impl LogFiles {
         all.damage.extend_from_slice(damage);
         all.foreign_messages += foreign_messages;
         all
-    }
-
-    /// The first file.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// See [`LogReader::started`].

@@ -6,32 +6,55 @@
 //! more than 65 536 chunks (1.8 h) gets no index and no summary, so that memory does not grow with it: readers
 //! read it from front to back. The chunks keep their checksums; the sum over the whole file is left out.
 
-mod in_file;
-
 use std::collections::BTreeMap;
-use std::io::{self, Seek, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
+use mcap::{Compression, McapResult, WriteOptions};
 
 use super::error::io_error;
-use super::format::{
-    EVENT_CHANNEL, TICK_CHANNEL, VECTOR_CHANNEL, add_channels, add_vectors, nanoseconds, options,
-    start,
-};
 use super::message::LogMessage;
-use super::sink::{Control, Sink};
-use super::sync::Syncer;
+use super::sync::{SyncTimes, Syncer};
 use super::{
-    AnyTick, CLOCK, EventMessage, NewFile, RecordError, StartTime, TickMessage, VectorTick,
+    CLOCK, EventMessage, Leftover, MessageError, NewFile, NewFileError, RecordError, StartTime,
+    TickMessage,
 };
-pub use in_file::FinishedLog;
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns.
-pub const FLUSH_INTERVAL_NS: u64 = 100_000_000;
-
+pub(super) const FLUSH_INTERVAL_NS: u64 = 100_000_000;
+/// A chunk of this many bytes is closed early, whatever the time.
+const CHUNK_BYTES: u64 = 1 << 20;
 /// Chunks of a file that has an index: 1.8 hours.
-pub(super) const INDEXED_CHUNKS: u32 = 1 << 16;
+const INDEXED_CHUNKS: u32 = 1 << 16;
+
+/// Name of the writer. Readers of this crate trust the channel numbers below if a log has this name.
+const LIBRARY: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
+/// Start of [`LIBRARY`], the same in every version.
+pub(super) const LIBRARY_NAME: &str = "host-cli ";
+/// MCAP channel of the ticks.
+pub(super) const TICK_CHANNEL: u16 = 1;
+/// MCAP channel of the events.
+pub(super) const EVENT_CHANNEL: u16 = 2;
+
+/// Files that [`LogWriter::finish`] leaves on the disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FinishedLog {
+    /// The file, the first if there are more.
+    pub path: PathBuf,
+    /// All files, in order.
+    pub paths: Vec<PathBuf>,
+    /// Ticks in it.
+    pub samples: u64,
+    /// Its size.
+    pub bytes: u64,
+    /// Number and durations of the syncs to the disk while the log grew.
+    pub syncs: SyncTimes,
+}
 
 /// A log being written. Made by [`create`](LogWriter::create); call
 /// [`finish`](LogWriter::finish) at the end.
@@ -49,7 +72,7 @@ pub(super) const INDEXED_CHUNKS: u32 = 1 << 16;
 /// log.starts_at(StartTime::at(SystemTime::now()))?;
 /// for tick in 0..1000 {
 ///     let time_s = 1e-3 * tick as f64;
-///     log.tick(&TickMessage { tick, time_s, position_m: 1e-3, commanded_force_n: -1.0, ..TickMessage::default() })?;
+///     log.tick(&TickMessage { tick, time_s, position_m: 1e-3.into(), commanded_force_n: (-1.0).into(), ..TickMessage::default() })?;
 /// }
 /// let finished = log.finish()?;
 /// assert_eq!(finished.samples, 1000);
@@ -76,8 +99,8 @@ pub struct LogWriter<W: Write + Seek> {
     samples: u64,
     samples_safe: u64,
     events: u32,
-    /// Ticks with vectors have been announced.
-    vectors: bool,
+    /// Of the ticks, as their channel was announced with the first.
+    axes: Option<usize>,
     failed: bool,
 }
 
@@ -89,7 +112,12 @@ impl<W: Write + Seek> LogWriter<W> {
     pub fn with_sink(sink: W, path: &Path) -> Result<Self, RecordError> {
         let control = Control::default();
         let sink = Sink::new(sink, control.clone());
-        let started = start(sink).map_err(|error| RecordError::Write {
+        let started = options(true).create(sink).and_then(|mut mcap| {
+            add_channel(&mut mcap, EVENT_CHANNEL, &EventMessage::default())?;
+            mcap.flush()?;
+            Ok(mcap)
+        });
+        let started = started.map_err(|error| RecordError::Write {
             path: path.to_owned(),
             samples_safe: 0,
             source: io_error(error),
@@ -107,7 +135,7 @@ impl<W: Write + Seek> LogWriter<W> {
             samples: 0,
             samples_safe: 0,
             events: 0,
-            vectors: false,
+            axes: None,
             failed: false,
         })
     }
@@ -144,42 +172,22 @@ impl<W: Write + Seek> LogWriter<W> {
         self.start_ns = start.since_1970_ns();
     }
 
-    /// Adds a tick.
+    /// Adds a tick. All ticks of a log have the same number of axes.
     ///
     /// # Errors
-    /// If the sink fails, or the time is negative or not finite.
+    /// If the sink fails, the time is negative or not finite, or the number of axes is another than before.
     pub fn tick(&mut self, message: &TickMessage) -> Result<(), RecordError> {
+        let axes = message.axes();
+        if *self.axes.get_or_insert(axes) != axes {
+            return Err(MessageError::Axes.into());
+        }
+        if self.samples == 0 {
+            self.attempt(|mcap| add_channel(mcap, TICK_CHANNEL, message))?;
+        }
         // MCAP has 32 bits for the sequence number; it wraps, the field `tick` does not.
-        let sequence = message.tick as u32;
-        self.message(TICK_CHANNEL, sequence, message.time_s, message)?;
+        self.message(TICK_CHANNEL, message.tick as u32, message)?;
         self.samples += 1;
         Ok(())
-    }
-
-    /// Adds a tick with vectors. A log has ticks of one version and number of axes.
-    ///
-    /// # Errors
-    /// If the sink fails, or the time is negative or not finite.
-    pub fn vector_tick(&mut self, message: &VectorTick) -> Result<(), RecordError> {
-        if !self.vectors {
-            self.attempt(add_vectors)?;
-            self.vectors = true;
-        }
-        let sequence = message.tick as u32;
-        self.message(VECTOR_CHANNEL, sequence, message.time_s, message)?;
-        self.samples += 1;
-        Ok(())
-    }
-
-    /// Adds a tick of either version.
-    ///
-    /// # Errors
-    /// If the sink fails, or the time is negative or not finite.
-    pub fn any_tick(&mut self, message: &AnyTick) -> Result<(), RecordError> {
-        match message {
-            AnyTick::One(message) => self.tick(message),
-            AnyTick::Vector(message) => self.vector_tick(message),
-        }
     }
 
     /// Adds an event.
@@ -187,7 +195,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If the sink fails, or the time is negative or not finite.
     pub fn event(&mut self, message: &EventMessage) -> Result<(), RecordError> {
-        self.message(EVENT_CHANNEL, self.events, message.time_s, message)?;
+        self.message(EVENT_CHANNEL, self.events, message)?;
         self.events = self.events.wrapping_add(1);
         Ok(())
     }
@@ -222,10 +230,9 @@ impl<W: Write + Seek> LogWriter<W> {
         &mut self,
         channel_id: u16,
         sequence: u32,
-        time_s: f64,
         message: &M,
     ) -> Result<(), RecordError> {
-        let time_ns = nanoseconds(time_s)?;
+        let time_ns = nanoseconds(message.time_s())?;
         let interval = time_ns / FLUSH_INTERVAL_NS;
         if self.interval.is_some_and(|open| open != interval) {
             self.flush()?;
@@ -267,9 +274,9 @@ impl<W: Write + Seek> LogWriter<W> {
         let continued = options(false).create(sink);
         self.control.set_deaf(false);
         let added = continued.and_then(|mut mcap| {
-            add_channels(&mut mcap)?;
-            if self.vectors {
-                add_vectors(&mut mcap)?;
+            add_channel(&mut mcap, EVENT_CHANNEL, &EventMessage::default())?;
+            if let Some(axes) = self.axes {
+                add_channel(&mut mcap, TICK_CHANNEL, &TickMessage::at_rest(axes))?;
             }
             Ok(mcap)
         });
@@ -306,6 +313,124 @@ impl<W: Write + Seek> LogWriter<W> {
     }
 }
 
+impl LogWriter<BufWriter<File>> {
+    /// Starts the log `path`, under the name `path.part` until it is finished.
+    ///
+    /// # Errors
+    /// If `path` or `path.part` exists, or the folder does not take the file.
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        Self::create_with(path, Leftover::Keep, false)
+    }
+
+    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and whether
+    /// the finished one may replace another.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn create_with(
+        path: &Path,
+        leftover: Leftover,
+        overwrite: bool,
+    ) -> Result<Self, RecordError> {
+        Self::create_synced(path, leftover, overwrite, None)
+    }
+
+    /// As [`create_with`](Self::create_with); brought to the disk at an interval, if one is given.
+    pub(crate) fn create_synced(
+        path: &Path,
+        leftover: Leftover,
+        overwrite: bool,
+        interval: Option<Duration>,
+    ) -> Result<Self, RecordError> {
+        let (new_file, file) = NewFile::create(path, leftover, overwrite)?;
+        let syncer = interval.map(|interval| Syncer::start(&file, interval));
+        let started = syncer
+            .transpose()
+            .map_err(|error| NewFileError::io(path, error).into())
+            .and_then(|syncer| {
+                let mut writer = Self::with_sink(BufWriter::new(file), new_file.part())?;
+                writer.syncer = syncer;
+                Ok(writer)
+            });
+        match started {
+            Ok(mut writer) => {
+                // The name in the folder must survive a power cut as well.
+                new_file.sync_folder();
+                writer.new_file = Some(new_file);
+                Ok(writer)
+            }
+            Err(error) => {
+                new_file.discard();
+                Err(unbegun(path, error))
+            }
+        }
+    }
+
+    /// Takes the file back for a log that could not begin; its error, in which no sample is.
+    pub(crate) fn take_back(mut self, error: RecordError) -> RecordError {
+        match self.new_file.take() {
+            Some(new_file) => {
+                let path = new_file.target().to_owned();
+                new_file.discard();
+                unbegun(&path, error)
+            }
+            None => error,
+        }
+    }
+
+    /// Writes the index, brings the file to the disk and gives it its name.
+    ///
+    /// # Errors
+    /// If the disk is full, or the name was taken in the meantime; the `.part` file stays. If that was removed or cut meanwhile.
+    pub fn finish(mut self) -> Result<FinishedLog, RecordError> {
+        let new_file = self.new_file.take();
+        let syncer = self.syncer.take();
+        let (path, samples) = (self.path.clone(), self.samples);
+        let fail = |source| RecordError::Write {
+            path: path.clone(),
+            samples_safe: samples,
+            source,
+        };
+        let control = self.control.clone();
+        let sink = self.close()?;
+        let file = sink
+            .into_inner()
+            .map_err(|error| fail(error.into_error()))?;
+        file.sync_data().map_err(fail)?;
+        let syncs = syncer.map_or(Ok(SyncTimes::default()), Syncer::stop);
+        let syncs = syncs.map_err(fail)?;
+        let bytes = file.metadata().map_err(fail)?.len();
+        let path = match new_file {
+            Some(new_file) => {
+                // Seen here and not earlier, as nobody else writes to it: what was appended after that is in it, or in no folder.
+                let what = match new_file.part().exists() {
+                    false => Some("removed"),
+                    true if bytes < control.bytes() => Some("emptied or cut"),
+                    true => None,
+                };
+                if let Some(what) = what {
+                    return Err(RecordError::Lost {
+                        path,
+                        what,
+                        samples,
+                    });
+                }
+                let target = new_file.target().to_owned();
+                new_file.publish()?;
+                target
+            }
+            None => path,
+        };
+        Ok(FinishedLog {
+            paths: vec![path.clone()],
+            path,
+            samples,
+            bytes,
+            syncs,
+        })
+    }
+}
+
 impl<W: Write + Seek> Drop for LogWriter<W> {
     fn drop(&mut self) {
         // Keep what is in memory, but write no footer: the library's own drop would, and the
@@ -326,5 +451,100 @@ impl<W: Write + Seek> std::fmt::Debug for LogWriter<W> {
             .field("samples", &self.samples)
             .field("samples_safe", &self.samples_safe)
             .finish_non_exhaustive()
+    }
+}
+
+/// A log whose first bytes the disk did not take is a file that could not be created.
+fn unbegun(path: &Path, error: RecordError) -> RecordError {
+    match error {
+        RecordError::Write { source, .. } => NewFileError::io(path, source).into(),
+        other => other,
+    }
+}
+
+/// Options of the MCAP writer. Without an index, it omits the summary and the checksum of the whole file.
+fn options(indexed: bool) -> WriteOptions {
+    WriteOptions::new()
+        .profile("ros2")
+        .library(LIBRARY)
+        .compression(Some(Compression::Lz4))
+        .chunk_size(Some(CHUNK_BYTES))
+        // Chunks are buffered and written whole, rather than patched afterwards.
+        .disable_seeking(true)
+        .emit_summary_records(indexed)
+        .emit_summary_offsets(indexed)
+        .repeat_channels(indexed)
+        .repeat_schemas(indexed)
+        .calculate_data_section_crc(indexed)
+}
+
+fn add_channel<M: LogMessage, W: Write + Seek>(
+    mcap: &mut mcap::Writer<W>,
+    id: u16,
+    message: &M,
+) -> McapResult<()> {
+    let (name, text) = message.schema();
+    let schema = mcap.add_schema(&name, "ros2msg", text.as_bytes())?;
+    mcap.add_channel_with_id(id, schema, M::TOPIC, "cdr", &BTreeMap::new())?;
+    Ok(())
+}
+
+/// Device time in ns, rounded to the nearest.
+pub(super) fn nanoseconds(time_s: f64) -> Result<u64, RecordError> {
+    if !(0.0..=1.8e10).contains(&time_s) {
+        return Err(RecordError::Time { time_s });
+    }
+    Ok((time_s * 1e9).round() as u64)
+}
+
+/// A sink that can be made deaf, and counts what it takes.
+struct Sink<W> {
+    inner: W,
+    control: Control,
+}
+
+/// Reaches a sink that a writer owns.
+#[derive(Clone, Debug, Default)]
+struct Control {
+    deaf: Arc<AtomicBool>,
+    bytes: Arc<AtomicU64>,
+}
+
+impl Control {
+    /// Drops the bytes written from now on if `deaf`, or takes them again.
+    fn set_deaf(&self, deaf: bool) {
+        self.deaf.store(deaf, Ordering::Relaxed);
+    }
+
+    /// Bytes taken.
+    fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed)
+    }
+}
+
+impl<W> Sink<W> {
+    const fn new(inner: W, control: Control) -> Self {
+        Self { inner, control }
+    }
+}
+
+impl<W: Write> Write for Sink<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.control.deaf.load(Ordering::Relaxed) {
+            return Ok(bytes.len());
+        }
+        let taken = self.inner.write(bytes)?;
+        (self.control.bytes).fetch_add(taken as u64, Ordering::Relaxed);
+        Ok(taken)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+impl<W: Seek> Seek for Sink<W> {
+    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
+        self.inner.seek(place)
     }
 }

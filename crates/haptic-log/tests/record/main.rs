@@ -2,11 +2,10 @@
 
 mod damage;
 mod long;
-mod vectors;
 
 use haptic_log::record::{
-    END, EndKind, Entry, EventMessage, LogReader, LogWriter, NewFileError, RecordError, RunEnd,
-    StartTime, TickMessage, export_csv, inspect, recover,
+    END, EndKind, Entry, EventMessage, LogReader, LogWriter, NewFileError, PerAxis, RecordError,
+    RunEnd, StartTime, TickMessage, export_csv, inspect, recover,
 };
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -20,23 +19,35 @@ const TICK_S: f64 = 1e-3;
 /// Ticks per flush.
 const CHUNK_TICKS: u64 = 100;
 
-/// A tick whose every field tells its number, with digits that do not compress to nothing.
-fn tick(number: u64) -> TickMessage {
+/// A tick whose every field and axis tells its number, with digits that do not compress to nothing.
+fn tick_of(axes: usize, number: u64) -> TickMessage {
     let x = number as f64;
+    let swings = |factor: f64| {
+        let axes = (0..axes).map(|axis| 1e-3 * (x * factor + axis as f64).sin());
+        axes.collect::<PerAxis>()
+    };
+    let falls = |factor: f64| {
+        let axes = (0..axes).map(|axis| (factor + axis as f64) * (1.0 + x).powf(-0.2247));
+        axes.collect::<PerAxis>()
+    };
     TickMessage {
         tick: number,
         time_s: x * TICK_S,
-        reference_m: 1e-3 * (x * 0.01).sin(),
-        indenter_position_m: 1e-3 * (x * 0.011).sin(),
-        position_m: 1e-3 * (x * 0.012).cos(),
-        environment_force_n: (1.0 + x).powf(-0.2247),
-        commanded_force_n: 1.1 * (1.0 + x).powf(-0.2247),
-        applied_force_n: 1.15 * (1.0 + x).powf(-0.2247),
-        contact_force_n: 1.2 * (1.0 + x).powf(-0.2247),
+        reference_m: swings(0.01),
+        indenter_position_m: swings(0.011),
+        position_m: swings(0.012),
+        environment_force_n: falls(1.0),
+        commanded_force_n: falls(1.1),
+        applied_force_n: falls(1.15),
+        contact_force_n: falls(1.2),
         limiters: (number % 16) as u8,
         flaws: (number % 8) as u8,
         observed_energy_j: 1e-6 * (x * 0.013).sin(),
     }
+}
+
+fn tick(number: u64) -> TickMessage {
+    tick_of(1, number)
 }
 
 fn event(time_s: f64) -> EventMessage {
@@ -309,26 +320,62 @@ fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
 }
 
 #[test]
-fn the_csv_has_every_digit() {
+fn the_csv_has_every_digit_of_every_axis() {
     let folder = tempfile::tempdir().expect("folder");
-    let (log, csv) = (
-        folder.path().join("run.mcap"),
-        folder.path().join("run.csv"),
-    );
-    finished(&log, 1_000);
-    let summary = export_csv(&log, &csv, false).expect("exports");
-    assert_eq!((summary.rows, summary.condition.complete), (1_000, true));
-    let rows: Vec<TickMessage> = (csv::Reader::from_path(&csv).expect("opens"))
-        .deserialize()
-        .collect::<Result<_, _>>()
-        .expect("parses");
-    assert!(rows == (0..1_000).map(tick).collect::<Vec<_>>());
+    for axes in 1..=3 {
+        let [log, csv] = ["mcap", "csv"].map(|end| folder.path().join(format!("run{axes}.{end}")));
+        let mut writer = LogWriter::create(&log).expect("creates");
+        (0..1_000).for_each(|n| writer.tick(&tick_of(axes, n)).expect("takes"));
+        writer.finish().expect("finishes");
+        let summary = export_csv(&log, &csv, false).expect("exports");
+        assert_eq!((summary.rows, summary.condition.complete), (1_000, true));
+        let columns = TickMessage::columns(axes);
+        let mut table = csv::Reader::from_path(&csv).expect("opens");
+        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+        assert_eq!(table.headers().expect("has one"), names);
+        for (n, row) in table.deserialize::<Vec<f64>>().enumerate() {
+            let tick = tick_of(axes, n as u64);
+            let numbers = columns.iter().map(|column| column.value(&tick).to_f64());
+            assert_eq!(row.expect("parses"), numbers.collect::<Vec<_>>());
+        }
+    }
 }
 
 /// The reference readers of MCAP and ROS 2 messages understand the log as it was meant.
 #[test]
 fn foreign_readers_agree_with_the_csv_on_every_value() {
     foreign_readers_agree(|writer| fill(writer, 2_000));
+    for axes in [2, 3] {
+        foreign_readers_agree(|writer| (0..2_000).try_for_each(|n| writer.tick(&tick_of(axes, n))));
+    }
+}
+
+#[test]
+fn a_cut_log_of_several_axes_is_counted_and_saved() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = |name: &str| folder.path().join(name);
+    let mut writer = LogWriter::create(&path("run.mcap")).expect("creates");
+    for n in (0..500).filter(|n| *n != 250) {
+        writer.tick(&tick_of(3, n)).expect("takes");
+    }
+    let error = writer.tick(&tick(500)).expect_err("another number of axes");
+    assert!(error.to_string().contains("as many axes"), "{error}");
+    writer.finish().expect("finishes");
+    let summary = inspect(&path("run.mcap")).expect("reads");
+    assert_eq!((summary.samples, summary.gaps.len()), (499, 1));
+    assert_eq!(summary.foreign_messages, 0);
+
+    let bytes = fs::read(path("run.mcap")).expect("reads");
+    fs::write(path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("writes");
+    let saved = recover(&path("cut.mcap"), &path("saved.mcap"), false).expect("saves");
+    assert!(saved.samples > 100 && saved.lost_data());
+    let ticks = |log: &str| -> Vec<TickMessage> {
+        let entries = LogReader::open(&path(log)).expect("opens");
+        ticks_of(&entries.collect::<Result<Vec<_>, _>>().expect("reads"))
+    };
+    let (all, kept) = (ticks("run.mcap"), ticks("saved.mcap"));
+    assert_eq!(kept.len() as u64, saved.samples);
+    assert_eq!(all[..kept.len()], kept);
 }
 
 fn foreign_readers_agree(

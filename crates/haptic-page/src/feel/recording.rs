@@ -73,18 +73,18 @@ impl Recording {
         let message = TickMessage {
             tick: ticked.tick - first_tick,
             time_s: ticked.time_s - first_s,
-            reference_m: ticked.hand_m,
-            indenter_position_m: ticked.hand_m,
-            position_m: ticked.position_m,
-            environment_force_n: ticked.environment_force_n,
-            commanded_force_n: ticked.force_n,
-            applied_force_n: ticked.force_n,
-            contact_force_n: ticked.hand_force_n,
+            reference_m: ticked.hand_m.into(),
+            indenter_position_m: ticked.hand_m.into(),
+            position_m: ticked.position_m.into(),
+            environment_force_n: ticked.environment_force_n.into(),
+            commanded_force_n: ticked.force_n.into(),
+            applied_force_n: ticked.force_n.into(),
+            contact_force_n: ticked.hand_force_n.into(),
             limiters: ticked.limiters.bits(),
-            flaws: 0,
             observed_energy_j: -energy_j,
+            ..TickMessage::default()
         };
-        self.recorder.tick(message).is_ok()
+        self.recorder.tick(&message).is_ok()
     }
 
     /// Takes a sentence of a moment.

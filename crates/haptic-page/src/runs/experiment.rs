@@ -2,7 +2,7 @@
 
 use super::channels::Channels;
 use super::form::{document, place, simulated};
-use super::work::{Attendant, Drawn, Finished, Work};
+use super::going::{Drawn, Finished, Work};
 use haptic_experiment::experiment::teleoperation::TeleoperationCurves;
 use haptic_experiment::experiment::{CouplerCurves, TheoryCurves, WallCurves};
 use haptic_experiment::judge::Published;
@@ -12,125 +12,91 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// An experiment with its place.
-#[derive(Debug)]
-pub(super) struct Job {
-    kind: String,
-    experiment: ExperimentFile,
-    request: FolderRequest,
-    name: String,
-    samples: u64,
-}
-
-impl Work for Job {
-    fn kind(&self) -> &str {
-        &self.kind
-    }
-
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn steps(&self) -> u64 {
-        self.samples
-    }
-
-    fn drawn(&self) -> Option<Drawn> {
-        let (axes, metadata) = match &self.experiment {
-            ExperimentFile::Touch(touch) => (touch.axes, touch.metadata()),
-            _ => (
-                1,
-                BTreeMap::from([("experiment".to_owned(), self.kind.clone())]),
-            ),
-        };
-        Some(Drawn {
-            channels: Channels::of(axes),
-            sample_time_s: sample_time_s(&self.experiment),
-            metadata,
-        })
-    }
-
-    fn run(&self, attendant: Attendant<'_>) -> Result<Finished, Failure> {
-        let supervisor = Supervisor {
-            stop: attendant.stop,
-            progress: &attendant.progress,
-            live: None,
-            warn: attendant.warn,
-        };
-        self.supervised(supervisor.watched(attendant.live))
-    }
-}
-
-impl Job {
-    /// A form, to be run in the next free folder of the runs.
-    ///
-    /// # Errors
-    /// What the reader of experiments refuses, and a serial device; no free folder.
-    pub(super) fn new(
-        (kind, parameters): (&str, &Map<String, Value>),
-        realtime: Option<RealtimeOptions>,
-        runs: &Path,
-        provenance: &BTreeMap<String, String>,
-    ) -> Result<Self, Failure> {
-        let document = document(kind, parameters)?;
-        let experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
-        simulated(experiment.remote())?;
-        let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
-        let samples = experiment.samples()?;
+/// A form, to be run in the next free folder of the runs.
+///
+/// # Errors
+/// What the reader of experiments refuses, and a serial device; no free folder.
+pub(super) fn work(
+    (kind, parameters): (&str, &Map<String, Value>),
+    realtime: Option<RealtimeOptions>,
+    runs: &Path,
+    provenance: &BTreeMap<String, String>,
+) -> Result<Work, Failure> {
+    let document = document(kind, parameters)?;
+    let experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
+    simulated(experiment.remote())?;
+    let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
+    let samples = experiment.samples()?;
+    let (mut axes, mut metadata) = (1, [("experiment".to_owned(), kind.to_owned())].into());
+    if let ExperimentFile::Touch(touch) = &experiment {
         // A run refuses it too, but then the page has been told that it began.
-        if let ExperimentFile::Touch(touch) = &experiment {
-            touch.check_start()?;
-        }
-        let (mut request, name) = place(runs, kind, provenance)?;
-        document
-            .keep_in(&mut request.provenance)
-            .map_err(Failure::input)?;
-        Ok(Self {
-            kind: kind.to_owned(),
-            experiment,
-            request,
-            name,
-            samples,
-        })
+        touch.check_start()?;
+        (axes, metadata) = (touch.axes, touch.metadata());
     }
+    let (mut request, name) = place(runs, kind, provenance)?;
+    document
+        .keep_in(&mut request.provenance)
+        .map_err(Failure::input)?;
+    Ok(Work {
+        kind: kind.to_owned(),
+        name,
+        steps: samples,
+        drawn: Some(Drawn {
+            channels: Channels::of(axes),
+            sample_time_s: sample_time_s(&experiment),
+            metadata,
+        }),
+        run: Box::new(move |attendant| {
+            let supervisor = Supervisor {
+                stop: attendant.stop,
+                progress: &attendant.progress,
+                live: None,
+                warn: attendant.warn,
+            };
+            run(&experiment, &request, supervisor.watched(attendant.live))
+        }),
+    })
+}
 
-    fn supervised(&self, supervisor: Supervisor<'_>) -> Result<Finished, Failure> {
-        let request = &self.request;
-        Ok(match &self.experiment {
-            ExperimentFile::Relax(relaxation) => {
-                let published = relaxation.run(request, supervisor)?;
-                let verdict = error_words(published.report.errors.closed_form_error);
-                result(&published, verdict, theory)
-            }
-            ExperimentFile::Creep(creep) => {
-                let published = creep.run(request, supervisor)?;
-                let verdict = error_words(published.report.errors.closed_form_error);
-                result(&published, verdict, theory)
-            }
-            ExperimentFile::Wall(wall) => {
-                let published = wall.run(request, supervisor)?;
-                let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
-                result(&published, verdict, of_wall)
-            }
-            ExperimentFile::Coupler(coupler) => {
-                let published = coupler.run(request, supervisor)?;
-                let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
-                result(&published, verdict, of_coupler)
-            }
-            ExperimentFile::Teleoperation(far) => {
-                let published = far.run(request, supervisor)?;
-                let verdict = Some(published.report.verdict.words().to_owned());
-                result(&published, verdict, of_teleoperation)
-            }
-            ExperimentFile::Touch(touch) => {
-                let published = touch.run(request, supervisor)?;
-                let verdict = Some(published.report.verdict.words().to_owned());
-                // The log has all of it, in every axis.
-                let none = |_: &_| Value::Null;
-                result(&published, verdict, none)
-            }
-        })
-    }
+fn run(
+    experiment: &ExperimentFile,
+    request: &FolderRequest,
+    supervisor: Supervisor<'_>,
+) -> Result<Finished, Failure> {
+    let words = |verdict: &str| Some(verdict.to_owned());
+    Ok(match experiment {
+        ExperimentFile::Relax(relaxation) => {
+            let published = relaxation.run(request, supervisor)?;
+            let verdict = error_words(published.report.errors.closed_form_error);
+            result(&published, verdict, theory)
+        }
+        ExperimentFile::Creep(creep) => {
+            let published = creep.run(request, supervisor)?;
+            let verdict = error_words(published.report.errors.closed_form_error);
+            result(&published, verdict, theory)
+        }
+        ExperimentFile::Wall(wall) => {
+            let published = wall.run(request, supervisor)?;
+            let verdict = words(published.report.trial.settling.verdict.words());
+            result(&published, verdict, of_wall)
+        }
+        ExperimentFile::Coupler(coupler) => {
+            let published = coupler.run(request, supervisor)?;
+            let verdict = words(published.report.trial.settling.verdict.words());
+            result(&published, verdict, of_coupler)
+        }
+        ExperimentFile::Teleoperation(far) => {
+            let published = far.run(request, supervisor)?;
+            let verdict = words(published.report.verdict.words());
+            result(&published, verdict, of_teleoperation)
+        }
+        ExperimentFile::Touch(touch) => {
+            let published = touch.run(request, supervisor)?;
+            let verdict = words(published.report.verdict.words());
+            // The log has all of it, in every axis.
+            result(&published, verdict, |_: &_| Value::Null)
+        }
+    })
 }
 
 fn sample_time_s(experiment: &ExperimentFile) -> f64 {
@@ -212,15 +178,16 @@ mod tests {
         value.as_object().expect("an object").clone()
     }
 
-    fn job(kind: &str, form: &Map<String, Value>) -> Result<Job, Failure> {
-        Job::new((kind, form), None, Path::new("nowhere"), &BTreeMap::new())
+    fn job(kind: &str, form: &Map<String, Value>) -> Result<u64, Failure> {
+        let provenance = BTreeMap::new();
+        work((kind, form), None, Path::new("nowhere"), &provenance).map(|work| work.steps)
     }
 
     #[test]
     fn a_form_is_read_as_an_experiment_file_is() {
         let given =
             form(json!({"strain": 0.05, "duration_s": 2, "scheme": "grunwald:100", "guard": ""}));
-        assert_eq!(job("relax", &given).expect("good").samples, 2001);
+        assert_eq!(job("relax", &given).expect("good"), 2001);
     }
 
     #[test]

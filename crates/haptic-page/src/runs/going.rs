@@ -2,18 +2,62 @@
 
 use super::channels::Channels;
 use super::opened::{push, pyramid};
-use super::work::{Attendant, Drawn, Finished, Work};
 use crate::Announce;
 use crate::feel::locked;
 use crate::pyramid::Pyramid;
 use haptic_experiment::Failure;
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{AnyTick, EventMessage, TickMessage, VectorTick};
+use haptic_log::record::{EventMessage, TickMessage};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+
+/// How far a piece of work is, in its steps; heard from any thread.
+pub(super) type Progress<'a> = &'a (dyn Fn(u64) + Sync);
+
+/// Who looks after a piece of work.
+#[derive(Clone, Copy)]
+pub(super) struct Attendant<'a> {
+    /// Set to end it.
+    pub(super) stop: &'a AtomicBool,
+    pub(super) progress: Progress<'a>,
+    /// Hears a sentence for people.
+    pub(super) warn: &'a (dyn Fn(&str) + Sync),
+    /// See the samples of an experiment.
+    pub(super) live: &'a LiveStreams,
+}
+
+/// What is drawn of a run while it goes.
+#[derive(Clone, Debug)]
+pub(super) struct Drawn {
+    pub(super) channels: Channels,
+    pub(super) sample_time_s: f64,
+    /// The record `experiment` of its log, as far as it is known before.
+    pub(super) metadata: BTreeMap<String, String>,
+}
+
+/// Results.
+pub(super) struct Finished {
+    pub(super) report: Value,
+    pub(super) curves: Value,
+    pub(super) verdict: Option<String>,
+    pub(super) ended_early: Option<String>,
+}
+
+/// An experiment, which is drawn while it goes, or a question, which is answered at its end.
+pub(super) struct Work {
+    pub(super) kind: String,
+    /// As in the list of runs.
+    pub(super) name: String,
+    /// Samples of an experiment, steps of a question.
+    pub(super) steps: u64,
+    /// `None` for a question.
+    pub(super) drawn: Option<Drawn>,
+    pub(super) run: Box<dyn FnOnce(Attendant<'_>) -> Result<Finished, Failure> + Send>,
+}
 
 /// Time between two words on how far a run is.
 const PROGRESS: Duration = Duration::from_millis(100);
@@ -45,20 +89,10 @@ struct Watcher {
     pyramid: Arc<Mutex<Pyramid>>,
 }
 
-impl Watcher {
-    fn push(&self, tick: &AnyTick) {
-        // A gap that cannot be drawn is not drawn; the log has it.
-        let _ = push(&mut locked(&self.pyramid), self.channels, tick);
-    }
-}
-
 impl Live for Watcher {
     fn tick(&mut self, message: &TickMessage) {
-        self.push(&(*message).into());
-    }
-
-    fn vector_tick(&mut self, message: &VectorTick) {
-        self.push(&(*message).into());
+        // A gap that cannot be drawn is not drawn; the log has it.
+        let _ = push(&mut locked(&self.pyramid), &self.channels, message);
     }
 
     fn event(&mut self, _: &EventMessage) {}
@@ -71,14 +105,14 @@ impl Live for Watcher {
 impl Watched {
     fn of(drawn: Drawn, samples: u64) -> Self {
         Self {
-            pyramid: Arc::new(Mutex::new(pyramid(drawn.channels, samples))),
+            pyramid: Arc::new(Mutex::new(pyramid(&drawn.channels, samples))),
             drawn,
         }
     }
 
     fn watcher(&self) -> Box<dyn Live> {
         Box::new(Watcher {
-            channels: self.drawn.channels,
+            channels: self.drawn.channels.clone(),
             pyramid: Arc::clone(&self.pyramid),
         })
     }
@@ -87,29 +121,35 @@ impl Watched {
 impl Going {
     /// Starts it. `keep` takes its curves and its verdict.
     pub(super) fn start(
-        work: Box<dyn Work>,
+        work: Work,
         announce: Announce,
         keep: impl FnOnce(&str, Value, Option<String>) + Send + 'static,
     ) -> Arc<Self> {
-        let steps = work.steps();
-        let going = Arc::new(Self {
-            name: work.name().to_owned(),
-            kind: work.kind().to_owned(),
+        let Work {
+            kind,
+            name,
             steps,
-            watched: work.drawn().map(|drawn| Watched::of(drawn, steps)),
+            drawn,
+            run,
+        } = work;
+        let going = Arc::new(Self {
+            name,
+            kind,
+            steps,
+            watched: drawn.map(|drawn| Watched::of(drawn, steps)),
             stop: AtomicBool::new(false),
             over: AtomicBool::new(false),
             thread: Mutex::default(),
         });
         let own = Arc::clone(&going);
-        let thread = std::thread::spawn(move || own.run(work.as_ref(), &announce, keep));
+        let thread = std::thread::spawn(move || own.run(run, &announce, keep));
         *locked(&going.thread) = Some(thread);
         going
     }
 
     fn run(
         &self,
-        work: &dyn Work,
+        work: impl FnOnce(Attendant<'_>) -> Result<Finished, Failure>,
         announce: &Announce,
         keep: impl FnOnce(&str, Value, Option<String>),
     ) {
@@ -136,7 +176,7 @@ impl Going {
         let warn = |text: &str| announce.notice(text.to_owned());
         let watcher = self.watched.as_ref().map(Watched::watcher);
         let live = LiveStreams::new(watcher.into_iter().collect());
-        let result = work.run(Attendant {
+        let result = work(Attendant {
             stop: &self.stop,
             progress: &progress,
             warn: &warn,

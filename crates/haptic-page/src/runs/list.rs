@@ -1,9 +1,9 @@
 //! The logs and answers of a folder: names, and what they say of themselves.
 
-use super::answers;
-use haptic_experiment::Failure;
+use haptic_experiment::{Failure, lines};
 use haptic_log::record::{Entry, LogFiles, StartTime, inspect};
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -130,15 +130,12 @@ fn look(
                 // A folder that may not be read holds nothing for us.
                 let _ = look(&path, &format!("{prefix}{file}/"), depth - 1, found);
             }
-        } else if about.is_file()
-            && let Some(stem) = file.strip_suffix(".mcap")
-            && !goes_on_with(stem, folder)
-        {
-            found.insert(format!("{prefix}{stem}"), (path, Seen::of(&about)));
-        } else if about.is_file()
-            && let Some(stem) = file.strip_suffix(answers::SUFFIX)
-        {
-            found.insert(format!("{prefix}{stem}"), (path, Seen::of(&about)));
+        } else if about.is_file() {
+            let log = file.strip_suffix(".mcap");
+            let log = log.filter(|stem| !goes_on_with(stem, folder));
+            if let Some(stem) = log.or_else(|| file.strip_suffix(SUFFIX)) {
+                found.insert(format!("{prefix}{stem}"), (path, Seen::of(&about)));
+            }
         }
     }
     Ok(())
@@ -165,7 +162,7 @@ fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
         running: false,
     };
     let whole = seen.bytes <= WHOLE_BYTES;
-    let said = if answers::is_one(path) {
+    let said = if is_answer(path) {
         listed.answer(path)
     } else if whole {
         listed.whole(path)
@@ -187,7 +184,7 @@ impl Listed {
     }
 
     fn answer(&mut self, path: &Path) -> Result<(), Failure> {
-        let answer = answers::read(path)?;
+        let answer = read_answer(path)?;
         let text = |key: &str| answer[key].as_str().map(str::to_owned);
         self.kind = text("kind");
         self.verdict = text("verdict");
@@ -252,6 +249,43 @@ impl Listed {
             };
             format!("{of}{stable} by the analysis")
         });
+    }
+}
+
+/// Of an answer's file.
+pub(super) const ANSWER: &str = "answer.json";
+/// The same behind its name.
+const SUFFIX: &str = ".answer.json";
+/// Longest file that is read, bytes: some thousand points are a megabyte.
+const ANSWER_MOST: u64 = 64 << 20;
+
+/// True for the file of an answer.
+pub(super) fn is_answer(path: &Path) -> bool {
+    path.to_str().is_some_and(|path| path.ends_with(SUFFIX))
+}
+
+/// Reads an answer: `kind`, `verdict`, `report`, its `lines`, `experiment`.
+///
+/// # Errors
+/// A file that cannot be read or is none.
+pub(super) fn read_answer(path: &Path) -> Result<Value, Failure> {
+    let none = |why: &dyn std::fmt::Display| {
+        Failure::bad_input(format_args!(
+            "{} is no answer: {why}; ask again",
+            path.display()
+        ))
+    };
+    let length = fs::metadata(path).map_err(|error| none(&error))?.len();
+    if length > ANSWER_MOST {
+        return Err(none(&format_args!("it is {length} bytes long")));
+    }
+    let text = fs::read(path).map_err(|error| none(&error))?;
+    let mut answer: Value = serde_json::from_slice(&text).map_err(|error| none(&error))?;
+    if answer["kind"].is_string() && answer["report"].is_object() {
+        answer["lines"] = json!(lines(&answer["report"]));
+        Ok(answer)
+    } else {
+        Err(none(&"it has no `kind` and `report`"))
     }
 }
 

@@ -7,17 +7,14 @@
 //! ```
 //! A log is named by its path in the folder, without `.mcap`; only what the folder holds has a name.
 
-mod answers;
 mod channels;
 mod experiment;
 mod form;
-mod forms;
 mod going;
 mod list;
 mod opened;
 mod question;
 mod table;
-mod work;
 
 pub(crate) use channels::places;
 pub(crate) use table::{Table, TableRequest};
@@ -25,15 +22,14 @@ pub(crate) use table::{Table, TableRequest};
 use crate::Announce;
 use crate::feel::locked;
 use crate::pyramid::{Columns, Span};
-use going::Going;
+use going::{Going, Work};
 use haptic_experiment::{Failure, RealtimeOptions};
-use list::Listing;
+use list::{Listing, is_answer, read_answer};
 use opened::Opened;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
-use work::Work;
 
 /// Logs that are kept open; each is some tens of megabytes.
 const OPEN: usize = 2;
@@ -119,8 +115,8 @@ impl Runs {
             return Ok(going.answer());
         }
         let (path, _) = locked(&self.listing).find(&self.folder, name)?;
-        if answers::is_one(&path) {
-            let mut answer = answers::read(&path)?;
+        if is_answer(&path) {
+            let mut answer = read_answer(&path)?;
             answer["name"] = name.into();
             return Ok(answer);
         }
@@ -134,7 +130,7 @@ impl Runs {
 
     fn opened(&self, name: &str) -> Result<Arc<Opened>, Failure> {
         let (path, seen) = locked(&self.listing).find(&self.folder, name)?;
-        if answers::is_one(&path) {
+        if is_answer(&path) {
             return Err(Failure::bad_input(format_args!(
                 "{name} is an answer, not a log, and has no curves: open it with `runs.open`"
             )));
@@ -195,12 +191,12 @@ impl Runs {
         }
         let opened = self.opened(name)?;
         let (path, _) = locked(&self.listing).find(&self.folder, name)?;
-        Table::new(path, opened.channels, request)
+        Table::new(path, opened.channels.clone(), request)
     }
 
     /// The forms of the experiments.
     pub(crate) fn forms(&self) -> Value {
-        forms::forms()
+        form::forms()
     }
 
     /// Starts an experiment or a question in a thread.
@@ -221,7 +217,7 @@ impl Runs {
                 going.name()
             )));
         }
-        let (name, samples) = (work.name().to_owned(), work.steps());
+        let (name, samples) = (work.name.clone(), work.steps);
         let told = Arc::clone(&self.told);
         let keep = move |name: &str, curves: Value, verdict: Option<String>| {
             let mut told = locked(&told);
@@ -247,7 +243,7 @@ impl Runs {
         kind: &str,
         parameters: &Map<String, Value>,
         realtime: bool,
-    ) -> Result<Box<dyn Work>, Failure> {
+    ) -> Result<Work, Failure> {
         let (folder, provenance) = (&self.folder, &self.provenance);
         if haptic_experiment::parameters::QUESTIONS.contains(&kind) {
             if realtime {
@@ -255,12 +251,10 @@ impl Runs {
                     "{kind} is a question, which no clock holds up: leave `realtime` away"
                 )));
             }
-            let inquiry = question::Inquiry::new((kind, parameters), folder, provenance)?;
-            return Ok(Box::new(inquiry));
+            return question::work((kind, parameters), folder, provenance);
         }
         let realtime = realtime.then_some(self.realtime);
-        let job = experiment::Job::new((kind, parameters), realtime, folder, provenance)?;
-        Ok(Box::new(job))
+        experiment::work((kind, parameters), realtime, folder, provenance)
     }
 
     /// Ends the run that goes on, force ramped to zero.

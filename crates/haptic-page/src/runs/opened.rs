@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::list::Seen;
 use crate::pyramid::{Pyramid, PyramidSize};
 use haptic_experiment::Failure;
-use haptic_log::record::{AnyTick, Entry, LogFiles, LogSummary, inspect};
+use haptic_log::record::{Entry, LogFiles, LogSummary, TickMessage, inspect};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -28,7 +28,7 @@ pub(super) struct Opened {
 }
 
 /// A pyramid for so many samples, no larger than it has to be.
-pub(super) fn pyramid(channels: Channels, samples: u64) -> Pyramid {
+pub(super) fn pyramid(channels: &Channels, samples: u64) -> Pyramid {
     let up_to = |numbers: usize, wanted: u64| {
         let most = numbers / channels.count();
         usize::try_from(wanted).unwrap_or(most).clamp(1, most)
@@ -47,21 +47,22 @@ pub(super) fn pyramid(channels: Channels, samples: u64) -> Pyramid {
 /// More missing ticks than can be drawn.
 pub(super) fn push(
     pyramid: &mut Pyramid,
-    channels: Channels,
-    tick: &AnyTick,
+    channels: &Channels,
+    tick: &TickMessage,
 ) -> Result<(), Failure> {
-    let missing = tick.tick().saturating_sub(pyramid.made());
+    let missing = tick.tick.saturating_sub(pyramid.made());
     if missing > GAP_MOST {
         return Err(Failure::bad_input(format_args!(
             "tick {} follows tick {}: this log cannot be drawn; look at it with `log check`",
-            tick.tick(),
+            tick.tick,
             pyramid.made()
         )));
     }
     for _ in 0..missing {
         pyramid.push(&[]);
     }
-    pyramid.push(&channels.row(tick));
+    let row: Vec<f32> = channels.numbers(tick).map(|number| number as f32).collect();
+    pyramid.push(&row);
     Ok(())
 }
 
@@ -78,19 +79,16 @@ impl Opened {
         let mut read = None;
         let mut ticks = (0, 0);
         for entry in LogFiles::open(path)? {
-            let tick: AnyTick = match entry? {
-                Entry::Tick(tick) => tick.into(),
-                Entry::Vector(tick) => tick.into(),
-                _ => continue,
-            };
+            let Entry::Tick(tick) = entry? else { continue };
             let (channels, pyramid) = read.get_or_insert_with(|| {
-                let channels = Channels::of_tick(&tick);
+                let channels = Channels::of(tick.axes());
                 let samples = summary.samples + summary.missing_samples;
-                ticks = (tick.tick(), tick.tick());
-                (channels, pyramid(channels, samples))
+                ticks = (tick.tick, tick.tick);
+                let pyramid = pyramid(&channels, samples);
+                (channels, pyramid)
             });
-            ticks.1 = tick.tick();
-            push(pyramid, *channels, &tick)?;
+            ticks.1 = tick.tick;
+            push(pyramid, channels, &tick)?;
         }
         let (channels, pyramid) = read.ok_or_else(|| no_sample(name))?;
         let said = summary

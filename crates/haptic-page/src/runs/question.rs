@@ -6,29 +6,19 @@
 //!                     design-0001/  design.toml          the experiment that tries the proposal
 //! ```
 
-use super::answers;
 use super::form::{document, place, simulated};
-use super::work::{Attendant, Drawn, Finished, Work};
+use super::going::{Attendant, Finished, Progress, Work};
+use super::list::ANSWER;
 use haptic_experiment::question::Question;
 use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
 use haptic_experiment::question::design::{Design, DesignReport};
-use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
+use haptic_experiment::run::{OutputFolder, write_text};
 use haptic_experiment::{Failure, Settling, ZWidth, ZWidthReport};
-use haptic_quantity::written;
+use haptic_quantity::written as shown_quantity;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// A question with its place.
-#[derive(Debug)]
-pub(super) struct Inquiry {
-    kind: String,
-    question: Question,
-    request: FolderRequest,
-    name: String,
-    provenance: BTreeMap<String, String>,
-}
 
 /// What was found, before it is written.
 struct Answer {
@@ -39,103 +29,79 @@ struct Answer {
     experiment: Option<String>,
 }
 
-impl Inquiry {
-    /// A form, to be answered in the next free folder of the runs.
-    ///
-    /// # Errors
-    /// What the reader of questions refuses, and a serial device; no free folder.
-    pub(super) fn new(
-        (kind, parameters): (&str, &Map<String, Value>),
-        runs: &Path,
-        provenance: &BTreeMap<String, String>,
-    ) -> Result<Self, Failure> {
-        let document = document(kind, parameters)?;
-        let question = Question::open(&document).map_err(Failure::input)?;
-        if let Question::ZWidth(zwidth) = &question {
-            simulated(zwidth.remote.as_ref())?;
-        }
-        let (request, name) = place(runs, kind, provenance)?;
-        Ok(Self {
-            kind: kind.to_owned(),
-            question,
-            request,
-            name,
-            provenance: provenance.clone(),
-        })
+/// A form, to be answered in the next free folder of the runs.
+///
+/// # Errors
+/// What the reader of questions refuses, and a serial device; no free folder.
+pub(super) fn work(
+    (kind, parameters): (&str, &Map<String, Value>),
+    runs: &Path,
+    provenance: &BTreeMap<String, String>,
+) -> Result<Work, Failure> {
+    let document = document(kind, parameters)?;
+    let question = Question::open(&document).map_err(Failure::input)?;
+    if let Question::ZWidth(zwidth) = &question {
+        simulated(zwidth.remote.as_ref())?;
     }
-
-    fn answer(&self, attendant: Attendant<'_>, folder: &OutputFolder) -> Result<Answer, Failure> {
-        let done = AtomicU64::new(0);
-        let progress = |steps: u64| {
-            let before = done.fetch_add(steps, Ordering::Relaxed);
-            (attendant.progress)(before + steps);
-        };
-        match &self.question {
-            Question::ZWidth(zwidth) => of_zwidth(zwidth, attendant, &progress, folder),
-            Question::Design(design) => of_design(design, attendant, &progress, folder),
-            Question::Coupler(design) => of_coupler(design, attendant, &progress, folder),
-        }
-    }
-
-    /// Answers it, and writes the answer.
-    fn written(
-        &self,
-        attendant: Attendant<'_>,
-        folder: &OutputFolder,
-    ) -> Result<Finished, Failure> {
-        let answer = self.answer(attendant, folder)?;
-        let experiment = match &answer.experiment {
-            Some(text) => {
-                write_text(&folder.file("toml"), text, false)?;
-                of_file(text)
-            }
-            None => Value::Null,
-        };
-        let shown = json!({
-            "kind": self.kind,
-            "verdict": answer.verdict,
-            "program": self.provenance.get("program"),
-            "report": answer.report,
-            "experiment": experiment,
-        });
-        write_text(&folder.file(answers::EXTENSION), &shown.to_string(), false)?;
-        Ok(Finished {
-            report: answer.report,
-            curves: Value::Null,
-            verdict: Some(answer.verdict),
-            ended_early: answer.ended_early,
-        })
-    }
+    let (request, name) = place(runs, kind, provenance)?;
+    let (kind, program) = (kind.to_owned(), provenance.get("program").cloned());
+    Ok(Work {
+        kind: kind.clone(),
+        name,
+        steps: question.steps(),
+        drawn: None,
+        run: Box::new(move |attendant| {
+            let folder = request.prepare()?;
+            let result = written(&question, (&kind, program.as_deref()), attendant, &folder);
+            result.inspect_err(|_| folder.discard())
+        }),
+    })
 }
 
-impl Work for Inquiry {
-    fn kind(&self) -> &str {
-        &self.kind
-    }
-
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn steps(&self) -> u64 {
-        self.question.steps()
-    }
-
-    fn drawn(&self) -> Option<Drawn> {
-        None
-    }
-
-    fn run(&self, attendant: Attendant<'_>) -> Result<Finished, Failure> {
-        let folder = self.request.prepare()?;
-        let result = self.written(attendant, &folder);
-        result.inspect_err(|_| folder.discard())
-    }
+/// Answers a question, and writes the answer.
+fn written(
+    question: &Question,
+    (kind, program): (&str, Option<&str>),
+    attendant: Attendant<'_>,
+    folder: &OutputFolder,
+) -> Result<Finished, Failure> {
+    let done = AtomicU64::new(0);
+    let progress = |steps: u64| {
+        let before = done.fetch_add(steps, Ordering::Relaxed);
+        (attendant.progress)(before + steps);
+    };
+    let answer = match question {
+        Question::ZWidth(zwidth) => of_zwidth(zwidth, attendant, &progress, folder),
+        Question::Design(design) => of_design(design, attendant, &progress, folder),
+        Question::Coupler(design) => of_coupler(design, attendant, &progress, folder),
+    }?;
+    let experiment = match &answer.experiment {
+        Some(text) => {
+            write_text(&folder.file("toml"), text, false)?;
+            of_file(text)
+        }
+        None => Value::Null,
+    };
+    let shown = json!({
+        "kind": kind,
+        "verdict": answer.verdict,
+        "program": program,
+        "report": answer.report,
+        "experiment": experiment,
+    });
+    write_text(&folder.file(ANSWER), &shown.to_string(), false)?;
+    Ok(Finished {
+        report: answer.report,
+        curves: Value::Null,
+        verdict: Some(answer.verdict),
+        ended_early: answer.ended_early,
+    })
 }
 
 fn of_zwidth(
     zwidth: &ZWidth,
     attendant: Attendant<'_>,
-    progress: &(dyn Fn(u64) + Sync),
+    progress: Progress<'_>,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
     let report = zwidth.run(progress, attendant.stop, attendant.warn)?;
@@ -157,7 +123,7 @@ fn stiffest(report: &ZWidthReport) -> String {
         |best| {
             format!(
                 "stiffest wall: K = {}, of order {}",
-                written("stiffness_n_per_m", best.stiffness_max_n_per_m),
+                shown_quantity("stiffness_n_per_m", best.stiffness_max_n_per_m),
                 best.order
             )
         },
@@ -167,7 +133,7 @@ fn stiffest(report: &ZWidthReport) -> String {
 fn of_design(
     design: &Design,
     attendant: Attendant<'_>,
-    progress: &(dyn Fn(u64) + Sync),
+    progress: Progress<'_>,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
     let report = design.answer_unless(attendant.stop, progress)?;
@@ -186,7 +152,7 @@ fn of_design(
 fn of_coupler(
     design: &CouplerDesign,
     attendant: Attendant<'_>,
-    progress: &(dyn Fn(u64) + Sync),
+    progress: Progress<'_>,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
     let answer = design.answer_unless(attendant.stop, progress)?;
@@ -245,8 +211,8 @@ mod tests {
             ("design", json!({"wish": "peace"}), "stiffest-wall"),
         ] {
             let given = given.as_object().expect("an object").clone();
-            let asked = Inquiry::new((kind, &given), Path::new("nowhere"), &BTreeMap::new());
-            let error = asked.expect_err(want).to_string();
+            let asked = work((kind, &given), Path::new("nowhere"), &BTreeMap::new());
+            let error = asked.map(|work| work.steps).expect_err(want).to_string();
             assert!(error.contains(want) && !error.contains("form"), "{error}");
         }
     }

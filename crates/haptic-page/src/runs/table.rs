@@ -2,7 +2,7 @@
 
 use super::channels::{Channels, places};
 use haptic_experiment::Failure;
-use haptic_log::record::{AnyTick, Entry, LogFiles};
+use haptic_log::record::{Entry, LogFiles};
 use serde::Deserialize;
 use std::cmp::Ordering;
 use std::fmt::Write as _;
@@ -53,8 +53,8 @@ impl Table {
         }
         Ok(Self {
             log,
-            channels,
             places: places(&request.channels, &channels.names())?,
+            channels,
             header: format!("time_s,{}\n", request.channels.join(",")),
             span_s: from_s..=to_s,
         })
@@ -69,15 +69,13 @@ impl Table {
         let mut piece = self.header.clone();
         let mut numbers = Vec::new();
         for entry in LogFiles::open(&self.log)? {
-            let (tick, time_s): (AnyTick, f64) = match entry? {
-                Entry::Tick(tick) => (tick.into(), tick.time_s),
-                Entry::Vector(tick) => (tick.into(), tick.time_s),
-                _ => continue,
-            };
+            let Entry::Tick(tick) = entry? else { continue };
+            let time_s = tick.time_s;
             if !self.span_s.contains(&time_s) {
                 continue;
             }
-            self.channels.numbers(&tick, &mut numbers);
+            numbers.clear();
+            numbers.extend(self.channels.numbers(&tick));
             // Writing to a string cannot fail.
             let _ = write!(piece, "{time_s}");
             for &place in &self.places {

@@ -144,8 +144,8 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
         let frame = (page.frames.iter()).find(|frame| json!(frame.request) == json!(id));
         let drawn = frame.expect("a frame").least(0);
         let of = |tick: &TickMessage| match channel {
-            "commanded_force_n" => tick.commanded_force_n,
-            _ => tick.position_m,
+            "commanded_force_n" => tick.commanded_force_n[0],
+            _ => tick.position_m[0],
         };
         let logged: Vec<f32> = log.iter().map(|tick| of(tick) as f32).collect();
         assert_eq!(&drawn[..logged.len()], logged, "{channel}");
@@ -171,7 +171,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
         .collect();
     let wanted: Vec<[f64; 3]> = (log.iter())
         .filter(|tick| (0.25..=1.5).contains(&tick.time_s))
-        .map(|tick| [tick.time_s, tick.position_m, tick.commanded_force_n])
+        .map(|tick| [tick.time_s, tick.position_m[0], tick.commanded_force_n[0]])
         .collect();
     assert!(wanted.len() > 1200 && rows == wanted, "{} rows", rows.len());
     assert!(get(host, &path, &head).starts_with("HTTP/1.1 404"));

@@ -273,12 +273,11 @@ fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<()
 
 fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
     let mut reader = LogFiles::open(log)?;
-    let (mut ticks, mut vectors) = (Vec::new(), Vec::new());
+    let mut ticks = Vec::new();
     let mut conditions = Vec::new();
     for entry in &mut reader {
         match entry? {
             Entry::Tick(tick) => ticks.push(tick),
-            Entry::Vector(tick) => vectors.push(tick),
             Entry::Metadata(record) if record.name == "experiment" => {
                 let named = ["device", "scheme"].into_iter();
                 conditions = named
@@ -300,13 +299,12 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         title: title.as_deref().unwrap_or("log"),
         subtitle: &conditions.join("  ·  "),
         ticks: &ticks,
-        vectors: &vectors,
     }
     .draw()
     .map_err(PictureFileError::from)?;
     let saved = picture_file::save(&picture, &stem, overwrite)?;
     let made = Made {
-        samples: (ticks.len() + vectors.len()) as u64,
+        samples: ticks.len() as u64,
         complete,
         csv: None,
         figure: Some(saved.shown().display().to_string()),

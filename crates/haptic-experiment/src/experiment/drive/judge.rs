@@ -217,8 +217,8 @@ mod tests {
                     position_m: reading.position_m[0],
                     force_n,
                     applied_force_n: force_n,
-                    indenter_position_m: seen.indenter_position_m,
-                    contact_force_n: seen.contact_force_n,
+                    indenter_position_m: seen.indenter_position_m[0],
+                    contact_force_n: seen.contact_force_n[0],
                     limiters: 0,
                 });
                 let super::super::SimulatedRig::Held(held) = &rig else {

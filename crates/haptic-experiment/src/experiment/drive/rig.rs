@@ -44,7 +44,7 @@ impl Instrumented for SimulatedRig {
             Self::Held(held) => {
                 let observed = held.rig().observe();
                 TickMessage {
-                    reference_m: held.reference().unwrap_or(observed.reference_m),
+                    reference_m: held.reference().map_or(observed.reference_m, Into::into),
                     ..observed
                 }
             }

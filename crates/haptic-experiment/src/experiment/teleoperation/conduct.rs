@@ -56,16 +56,16 @@ fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
     TickMessage {
         tick: tick.tick,
         time_s: tick.time_s,
-        reference_m: hand_m,
-        indenter_position_m: slave.position_m,
-        position_m: master.position_m,
-        environment_force_n: master.wanted_n,
-        commanded_force_n: master.force_n,
-        applied_force_n: master.force_n,
-        contact_force_n: 0.0 - slave.outside_n,
+        reference_m: hand_m.into(),
+        indenter_position_m: slave.position_m.into(),
+        position_m: master.position_m.into(),
+        environment_force_n: master.wanted_n.into(),
+        commanded_force_n: master.force_n.into(),
+        applied_force_n: master.force_n.into(),
+        contact_force_n: (0.0 - slave.outside_n).into(),
         limiters: master.limiters.bits() | slave.limiters.bits(),
-        flaws: 0,
         observed_energy_j: 0.0 - tick.given_j,
+        ..TickMessage::default()
     }
 }
 

@@ -284,9 +284,9 @@ impl Side {
         let message = done.message;
         self.at_limit += u64::from(done.sample.limiters.contains(Limiters::MAGNITUDE));
         kept.take(&TickMessage {
-            environment_force_n: done.sample.environment_force_n[0],
-            commanded_force_n: force.newtons()[0],
-            applied_force_n: force.newtons()[0],
+            environment_force_n: done.sample.environment_force_n[0].into(),
+            commanded_force_n: force.newtons()[0].into(),
+            applied_force_n: force.newtons()[0].into(),
             limiters: done.sample.limiters.bits(),
             observed_energy_j: 0.0 - self.port.given_j(),
             ..observed
@@ -304,10 +304,10 @@ impl Side {
         TickMessage {
             tick,
             time_s: reading.time_s,
-            reference_m: kept.reference_m(reading.time_s),
-            indenter_position_m: reading.position_m[0],
-            position_m: reading.position_m[0],
-            contact_force_n: 0.0 - self.body.outside_n(reading.time_s),
+            reference_m: kept.reference_m(reading.time_s).into(),
+            indenter_position_m: reading.position_m[0].into(),
+            position_m: reading.position_m[0].into(),
+            contact_force_n: (0.0 - self.body.outside_n(reading.time_s)).into(),
             ..TickMessage::default()
         }
     }
@@ -315,9 +315,9 @@ impl Side {
     /// One that this machine was too late for.
     fn skipped(&self, tick: u64, held: SafeForce<f64, 1>, kept: &SideRecord) -> TickMessage {
         TickMessage {
-            environment_force_n: f64::NAN,
-            commanded_force_n: held.newtons()[0],
-            applied_force_n: held.newtons()[0],
+            environment_force_n: f64::NAN.into(),
+            commanded_force_n: held.newtons()[0].into(),
+            applied_force_n: held.newtons()[0].into(),
             flaws: LATE_FORCE,
             observed_energy_j: 0.0 - self.port.given_j(),
             ..self.observed(tick, kept)

@@ -2,9 +2,9 @@
 
 use super::hand::{Grip, HandPath};
 use crate::run::simulate::Instrumented;
-use crate::run::tick::{KeptSample, Tick, TickRecord, judged_force};
+use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
 use fracdiff::Real;
-use haptic_log::record::{AnyTick, PerAxis, VectorTick};
+use haptic_log::record::TickMessage;
 use haptic_loop::plant::Axes;
 use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
 use nalgebra::SVector;
@@ -119,13 +119,8 @@ impl<F: Real, const D: usize> Device<F, D> for HeldAxes<D> {
 /// A tick as the log has it, and the shape that it is judged by.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TouchTick<const D: usize> {
-    tick: VectorTick,
+    tick: TickMessage,
     shape: Shape<f64, D>,
-}
-
-/// An element an axis.
-fn per_axis<const D: usize>(vector: &SVector<f64, D>) -> PerAxis {
-    PerAxis::new(vector.as_slice()).unwrap_or_default()
 }
 
 /// Depth into a shape, at least 0, m.
@@ -139,59 +134,39 @@ impl<const D: usize> TouchTick<D> {
     pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
         let unknown = per_axis(&SVector::from([f64::NAN; D]));
         Self {
-            tick: VectorTick {
+            tick: TickMessage {
                 reference_m: unknown,
                 indenter_position_m: unknown,
                 contact_force_n: unknown,
-                ..VectorTick::at_rest(D)
+                ..TickMessage::at_rest(D)
             },
             shape,
         }
     }
 }
 
-impl<const D: usize> TickRecord<D> for TouchTick<D> {
-    fn of(self, made: &Tick<D>) -> Self {
-        Self {
-            tick: VectorTick {
-                tick: made.tick,
-                time_s: made.time_s,
-                position_m: per_axis(&made.position_m),
-                environment_force_n: per_axis(&made.environment_force_n),
-                commanded_force_n: per_axis(&made.commanded_force_n),
-                applied_force_n: per_axis(&made.applied_force_n),
-                limiters: made.limiters,
-                flaws: made.flaws,
-                observed_energy_j: made.observed_energy_j,
-                ..self.tick
-            },
-            ..self
-        }
+impl<const D: usize> TickRecord for TouchTick<D> {
+    fn logged(&self) -> &TickMessage {
+        &self.tick
     }
 
-    fn logged(&self) -> AnyTick {
-        self.tick.into()
+    fn logged_mut(&mut self) -> &mut TickMessage {
+        &mut self.tick
     }
 
     /// Along the normal: depth, and the force that is opposed to it.
     fn kept(&self) -> KeptSample {
         let tick = &self.tick;
-        let acted = (tick.limiters, tick.flaws);
-        let force_n = judged_force(acted, tick.commanded_force_n, tick.applied_force_n);
         KeptSample {
             tick: tick.tick,
             time_s: tick.time_s,
-            position_m: depth(&self.shape, tick.position_m.as_slice()),
-            force_n: 0.0 - force_n.norm(),
+            position_m: depth(&self.shape, &tick.position_m),
+            force_n: 0.0 - judged_force_n(tick).norm(),
             applied_force_n: 0.0 - tick.applied_force_n.norm(),
-            indenter_position_m: depth(&self.shape, tick.indenter_position_m.as_slice()),
+            indenter_position_m: depth(&self.shape, &tick.indenter_position_m),
             contact_force_n: tick.contact_force_n.norm(),
             limiters: tick.limiters,
         }
-    }
-
-    fn limiters(&self) -> u8 {
-        self.tick.limiters
     }
 }
 
@@ -206,11 +181,11 @@ impl<const D: usize> Instrumented<D> for HeldAxes<D> {
             Grip::Force => position,
         };
         TouchTick {
-            tick: VectorTick {
+            tick: TickMessage {
                 reference_m: per_axis(&reference),
                 indenter_position_m: per_axis(&position),
                 contact_force_n: per_axis(&self.axes.applied_force()),
-                ..VectorTick::at_rest(D)
+                ..TickMessage::at_rest(D)
             },
             shape: self.shape,
         }

@@ -18,8 +18,8 @@ use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::device_name;
 use crate::run::safety::GuardChoice;
-use crate::run::tick::{KeptSample, judged_force};
-use haptic_log::record::{AXES, Entry, LogReader, PerAxis, VectorTick, column};
+use crate::run::tick::{KeptSample, judged_force_n};
+use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
 use haptic_loop::Limiters;
 use std::f64::consts::TAU;
 
@@ -235,10 +235,9 @@ impl TouchExperiment {
     fn draw<const D: usize>(&self, ran: &Ran) -> Result<Drawn, Failure> {
         let shape = self.shape.of::<D>()?;
         let fields = ["reference_m", "position_m", "force_n"];
-        let axes = &AXES[..D];
         let columns = fields
             .iter()
-            .flat_map(|field| axes.iter().map(|axis| column(field, axis)));
+            .flat_map(|field| (0..D).map(|axis| column_name(field, axis, D)));
         let columns: Vec<String> = columns.collect();
         let mut header = vec!["time_s"];
         header.extend(columns.iter().map(String::as_str));
@@ -250,13 +249,13 @@ impl TouchExperiment {
         for log in &ran.log.paths {
             for entry in LogReader::open(log)? {
                 let tick = match entry? {
-                    Entry::Vector(tick) if tick.tick <= last => tick,
+                    Entry::Tick(tick) if tick.tick <= last => tick,
                     _ => continue,
                 };
-                let depth_m = depth(&shape, tick.position_m.as_slice());
+                let depth_m = depth(&shape, &tick.position_m);
                 let mut row = vec![tick.time_s];
-                for vector in [tick.reference_m, tick.position_m, force_n(&tick)] {
-                    row.extend_from_slice(vector.as_slice());
+                for vector in [tick.reference_m, tick.position_m, judged_force_n(&tick)] {
+                    row.extend_from_slice(&vector);
                 }
                 row.push(depth_m);
                 table.row(row);
@@ -319,21 +318,10 @@ impl TouchExperiment {
     }
 }
 
-/// The force by which a tick is judged, N.
-const fn force_n(tick: &VectorTick) -> PerAxis {
-    judged_force(
-        (tick.limiters, tick.flaws),
-        tick.commanded_force_n,
-        tick.applied_force_n,
-    )
-}
-
 /// The values of a tick that are drawn.
-fn drawn(tick: &VectorTick, depth_m: f64) -> [f64; CURVES] {
+fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
     let axis = |vector: &[f64], axis: usize| vector.get(axis).copied().unwrap_or(0.0);
-    let (hand, place) = (tick.reference_m, tick.position_m);
-    let (hand, place, force) = (hand.as_slice(), place.as_slice(), force_n(tick));
-    let force = force.as_slice();
+    let (hand, place, force) = (&tick.reference_m, &tick.position_m, &judged_force_n(tick));
     [
         axis(hand, 0),
         axis(hand, 1),

@@ -21,7 +21,7 @@ enum Last {
     Nothing,
 }
 
-impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
+impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// The line or the device is gone, or does not answer: the log keeps what there is, and what still comes.
     pub(super) fn give_up(&mut self, error: &SerialError) {
         let error = match error {
@@ -65,7 +65,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             .impossible()
             .and_then(|sample| self.message(sample));
         if let Some(message) = message {
-            self.gap(message.logged().tick());
+            self.gap(message.logged().tick);
             // A recorder that has ended is seen when it is closed.
             let _ = self.recorder.tick(message.logged());
         }

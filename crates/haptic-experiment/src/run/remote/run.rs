@@ -65,7 +65,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure>
     where
-        M: TickRecord<D>,
+        M: TickRecord,
     {
         let mode = self.device.loop_mode;
         let mut session = self.prepare(supervisor)?;

@@ -4,24 +4,23 @@ use super::session::{HostSession, applied_n};
 use crate::run::ending::Ending;
 use crate::run::fault_recorder::AFTER;
 use crate::run::tell_end;
-use crate::run::tick::{Tick, TickRecord};
-use haptic_link::Sample;
+use crate::run::tick::{TickRecord, per_axis};
+use haptic_link::{BatchItem, Sample};
 use haptic_log::record::TickMessage;
-use nalgebra::SVector;
 
 /// Sample of what is known without the device: where the indenter is to be, m; the rest is not a number.
 #[must_use]
 pub(crate) fn blank(reference_m: f64) -> TickMessage {
     TickMessage {
-        reference_m,
-        indenter_position_m: f64::NAN,
-        contact_force_n: f64::NAN,
+        reference_m: reference_m.into(),
+        indenter_position_m: f64::NAN.into(),
+        contact_force_n: f64::NAN.into(),
         observed_energy_j: f64::NAN,
         ..TickMessage::default()
     }
 }
 
-impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
+impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
     /// device tells of a run that its fault has ended: it came because it was asked for.
     pub(super) fn take_sample(&mut self, sample: &Sample) -> bool {
@@ -73,20 +72,24 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         }
         let axes = &sample.axes;
         let tick = u64::from(sample.tick);
-        let made = Tick {
+        let time_s = tick as f64 * self.schedule.sample_time_s;
+        let applied_n = per_axis(&applied_n::<D>(sample));
+        let of = |read: fn(&BatchItem) -> f32| axes.iter().map(|axis| read(axis).into()).collect();
+        let mut message = (self.blank)(time_s - self.start_s());
+        let logged = message.logged_mut();
+        *logged = TickMessage {
             tick,
-            time_s: tick as f64 * self.schedule.sample_time_s,
-            position_m: SVector::from_fn(|axis, _| f64::from(axes[axis].position_m)),
-            environment_force_n: SVector::from_fn(|axis, _| {
-                f64::from(axes[axis].environment_force_n)
-            }),
-            commanded_force_n: applied_n(sample),
-            applied_force_n: applied_n(sample),
+            time_s,
+            position_m: of(|axis| axis.position_m),
+            environment_force_n: of(|axis| axis.environment_force_n),
+            commanded_force_n: applied_n,
+            applied_force_n: applied_n,
             limiters: axes[0].limiters,
             flaws: axes[0].flaws,
             observed_energy_j: f64::NAN,
+            ..*logged
         };
-        Some((self.blank)(made.time_s - self.start_s()).of(&made))
+        Some(message)
     }
 
     /// Ticks so far that count.

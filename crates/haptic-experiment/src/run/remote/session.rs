@@ -9,14 +9,14 @@ use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::remote::summary::{flat, summarise};
 use crate::run::schedule::Schedule;
-use crate::run::tick::{Tick, TickRecord};
+use crate::run::tick::{TickRecord, by_loop, per_axis};
 use crate::run::{Ran, Supervisor, close};
 use fracdiff::Real;
 use haptic_link::{
     EventKind, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
-use haptic_log::record::{END, StartTime};
+use haptic_log::record::{END, StartTime, TickMessage};
 use haptic_loop::realtime::RaisedThread;
 use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefused};
 use haptic_remote::LinkError;
@@ -49,7 +49,7 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) deaf: bool,
 }
 
-impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
+impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// Asks the device what it counted, lets it go, and closes the log.
     pub(super) fn finish(mut self) -> Result<Ran, Failure> {
         self.count_missing_fault();
@@ -201,13 +201,10 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             let newest = session.link.newest().axes.first();
             let (newest_limiters, newest_flaws) =
                 newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
-            let made = Tick {
-                tick,
-                time_s: reading.time_s,
-                position_m: reading.position_m.map(F::to_f64),
-                environment_force_n: done.environment_force_n.map(F::to_f64),
-                commanded_force_n: done.force.newtons().map(F::to_f64),
-                applied_force_n: applied_n(session.link.newest()),
+            let mut message = (session.blank)(reading.time_s - session.start_s());
+            let logged = message.logged_mut();
+            *logged = TickMessage {
+                applied_force_n: per_axis(&applied_n::<D>(session.link.newest())),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | newest_limiters,
                 flaws: newest_flaws
@@ -216,9 +213,8 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
                     } else {
                         LATE_FORCE
                     },
-                observed_energy_j: f64::NAN,
+                ..by_loop(*logged, &done, None)
             };
-            let message = (session.blank)(reading.time_s - session.start_s()).of(&made);
             session.keep(message, counted);
             (supervisor.progress)(session.counted());
             if session.record.ended.is_none() {
@@ -289,7 +285,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
             };
             count = many;
             match self.message(&sample).filter(|_| count > 0) {
-                Some(message) => kept.push(message.logged()),
+                Some(message) => kept.push(*message.logged()),
                 None => break,
             }
         }

@@ -3,7 +3,7 @@
 use super::{run, touch};
 use haptic_experiment::experiment::TouchVerdict;
 use haptic_experiment::run::LetGo;
-use haptic_log::record::VectorTick;
+use haptic_log::record::TickMessage;
 
 #[test]
 fn the_force_stays_within_the_limit_of_its_norm() {
@@ -59,11 +59,7 @@ fn a_wall_that_shakes_gives_the_hand_energy_and_a_guard_takes_it_back() {
         report.given_most_j
     );
     // No friction from the guard: the hand slides along the second axis.
-    assert!(
-        ticks
-            .iter()
-            .all(|tick| tick.commanded_force_n.as_slice()[1] == 0.0)
-    );
+    assert!(ticks.iter().all(|tick| tick.commanded_force_n[1] == 0.0));
 }
 
 #[test]
@@ -98,7 +94,7 @@ fn leaving_the_box_is_a_fault_that_ends_the_run() {
     assert!(reason.contains("workspace"), "{reason}");
     assert!(report.run.fault_log.is_some());
     let last = ticks.last().expect("ticks").position_m;
-    assert!((0.02..0.03).contains(&last.as_slice()[1]), "{last:?}");
+    assert!((0.02..0.03).contains(&last[1]), "{last:?}");
 }
 
 #[test]
@@ -135,12 +131,12 @@ fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
         assert_eq!(run.peak_force_n, most, "{safety}");
         assert_eq!(norms.last(), Some(&0.0));
         // The last sample that counts is that before the fault; the force at the end is its, before it falls.
-        let counts = |tick: &&VectorTick| tick.time_s <= run.duration_s;
+        let counts = |tick: &&TickMessage| tick.time_s <= run.duration_s;
         let last = ticks.iter().rfind(counts).expect("ticks");
         assert_eq!(run.final_force_n, last.commanded_force_n.norm(), "{safety}");
         assert!(run.final_force_n > 3.0, "{safety}: {}", run.final_force_n);
         // The tick of the fault is the first outside, so it is deeper than all that count.
-        let depths = ticks.iter().map(|tick| tick.position_m.as_slice()[0]);
+        let depths = ticks.iter().map(|tick| tick.position_m[0]);
         assert_eq!(report.largest_depth_m, depths.fold(0.0, f64::max));
         assert!(report.largest_depth_m > 0.02, "{}", report.largest_depth_m);
     }

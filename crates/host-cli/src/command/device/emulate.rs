@@ -327,8 +327,9 @@ fn body(model: &DeviceModel) -> Body {
 /// A device that could not be emulated, with the option that mends it.
 fn failed(error: EmulatorError) -> Failure {
     match error {
-        EmulatorError::Link { .. } => Failure::bad_input(format_args!("{error} with --link")),
-        EmulatorError::Socket { .. } => Failure::bad_input(format_args!("{error} with --socket")),
+        EmulatorError::Path { kind, .. } => {
+            Failure::bad_input(format_args!("{error} with --{kind}"))
+        }
         EmulatorError::Terminal(_) => Failure::Device(error.into()),
         EmulatorError::Device(_) => Failure::Run(error.into()),
         _ => Failure::input(error),

@@ -3,8 +3,8 @@
 use super::key_value::in_range;
 use crate::output::note;
 use haptic_devices::haply::{Model, Version};
-use haptic_emulator::LineFaults;
-use haptic_emulator::haply::{Board, Body, Emulated, Hand, emulate};
+use haptic_emulator::haply::{Board, Body, Hand};
+use haptic_emulator::{Damage, LineFaults, emulate};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_remote::serial::Line;
@@ -61,17 +61,17 @@ impl Haply {
     pub(super) fn run(
         &self,
         line: Box<dyn Line>,
-        (faults, seed): (LineFaults, u64),
+        faults: (LineFaults, u64),
         duration: Option<Duration>,
         stop: &AtomicBool,
         quiet: bool,
     ) -> Result<(), Failure> {
         let model = self.hardware.unwrap_or_default().model();
         let hand = self.held(&model);
-        let board = Board::new(model, Body::at_home(&model, hand));
-        let done = emulate(line, board, faults, seed, duration, stop).map_err(Failure::input)?;
+        let mut board = Board::new(model, Body::at_home(&model, hand));
+        let damage = emulate(line, &mut board, faults, duration, stop).map_err(Failure::input)?;
         if !quiet {
-            note("emulated", in_words(&done));
+            note("emulated", in_words(&board, &damage));
         }
         Ok(())
     }
@@ -93,12 +93,13 @@ impl Haply {
     }
 }
 
-fn in_words(done: &Emulated) -> String {
-    let board = done.board;
-    let [x, y] = done.place_m.map(|place| 1e3 * place);
-    let [first, second] = done.torques_nm;
-    let lost = done.to_board.dropped + done.to_host.dropped;
-    let damaged = done.to_board.corrupted + done.to_host.corrupted;
+fn in_words(board: &Board, Damage { to_device, to_host }: &Damage) -> String {
+    let place_m = board.body().place_m();
+    let (x, y) = (1e3 * place_m.x, 1e3 * place_m.y);
+    let [first, second] = board.torques_nm();
+    let lost = to_device.dropped + to_host.dropped;
+    let damaged = to_device.corrupted + to_host.corrupted;
+    let board = board.counted();
     format!(
         "{} configurations, {} frames of torques, {} resets, {} bytes skipped; handle at {x:.3} mm, {y:.3} mm; torques \
          {first:.6} N·m, {second:.6} N·m, the largest asked for {:.6} N·m; the line lost {lost} bytes, damaged {damaged}",

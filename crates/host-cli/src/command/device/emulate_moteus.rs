@@ -3,8 +3,8 @@
 use super::key_value::in_range;
 use crate::output::note;
 use haptic_devices::moteus::MoteusSettings;
-use haptic_emulator::LineFaults;
-use haptic_emulator::moteus::{Emulated, EmulatedServo, Hand, Shaft, emulate};
+use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Hand, Shaft};
+use haptic_emulator::{Damage, LineFaults, emulate};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_remote::serial::Line;
@@ -46,25 +46,27 @@ pub(super) fn run(
     stop: &AtomicBool,
     quiet: bool,
 ) -> Result<(), Failure> {
-    let done = emulate(line, servo, faults, duration, stop).map_err(Failure::input)?;
+    let mut adapter = EmulatedAdapter::new(servo);
+    let damage = emulate(line, &mut adapter, faults, duration, stop).map_err(Failure::input)?;
     if !quiet {
-        note("emulated", in_words(&done));
+        note("emulated", in_words(&adapter, &damage));
     }
     Ok(())
 }
 
-fn in_words(done: &Emulated) -> String {
-    let lost = done.to_servo.dropped + done.to_host.dropped;
-    let damaged = done.to_servo.corrupted + done.to_host.corrupted;
+fn in_words(adapter: &EmulatedAdapter, Damage { to_device, to_host }: &Damage) -> String {
+    let (served, servo) = (adapter.served(), &adapter.servo);
+    let lost = to_device.dropped + to_host.dropped;
+    let damaged = to_device.corrupted + to_host.corrupted;
     format!(
         "{} frames, {} answers, {} lines refused; mode {} at the end, shaft at {:.6} revolutions, torque {:.6} N·m, the \
          largest {:.6} N·m; the line lost {lost} bytes, damaged {damaged}",
-        done.served.frames,
-        done.served.answers,
-        done.served.refused,
-        done.mode,
-        done.position_rev,
-        done.torque_nm,
-        done.torque_peak_nm
+        served.frames,
+        served.answers,
+        served.refused,
+        u8::from(servo.mode()),
+        servo.position_rev(),
+        servo.torque_nm(),
+        servo.torque_peak_nm()
     )
 }

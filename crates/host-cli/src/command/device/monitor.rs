@@ -15,10 +15,9 @@ use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_experiment::run::Recorder;
 use haptic_experiment::run::device::trouble;
-use haptic_link::{BATCH_MAX, FaultReport};
+use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};
 use haptic_log::record::{StartTime, TickMessage};
 use haptic_quantity::Time;
-use haptic_remote::Tick;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
@@ -285,10 +284,8 @@ impl Watch<'_> {
             }
             match heard {
                 Some(Heard::Sample(sample)) => {
-                    if let Some(sample) = Tick::told(&sample) {
-                        self.count(&sample, &mut next_tick, period_s, log);
-                        self.take(&sample, period_s, log);
-                    }
+                    self.count(&sample, &mut next_tick, period_s, log);
+                    self.take(&sample, period_s, log);
                 }
                 // That of a board that has failed is told as its trouble, next.
                 Some(Heard::Fault(report)) if trouble(link).is_none() => {
@@ -313,7 +310,7 @@ impl Watch<'_> {
     /// Counts what is missing before a sample; dates the log at the first, and again where a run began.
     fn count(
         &mut self,
-        sample: &Tick,
+        sample: &Sample,
         next_tick: &mut Option<u32>,
         period_s: f64,
         log: &mut SessionLog,
@@ -341,31 +338,41 @@ impl Watch<'_> {
         log.keep(|log| log.event(time_s, "fault", text));
     }
 
-    fn take(&mut self, sample: &Tick, period_s: f64, log: &mut SessionLog) {
+    fn take(&mut self, sample: &Sample, period_s: f64, log: &mut SessionLog) {
         self.watched.samples += 1;
+        let Some(first) = sample.axes.first() else {
+            return;
+        };
+        let axes = sample.axes.len();
+        let unknown = (0..axes).map(|_| f64::NAN).collect();
+        let of = |read: fn(&BatchItem) -> f32| {
+            (sample.axes.iter())
+                .map(|axis| f64::from(read(axis)))
+                .collect()
+        };
         let message = TickMessage {
             tick: u64::from(sample.tick),
             time_s: f64::from(sample.tick) * period_s,
-            reference_m: f64::NAN,
-            indenter_position_m: f64::NAN,
-            contact_force_n: f64::NAN,
-            position_m: f64::from(sample.position_m[0]),
-            environment_force_n: f64::from(sample.environment_force_n[0]),
-            commanded_force_n: f64::from(sample.force_n[0]),
-            applied_force_n: f64::from(sample.force_n[0]),
-            limiters: sample.limiters,
-            flaws: sample.flaws,
-            observed_energy_j: f64::NAN,
+            reference_m: unknown,
+            indenter_position_m: unknown,
+            contact_force_n: unknown,
+            position_m: of(|axis| axis.position_m),
+            environment_force_n: of(|axis| axis.environment_force_n),
+            commanded_force_n: of(|axis| axis.force_n),
+            applied_force_n: of(|axis| axis.force_n),
+            limiters: first.limiters,
+            flaws: first.flaws,
+            ..TickMessage::at_rest(axes)
         };
-        log.keep(|log| log.tick(message));
+        log.keep(|log| log.tick(&message));
         if self.watched.samples.is_multiple_of(50) {
             self.bar.set_message(format!(
                 "{:>9} · tick {:>10} · position {:>12.6} mm · force {:>10.4} N · limiters {:#010b}",
                 self.bar.prefix(),
                 sample.tick,
-                1e3 * sample.position_m[0],
-                sample.force_n[0],
-                sample.limiters
+                1e3 * first.position_m,
+                first.force_n,
+                first.limiters
             ));
         }
     }

@@ -113,7 +113,7 @@ impl LogColumns {
     /// `false` if there is no room for it.
     fn take(&mut self, tick: &TickMessage) -> bool {
         // The force of the safety chain, not of the tissue; at rest it is both.
-        if tick.limiters != 0 && !(self.time_s.is_empty() && tick.commanded_force_n == 0.0) {
+        if tick.limiters != 0 && !(self.time_s.is_empty() && tick.commanded_force_n[0] == 0.0) {
             self.limited += 1;
             return true;
         }
@@ -121,8 +121,8 @@ impl LogColumns {
             return false;
         }
         self.time_s.push(tick.time_s);
-        self.position_m.push(tick.position_m);
-        self.force_n.push(-tick.commanded_force_n);
+        self.position_m.push(tick.position_m[0]);
+        self.force_n.push(-tick.commanded_force_n[0]);
         true
     }
 

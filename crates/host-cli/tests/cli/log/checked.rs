@@ -81,7 +81,7 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
             tick,
             time_s: 1e-3 * tick as f64,
             flaws: if tick < flawed { flaws } else { 0 },
-            position_m: if tick < flawed { position_m } else { 0.0 },
+            position_m: if tick < flawed { position_m } else { 0.0 }.into(),
             ..TickMessage::default()
         });
         log_with(&place, ticks, EndKind::Interrupted, 0);

@@ -81,22 +81,19 @@ impl SideRecord {
 
     /// Takes a tick in.
     pub(super) fn take(&mut self, message: &TickMessage) {
-        let logged = self.recorder.tick(*message);
+        let logged = self.recorder.tick(message);
         if self.record.ended.is_some() {
             self.record.push_after(message);
             return;
         }
         self.record.push(message);
-        let &TickMessage {
-            time_s,
-            reference_m,
-            position_m,
-            applied_force_n: force_n,
-            contact_force_n,
-            observed_energy_j: taken_j,
-            ..
-        } = message;
-        let outside_force_n = 0.0 - contact_force_n;
+        let (time_s, taken_j) = (message.time_s, message.observed_energy_j);
+        let [reference_m, position_m, force_n] = [
+            message.reference_m[0],
+            message.position_m[0],
+            message.applied_force_n[0],
+        ];
+        let outside_force_n = 0.0 - message.contact_force_n[0];
         self.table.row(Row {
             time_s,
             reference_m,

@@ -1,0 +1,263 @@
+//! What a log says of its run: counts, times, gaps, how it ended.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::flaw::FlawCounts;
+use super::{
+    CONTINUES, Damage, Entry, EventMessage, LogFiles, MetadataRecord, RECOVERED, RecordError,
+    StartTime, TickMessage,
+};
+
+/// Name of the metadata record that says how a run ended; the last of its log.
+pub const END: &str = "end";
+
+/// Kind of the end of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EndKind {
+    /// With its last planned sample.
+    Finished,
+    /// Somebody asked for it.
+    Interrupted,
+    /// By a fault.
+    Fault,
+    /// The link to the device was lost: nobody knows how many samples it still made.
+    Link,
+}
+
+/// The kinds by name.
+const ENDS: [(&str, EndKind); 4] = [
+    ("finished", EndKind::Finished),
+    ("interrupted", EndKind::Interrupted),
+    ("fault", EndKind::Fault),
+    ("link", EndKind::Link),
+];
+
+/// End of a run, and number of samples that its log should have: the ticks from 0 on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct RunEnd {
+    /// Kind of the end.
+    pub ended: EndKind,
+    /// In words; empty for a run that finished.
+    pub reason: String,
+    /// Samples that were to be made.
+    pub planned_samples: u64,
+    /// Samples made, as far as is known; what follows a fault or a stop, and belongs to the log, counts.
+    pub made_samples: u64,
+    /// Samples that the run itself counted as missing: `dropped_samples` of its report.
+    pub dropped_samples: u64,
+}
+
+impl RunEnd {
+    /// As metadata.
+    #[must_use]
+    pub fn metadata(&self) -> BTreeMap<String, String> {
+        let mut ends = ENDS.iter().filter(|(_, kind)| *kind == self.ended);
+        let ended = ends.next().map(|(name, _)| *name);
+        let entries = [
+            ("ended", ended.unwrap_or_default().to_owned()),
+            ("reason", self.reason.clone()),
+            ("planned_samples", self.planned_samples.to_string()),
+            ("made_samples", self.made_samples.to_string()),
+            ("dropped_samples", self.dropped_samples.to_string()),
+        ];
+        entries.map(|(key, value)| (key.to_owned(), value)).into()
+    }
+
+    /// From metadata; `None` if they are others, or say something else than this version writes.
+    #[must_use]
+    pub fn of(record: &MetadataRecord) -> Option<Self> {
+        if record.name != END {
+            return None;
+        }
+        let number = |key: &str| record.values.get(key)?.parse().ok();
+        let ended = record.values.get("ended")?;
+        Some(Self {
+            ended: ENDS.iter().find(|(name, _)| name == ended)?.1,
+            reason: record.values.get("reason")?.clone(),
+            planned_samples: number("planned_samples")?,
+            made_samples: number("made_samples")?,
+            dropped_samples: number("dropped_samples")?,
+        })
+    }
+}
+
+/// Ticks that are not in the log although later ones are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Gap {
+    /// The last tick before the gap.
+    pub after_tick: u64,
+    /// The first tick behind it.
+    pub before_tick: u64,
+    /// Number of missing ticks.
+    pub missing: u64,
+}
+
+/// Counts ticks as they pass.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TickCount {
+    pub(crate) samples: u64,
+    pub(crate) first: Option<(u64, f64)>,
+    pub(crate) last: Option<(u64, f64)>,
+    pub(crate) gaps: Vec<Gap>,
+    pub(crate) out_of_order: u64,
+    pub(crate) flaws: FlawCounts,
+    /// End of the run, if the log says it.
+    pub(crate) end: Option<RunEnd>,
+    /// The first file of the log, if this is a later one.
+    pub(crate) continues: Option<String>,
+}
+
+impl TickCount {
+    /// Takes in the next tick.
+    pub(crate) fn add(&mut self, message: &TickMessage) {
+        self.flaws.add(message);
+        let (tick, time_s) = (message.tick, message.time_s);
+        match self.last {
+            None => self.first = Some((tick, time_s)),
+            Some((before, _)) if tick <= before => self.out_of_order += 1,
+            Some((before, _)) if tick - before > 1 => self.gaps.push(Gap {
+                after_tick: before,
+                before_tick: tick,
+                missing: tick - before - 1,
+            }),
+            Some(_) => {}
+        }
+        self.samples += 1;
+        self.last = Some((tick, time_s));
+    }
+
+    /// Takes in what metadata say of the ticks.
+    pub(crate) fn note(&mut self, record: &MetadataRecord) {
+        if let Some(end) = RunEnd::of(record) {
+            self.end = Some(end);
+        } else if record.name == CONTINUES {
+            self.continues = record.values.get("file").cloned();
+        }
+    }
+
+    /// Ticks of the run before the first; unknown, so none, without the run's end.
+    pub(crate) fn missing_at_start(&self) -> u64 {
+        match (&self.end, &self.continues, self.first) {
+            (Some(_), None, Some((tick, _))) => tick,
+            _ => 0,
+        }
+    }
+
+    /// Ticks of the run behind the last.
+    pub(crate) fn missing_at_end(&self) -> u64 {
+        let made = self.end.as_ref().map_or(0, |end| end.made_samples);
+        match (self.last, &self.continues) {
+            (Some((tick, _)), _) => made.saturating_sub(tick.saturating_add(1)),
+            (None, None) => made,
+            (None, Some(_)) => 0,
+        }
+    }
+
+    /// All ticks that are missing.
+    pub(crate) fn missing(&self) -> u64 {
+        let between: u64 = self.gaps.iter().map(|gap| gap.missing).sum();
+        self.missing_at_start() + between + self.missing_at_end()
+    }
+}
+
+/// Name of the metadata record that tells, once a second of a loop by the clock, where the time of its ticks went. A
+/// summary of the log has the last of them.
+pub const BUDGET: &str = "budget";
+
+/// Summary of a log. The first five keys are a contract of the command line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LogSummary {
+    /// Ticks in the log.
+    pub samples: u64,
+    /// Device time of the first tick, s; `None` without ticks.
+    pub first_s: Option<f64>,
+    /// Device time of the last tick, s.
+    pub last_s: Option<f64>,
+    /// Wall-clock time of device time 0, RFC 3339 in UTC; `None` in logs made before it was kept.
+    pub started_utc: Option<String>,
+    /// Missing ticks, by tick number.
+    pub gaps: Vec<Gap>,
+    /// Ticks missing before the first in the log; 0 if the log does not say how its run ended, or goes on
+    /// with another file's.
+    pub missing_at_start: u64,
+    /// Ticks of the run missing after the last in the log; 0 if the log does not say how its run ended.
+    pub missing_at_end: u64,
+    /// All missing ticks: those of the gaps, of the start and of the end.
+    pub missing_samples: u64,
+    /// End of the run; `None` in logs made before it was kept, and in those that were cut.
+    pub end: Option<RunEnd>,
+    /// The first file of the log that this one goes on with; `None` for the first.
+    pub continues: Option<String>,
+    /// The log was finished by its writer and no part of it is damaged. Gaps do not count: the
+    /// samples of a gap were lost before they reached the log.
+    pub complete: bool,
+    /// Ticks whose number is not above that of the tick before.
+    pub out_of_order: u64,
+    /// Ticks with flaws.
+    #[serde(flatten)]
+    pub flaws: FlawCounts,
+    /// Parts that are missing from the log that this one was recovered from. `None` if this log was not recovered
+    /// or nothing is missing.
+    pub missing_since_recovery: Option<String>,
+    /// Parts that could not be read, a sentence each.
+    pub damage: Vec<String>,
+    /// Messages on other topics.
+    pub foreign_messages: u64,
+    /// The metadata records in file order.
+    pub metadata: Vec<MetadataRecord>,
+    /// The events in file order.
+    pub events: Vec<EventMessage>,
+}
+
+/// Reads a log to its end and says what is in it.
+///
+/// # Errors
+/// If the file cannot be read or is not MCAP; damage inside is part of the answer.
+pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
+    let mut reader = LogFiles::open(path)?;
+    let mut count = TickCount::default();
+    let mut summary = LogSummary::default();
+    let mut started = None;
+    while let Some(entry) = reader.next() {
+        started = started.or_else(|| reader.started());
+        match entry? {
+            Entry::Tick(tick) => count.add(&tick),
+            Entry::Event(event) => summary.events.push(event),
+            Entry::Metadata(record) => {
+                count.note(&record);
+                if record.name == BUDGET {
+                    summary.metadata.retain(|earlier| earlier.name != BUDGET);
+                }
+                summary.metadata.push(record);
+            }
+        }
+    }
+    summary.started_utc = started.map(StartTime::rfc3339);
+    let condition = reader.condition();
+    summary.complete = condition.complete;
+    summary.damage = condition.damage.iter().map(Damage::to_string).collect();
+    summary.foreign_messages = condition.foreign_messages;
+    summary.missing_since_recovery = summary
+        .metadata
+        .iter()
+        .filter(|record| record.name == RECOVERED)
+        .filter_map(|record| record.values.get("missing"))
+        .find(|missing| !missing.is_empty())
+        .cloned();
+    summary.samples = count.samples;
+    summary.first_s = count.first.map(|(_, time_s)| time_s);
+    summary.missing_at_start = count.missing_at_start();
+    summary.missing_at_end = count.missing_at_end();
+    summary.missing_samples = count.missing();
+    summary.last_s = count.last.map(|(_, time_s)| time_s);
+    summary.gaps = count.gaps;
+    summary.end = count.end;
+    summary.continues = count.continues;
+    summary.out_of_order = count.out_of_order;
+    summary.flaws = count.flaws;
+    Ok(summary)
+}

@@ -1,0 +1,485 @@
+//! A control tick of one, two or three axes, and the one table of its columns.
+//!
+//! The table `FIELDS` makes the schema and the bytes of a message, the header and the rows of a CSV, and the columns of
+//! every other program: they all call a number the same. A field that has an element an axis is `position_m` of one axis;
+//! of several it is `position_x_m`, `position_y_m` and `position_z_m`.
+
+use super::message::{Cdr, LogMessage, MessageError, begin, put};
+use serde::Serialize;
+use std::fmt;
+use std::ops::Deref;
+
+/// Names of the axes.
+pub const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A number for each of one to three axes; a slice of them.
+#[derive(Clone, Copy, PartialEq)]
+pub struct PerAxis {
+    values: [f64; 3],
+    count: u8,
+}
+
+impl PerAxis {
+    /// The first numbers, three at most; of none it is 0 on one axis.
+    #[must_use]
+    pub fn new(numbers: &[f64]) -> Self {
+        numbers.iter().copied().collect()
+    }
+
+    /// √Σ xᵢ².
+    #[must_use]
+    pub fn norm(&self) -> f64 {
+        self.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+}
+
+impl Default for PerAxis {
+    /// 0 on one axis.
+    fn default() -> Self {
+        0.0.into()
+    }
+}
+
+impl FromIterator<f64> for PerAxis {
+    /// As [`new`](Self::new).
+    fn from_iter<I: IntoIterator<Item = f64>>(numbers: I) -> Self {
+        let (mut values, mut count) = ([0.0; 3], 0);
+        for (value, number) in values.iter_mut().zip(numbers) {
+            *value = number;
+            count += 1;
+        }
+        let count = count.max(1);
+        Self { values, count }
+    }
+}
+
+impl Deref for PerAxis {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.values[..usize::from(self.count)]
+    }
+}
+
+impl From<f64> for PerAxis {
+    fn from(x: f64) -> Self {
+        Self::new(&[x])
+    }
+}
+
+impl fmt::Debug for PerAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (**self).fmt(f)
+    }
+}
+
+/// One control tick. Lengths in m, forces in N, time in s; forces as the recorder was given them, NaN included. The
+/// default is at rest on one axis.
+///
+/// ```
+/// use haptic_log::record::{Entry, LogReader, LogWriter, PerAxis, TickMessage};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("run.mcap");
+/// let mut log = LogWriter::create(&path)?;
+/// let commanded_force_n = PerAxis::new(&[0.3, -0.4]);
+/// let tick = TickMessage { commanded_force_n, observed_energy_j: 0.0, ..TickMessage::at_rest(2) };
+/// log.tick(&tick)?;
+/// log.finish()?;
+/// assert_eq!(LogReader::open(&path)?.next().transpose()?, Some(Entry::Tick(tick)));
+/// assert_eq!(tick.commanded_force_n.norm(), 0.5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TickMessage {
+    /// Number of the tick, counted by the device from the start of the run.
+    pub tick: u64,
+    /// Device time, s.
+    pub time_s: f64,
+    /// Commanded position of the hand or indenter, m.
+    pub reference_m: PerAxis,
+    /// True position of the hand or indenter, m.
+    pub indenter_position_m: PerAxis,
+    /// Position of the device as the loop read it, m.
+    pub position_m: PerAxis,
+    /// Force the environment asked for, N.
+    pub environment_force_n: PerAxis,
+    /// Force that left the safety chain and was commanded, in answer to this position, N.
+    pub commanded_force_n: PerAxis,
+    /// Force that the device made in this tick, N: in a loop on the host it answers an earlier position.
+    pub applied_force_n: PerAxis,
+    /// Force between indenter and device, or that the actuators really made, N.
+    pub contact_force_n: PerAxis,
+    /// Limiters that acted, as bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
+    /// 64 velocity, 128 passivity guard.
+    pub limiters: u8,
+    /// What is wrong with this tick, bits of [`flaw`](super::flaw); 0 for a tick in order.
+    pub flaws: u8,
+    /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
+    /// without a guard, and from a device that does not send it.
+    pub observed_energy_j: f64,
+}
+
+/// How a field is read.
+#[derive(Clone, Copy, Debug)]
+enum Read {
+    Count(fn(&TickMessage) -> u64),
+    Number(fn(&TickMessage) -> f64),
+    Axes(fn(&TickMessage) -> PerAxis),
+    Bits(fn(&TickMessage) -> u8),
+}
+
+/// The fields in the order of a message: name with its unit, what it is, how it is read.
+const FIELDS: [(&str, &str, Read); 12] = [
+    (
+        "tick",
+        "number of the tick, counted by the device from the start of the run",
+        Read::Count(|tick| tick.tick),
+    ),
+    ("time_s", "device time, s", Read::Number(|tick| tick.time_s)),
+    (
+        "reference_m",
+        "where the hand or indenter was told to be, m",
+        Read::Axes(|tick| tick.reference_m),
+    ),
+    (
+        "indenter_position_m",
+        "where the hand or indenter was, m",
+        Read::Axes(|tick| tick.indenter_position_m),
+    ),
+    (
+        "position_m",
+        "position of the device as the loop read it, m",
+        Read::Axes(|tick| tick.position_m),
+    ),
+    (
+        "environment_force_n",
+        "force the environment asked for, N",
+        Read::Axes(|tick| tick.environment_force_n),
+    ),
+    (
+        "commanded_force_n",
+        "force that left the safety chain, in answer to this position, N",
+        Read::Axes(|tick| tick.commanded_force_n),
+    ),
+    (
+        "applied_force_n",
+        "force that the device made in this tick, N",
+        Read::Axes(|tick| tick.applied_force_n),
+    ),
+    (
+        "contact_force_n",
+        "force between indenter and device, or that the actuators made, N",
+        Read::Axes(|tick| tick.contact_force_n),
+    ),
+    (
+        "limiters",
+        "limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, \
+         128 passivity guard",
+        Read::Bits(|tick| tick.limiters),
+    ),
+    (
+        "flaws",
+        "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
+         4 an older force of the host acted, 8 what the device told cannot be",
+        Read::Bits(|tick| tick.flaws),
+    ),
+    (
+        "observed_energy_j",
+        "energy that the passivity guard has observed, J; NaN if there is none",
+        Read::Number(|tick| tick.observed_energy_j),
+    ),
+];
+
+/// A number in a column.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A count.
+    Count(u64),
+    /// A number with a unit.
+    Number(f64),
+    /// A set of bits.
+    Bits(u8),
+}
+
+impl Value {
+    /// As a number; counts above 2⁵³ are rounded.
+    #[must_use]
+    pub fn to_f64(self) -> f64 {
+        match self {
+            Self::Count(count) => count as f64,
+            Self::Number(number) => number,
+            Self::Bits(bits) => bits.into(),
+        }
+    }
+
+    /// As a count; a number without its fraction.
+    #[must_use]
+    pub const fn to_u64(self) -> u64 {
+        match self {
+            Self::Count(count) => count,
+            Self::Number(number) => number as u64,
+            Self::Bits(bits) => bits as u64,
+        }
+    }
+}
+
+/// A column of a table of ticks: one number of each.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Its name, with its unit at the end.
+    pub name: String,
+    what: &'static str,
+    axis: usize,
+    read: Read,
+}
+
+impl Column {
+    /// One that no tick has, made of what it has.
+    #[must_use]
+    pub fn derived(name: &str, read: fn(&TickMessage) -> f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            what: "",
+            axis: 0,
+            read: Read::Number(read),
+        }
+    }
+
+    /// The number of a tick; not a number on an axis that it has not.
+    #[must_use]
+    pub fn value(&self, tick: &TickMessage) -> Value {
+        match self.read {
+            Read::Count(field) => Value::Count(field(tick)),
+            Read::Bits(field) => Value::Bits(field(tick)),
+            Read::Number(field) => Value::Number(field(tick)),
+            Read::Axes(field) => {
+                let numbers = field(tick);
+                Value::Number(numbers.get(self.axis).copied().unwrap_or(f64::NAN))
+            }
+        }
+    }
+}
+
+/// Name of a field on one of so many axes: `contact_force_x_n` of `contact_force_n`, if it is not the only one.
+#[must_use]
+pub fn column_name(field: &str, axis: usize, axes: usize) -> String {
+    match field.rsplit_once('_') {
+        Some((name, unit)) if axes > 1 => format!("{name}_{}_{unit}", AXES[axis]),
+        _ => field.to_owned(),
+    }
+}
+
+impl TickMessage {
+    /// A tick of so many axes, 1 to 3, with zeros, and no guard that observes energy.
+    #[must_use]
+    pub fn at_rest(axes: usize) -> Self {
+        let zeros = PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]);
+        Self {
+            reference_m: zeros,
+            indenter_position_m: zeros,
+            position_m: zeros,
+            environment_force_n: zeros,
+            commanded_force_n: zeros,
+            applied_force_n: zeros,
+            contact_force_n: zeros,
+            observed_energy_j: f64::NAN,
+            ..Self::default()
+        }
+    }
+
+    /// Number of axes, 1 to 3.
+    #[must_use]
+    pub fn axes(&self) -> usize {
+        self.position_m.len()
+    }
+
+    /// Columns of a table of ticks with so many axes, 1 to 3, in order.
+    #[must_use]
+    pub fn columns(axes: usize) -> Vec<Column> {
+        let of = |(field, what, read): &(&str, &'static str, Read)| {
+            let (what, read) = (*what, *read);
+            let axes = if matches!(read, Read::Axes(_)) {
+                axes
+            } else {
+                1
+            };
+            let column = |axis| Column {
+                name: column_name(field, axis, axes),
+                what,
+                axis,
+                read,
+            };
+            (0..axes.clamp(1, AXES.len()))
+                .map(column)
+                .collect::<Vec<_>>()
+        };
+        FIELDS.iter().flat_map(of).collect()
+    }
+
+    /// A tick of so many axes out of all of these bytes.
+    fn of(mut fields: Cdr<'_>, axes: usize) -> Option<Self> {
+        let fields = &mut fields;
+        let per_axis = |fields: &mut Cdr<'_>| {
+            let mut numbers = [0.0; 3];
+            for number in &mut numbers[..axes] {
+                *number = fields.number()?;
+            }
+            Some(PerAxis::new(&numbers[..axes]))
+        };
+        let tick = Self {
+            tick: u64::from_le_bytes(fields.take()?),
+            time_s: fields.number()?,
+            reference_m: per_axis(fields)?,
+            indenter_position_m: per_axis(fields)?,
+            position_m: per_axis(fields)?,
+            environment_force_n: per_axis(fields)?,
+            commanded_force_n: per_axis(fields)?,
+            applied_force_n: per_axis(fields)?,
+            contact_force_n: per_axis(fields)?,
+            limiters: u8::from_le_bytes(fields.take()?),
+            flaws: u8::from_le_bytes(fields.take()?),
+            observed_energy_j: fields.number()?,
+        };
+        fields.is_at_end().then_some(tick)
+    }
+}
+
+impl LogMessage for TickMessage {
+    const TOPIC: &'static str = "/haptics/tick";
+
+    /// `Tick` of one axis, `Tick2` and `Tick3` of more: ROS knows a type by its name.
+    fn schema(&self) -> (String, String) {
+        let axes = self.axes();
+        let number = if axes == 1 {
+            String::new()
+        } else {
+            axes.to_string()
+        };
+        let mut text = "# One control tick of a haptic experiment.\n".to_owned();
+        for Column {
+            name, what, read, ..
+        } in Self::columns(axes)
+        {
+            let kind = match read {
+                Read::Count(_) => "uint64",
+                Read::Number(_) | Read::Axes(_) => "float64",
+                Read::Bits(_) => "uint8",
+            };
+            text += &format!("{kind} {name}  # {what}\n");
+        }
+        (format!("haptics_msgs/msg/Tick{number}"), text)
+    }
+
+    fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError> {
+        begin(buffer);
+        for (_, _, read) in FIELDS {
+            match read {
+                Read::Count(field) => put(buffer, field(self).to_le_bytes()),
+                Read::Bits(field) => put(buffer, [field(self)]),
+                Read::Number(field) => put(buffer, field(self).to_le_bytes()),
+                Read::Axes(field) => {
+                    let numbers = field(self);
+                    if numbers.len() != self.axes() {
+                        return Err(MessageError::Axes);
+                    }
+                    numbers.iter().for_each(|x| put(buffer, x.to_le_bytes()));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Of the number of axes whose fields fill the bytes.
+    fn decode(bytes: &[u8]) -> Result<Self, MessageError> {
+        let fields = Cdr::of(bytes)?;
+        let mut ticks = (1..=AXES.len()).filter_map(|axes| Self::of(fields, axes));
+        ticks.next().ok_or(MessageError::Fields)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tick(axes: usize) -> TickMessage {
+        let numbers = |numbers: [f64; 3]| PerAxis::new(&numbers[..axes]);
+        TickMessage {
+            tick: 0x0102_0304_0506_0708,
+            time_s: 0.5,
+            reference_m: numbers([1.0, 1.5, 1.6]),
+            indenter_position_m: numbers([-2.0, -0.0, 2.5]),
+            position_m: numbers([3.0, 3.5, 3.6]),
+            environment_force_n: numbers([4.0, f64::INFINITY, 4.5]),
+            commanded_force_n: numbers([5.0, 5.1, 5.2]),
+            applied_force_n: numbers([5.5, 5.6, 5.7]),
+            contact_force_n: numbers([-0.0, 6.0, 6.5]),
+            limiters: 9,
+            flaws: 3,
+            observed_energy_j: -6.0,
+        }
+    }
+
+    #[test]
+    fn a_tick_is_its_columns_in_little_endian_cdr() {
+        let mut bytes = vec![0xff; 3];
+        for (axes, length) in [(1, 92), (2, 148), (3, 204)] {
+            let tick = tick(axes);
+            tick.encode_into(&mut bytes).expect("encodes");
+            let mut expected = vec![0, 1, 0, 0, 8, 7, 6, 5, 4, 3, 2, 1];
+            for column in &TickMessage::columns(axes)[1..2 + 7 * axes] {
+                expected.extend(column.value(&tick).to_f64().to_le_bytes());
+            }
+            // Six bytes bring the last number to a multiple of its size.
+            expected.extend([9, 3, 0, 0, 0, 0, 0, 0]);
+            expected.extend((-6.0_f64).to_le_bytes());
+            assert_eq!(bytes, expected);
+            assert_eq!(bytes.len(), length);
+            assert_eq!(TickMessage::decode(&bytes).expect("decodes"), tick);
+            // Cut anywhere but where one of fewer axes would end.
+            for length in (0..bytes.len()).filter(|length| ![92, 148].contains(length)) {
+                assert!(TickMessage::decode(&bytes[..length]).is_err(), "{length}");
+            }
+            bytes[1] = 0;
+            let error = TickMessage::decode(&bytes).expect_err("another byte order");
+            assert!(matches!(error, MessageError::Encapsulation));
+        }
+    }
+
+    #[test]
+    fn vectors_of_several_lengths_are_not_a_tick() {
+        let wrong = TickMessage {
+            commanded_force_n: PerAxis::new(&[1.0, 2.0, 3.0]),
+            ..tick(2)
+        };
+        let error = wrong.encode_into(&mut Vec::new()).expect_err("refused");
+        assert!(matches!(error, MessageError::Axes));
+        assert_eq!(PerAxis::new(&[]).len(), 1);
+        assert_eq!(PerAxis::new(&[0.0; 4]).len(), 3);
+    }
+
+    #[test]
+    fn the_schema_names_the_columns_and_a_debugger_the_fields_in_the_same_order() {
+        let names = |axes| -> Vec<String> {
+            let columns = TickMessage::columns(axes).into_iter();
+            columns.map(|column| column.name).collect()
+        };
+        for axes in 1..=3 {
+            let (_, text) = tick(axes).schema();
+            let lines = text.lines().filter(|line| !line.starts_with('#'));
+            let fields: Vec<&str> = lines.filter_map(|line| line.split(' ').nth(1)).collect();
+            assert_eq!(fields, names(axes));
+            assert_eq!(fields.len(), 5 + 7 * axes);
+        }
+        let shown = format!("{:#?}", tick(1));
+        let place = |name: &String| shown.find(&format!(" {name}:")).expect("is a field");
+        assert!(names(1).iter().map(place).is_sorted());
+        assert_eq!(names(2)[2..4], ["reference_x_m", "reference_y_m"]);
+        assert_eq!(names(3)[12], "environment_force_y_n");
+    }
+}
