@@ -3,13 +3,13 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use host_cli::column;
+use haptic_tissue::identify::table::read_columns;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    match column::read(bytes, "fuzz", "x") {
-        Ok(numbers) => {
-            assert!(!numbers.is_empty());
+    match read_columns(bytes, ["x"]) {
+        Ok((lines, [numbers])) => {
+            assert!(!numbers.is_empty() && lines.len() == numbers.len());
             assert!(numbers.iter().all(|value| value.is_finite()));
         }
         Err(error) => {

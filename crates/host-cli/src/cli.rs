@@ -1,9 +1,16 @@
-//! The command line: what may be typed, and what it means.
+//! The command line: what may be typed, what it means, and how it ends.
 
 use crate::command;
-use crate::output::Output;
-use clap::{CommandFactory as _, Parser, Subcommand};
+use crate::command::run::Experiment;
+use crate::options::{self, WithFiles, keys};
+use crate::output::{Output, note, refused};
+use clap::error::{ContextKind, ErrorKind};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
+use haptic_quantity::Time;
+use std::any::TypeId;
+use std::path::PathBuf;
+use std::process::ExitCode;
 
 const LONG_ABOUT: &str = "\
 Runs fractional-order haptic experiments, keeps their logs and draws their figures.
@@ -33,27 +40,30 @@ before 1, and 1 before 4.";
     max_term_width = 100,
     after_help = "Example: host-cli relax --duration 200s --out relaxation"
 )]
-pub struct Cli {
+struct Cli {
     /// Print the report as one JSON object
     #[arg(long, global = true, help_heading = "Run")]
-    pub json: bool,
+    json: bool,
     /// Print errors and warnings only
     #[arg(long, short, global = true, help_heading = "Run")]
-    pub quiet: bool,
+    quiet: bool,
     /// The task
     #[command(subcommand)]
-    pub command: Command,
+    command: Command,
 }
 
 /// A command. The line above each is its short help; without its long help beside it, that line would be all of `--help`.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+enum Command {
     /// Stress relaxation: indent a virtual tissue, hold, record the force
-    #[command(long_about = command::relax::LONG_ABOUT)]
-    Relax(command::relax::Arguments),
+    #[command(long_about = command::run::RELAX_ABOUT, after_help = command::run::RELAX_EXAMPLES)]
+    Relax(Experiment<keys::Relax>),
     /// Creep: push a virtual tissue with a constant force, record the strain
-    #[command(long_about = command::creep::LONG_ABOUT)]
-    Creep(command::creep::Arguments),
+    #[command(
+        long_about = command::run::CREEP_ABOUT,
+        after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
+    )]
+    Creep(Experiment<keys::Creep>),
     /// Judge stability, passivity and transparency, before any hardware
     #[command(subcommand)]
     Analyze(command::analyze::Command),
@@ -61,8 +71,8 @@ pub enum Command {
     #[command(subcommand)]
     Control(command::control::Command),
     /// The stiffest wall, the most damping or the closest tissue for a device, and its order
-    #[command(long_about = command::design::LONG_ABOUT)]
-    Design(command::design::Arguments),
+    #[command(long_about = command::design::LONG_ABOUT, after_help = command::design::EXAMPLES)]
+    Design(WithFiles<keys::Design>),
     /// Run the experiment that a file describes
     #[command(long_about = command::run::long_about())]
     Run(command::run::Arguments),
@@ -70,17 +80,17 @@ pub enum Command {
     #[command(long_about = command::teleoperate::LONG_ABOUT)]
     Teleoperate(command::teleoperate::Arguments),
     /// Find the stiffest wall a device can render, by trying
-    #[command(long_about = command::zwidth::LONG_ABOUT)]
-    Zwidth(command::zwidth::Arguments),
+    #[command(long_about = command::zwidth::LONG_ABOUT, after_help = command::zwidth::EXAMPLES)]
+    Zwidth(WithFiles<keys::ZWidth>),
     /// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz, and what to change
     #[command(long_about = command::rt_check::LONG_ABOUT)]
     RtCheck(command::rt_check::Arguments),
     /// Make every figure of the dissertation again and judge its claims
     Reproduce(command::reproduce::Arguments),
     /// Print the impulse response of an operator
-    Weights(command::weights::Arguments),
+    Weights(command::operator::Weights),
     /// Differentiate or integrate a CSV column to a fractional order
-    Differintegrate(command::differintegrate::Arguments),
+    Differintegrate(command::operator::Differintegrate),
     /// Write an operator as a header in C99, for any microcontroller
     ExportC(command::export_c::Arguments),
     /// Find, inspect, configure, imitate, program and watch a device
@@ -105,39 +115,155 @@ pub enum Command {
     Man(command::shell::Man),
 }
 
-impl Cli {
-    /// Does what was asked.
-    ///
-    /// # Errors
-    /// Any failure, with its exit code.
-    pub fn run(self) -> Result<(), Failure> {
-        let output = Output {
-            json: self.json,
-            quiet: self.quiet,
-        };
-        match self.command {
-            Command::Relax(arguments) => arguments.run(output),
-            Command::Creep(arguments) => arguments.run(output),
-            Command::Analyze(command) => command.run(output),
-            Command::Control(command) => command.run(output),
-            Command::Design(arguments) => arguments.run(output),
-            Command::Run(arguments) => arguments.run(output),
-            Command::Teleoperate(arguments) => arguments.run(output),
-            Command::Zwidth(arguments) => arguments.run(output),
-            Command::RtCheck(arguments) => arguments.run(output),
-            Command::Reproduce(arguments) => arguments.run(output),
-            Command::Weights(arguments) => arguments.run(output),
-            Command::Differintegrate(arguments) => arguments.run(output),
-            Command::ExportC(arguments) => arguments.run(output),
-            Command::Device(command) => command.run(output),
-            Command::Materials(command) => command.run(output),
-            Command::Identify(arguments) => arguments.run(output),
-            Command::Log(command) => command.run(output),
+impl Command {
+    fn run(self, output: Output) -> Result<(), Failure> {
+        match self {
+            Self::Relax(experiment) => experiment.run("relax", output),
+            Self::Creep(experiment) => experiment.run("creep", output),
+            Self::Analyze(command) => command.run(output),
+            Self::Control(command) => command.run(output),
+            Self::Design(asked) => command::design::run(asked, output),
+            Self::Run(arguments) => arguments.run(output),
+            Self::Teleoperate(arguments) => arguments.run(output),
+            Self::Zwidth(asked) => command::zwidth::run(asked, output),
+            Self::RtCheck(arguments) => arguments.run(output),
+            Self::Reproduce(arguments) => arguments.run(output),
+            Self::Weights(arguments) => arguments.run(output),
+            Self::Differintegrate(arguments) => arguments.run(output),
+            Self::ExportC(arguments) => arguments.run(output),
+            Self::Device(command) => command.run(output),
+            Self::Materials(command) => command.run(output),
+            Self::Identify(arguments) => arguments.run(output),
+            Self::Log(command) => command.run(output),
             #[cfg(feature = "serve")]
-            Command::Serve(arguments) => arguments.run(output),
-            Command::Completions(arguments) => arguments.run(Self::command(), output),
-            Command::Man(arguments) => arguments.run(Self::command(), output),
+            Self::Serve(arguments) => arguments.run(output),
+            Self::Completions(arguments) => arguments.run(parser(), output),
+            Self::Man(arguments) => arguments.run(parser(), output),
         }
+    }
+}
+
+/// The parser. Values other than names and paths may begin with a minus, and times are called so.
+#[must_use]
+pub fn parser() -> clap::Command {
+    fn with_values(command: clap::Command) -> clap::Command {
+        let below: Vec<String> = (command.get_subcommands())
+            .map(|below| below.get_name().to_owned())
+            .collect();
+        let command = command.mut_args(|argument| {
+            let takes = argument.get_long().is_some() && argument.get_action().takes_values();
+            let kind = argument.get_value_parser().type_id();
+            let is_text = kind == TypeId::of::<String>() || kind == TypeId::of::<PathBuf>();
+            let is_time = kind == TypeId::of::<Time>();
+            match (takes && !is_text, is_time) {
+                (true, true) => argument.allow_hyphen_values(true).value_name("TIME"),
+                (true, false) => argument.allow_hyphen_values(true),
+                (false, _) => argument,
+            }
+        });
+        below.into_iter().fold(command, |command, name| {
+            command.mut_subcommand(name, with_values)
+        })
+    }
+    with_values(Cli::command())
+}
+
+/// The parser's message in one line, as all our errors are, without its pointer to `--help`.
+fn one_line(message: &str) -> String {
+    let lines = message.lines().map(str::trim);
+    // What is not an option is not KEY=VALUE either.
+    let useless = ["For more information", "tip: to pass"];
+    let lines: Vec<&str> = lines
+        .filter(|line| !line.is_empty() && !useless.iter().any(|start| line.starts_with(start)))
+        .collect();
+    let joined = lines.join("; ").replace(":; ", ": ");
+    joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
+}
+
+/// The command that was asked for.
+fn asked() -> clap::Command {
+    let mut command = parser();
+    command.build();
+    // A file may have any name; `help` is followed by the command.
+    for word in std::env::args_os().skip(1).filter(|word| word != "help") {
+        if let Some(found) = command.find_subcommand(&word) {
+            command = found.clone();
+        }
+    }
+    command
+}
+
+/// Prints all that a command says of itself, an option a line, as `-h` does.
+fn print_long_help() -> std::io::Result<()> {
+    let command = asked();
+    let about = command.get_long_about().or(command.get_about()).cloned();
+    let command = command.mut_args(|argument| argument.hide_short_help(false));
+    command.about(about.unwrap_or_default()).print_help()
+}
+
+/// What to write in place of an option that is a key without one.
+fn not_an_option(error: &clap::Error) -> Option<String> {
+    let argument = error.get(ContextKind::InvalidArg)?.to_string();
+    if error.kind() != ErrorKind::UnknownArgument {
+        return None;
+    }
+    let instead = options::instead_of(&argument, asked().get_name())?;
+    Some(format!(
+        "{argument} is not an option of this command: write {instead}"
+    ))
+}
+
+/// Says why the words were not understood, or the help that they ask for.
+fn not_understood(error: &clap::Error) -> ExitCode {
+    // Help and version go to standard output and are success, all else is bad usage.
+    if error.use_stderr() {
+        match error.kind() {
+            ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                let _ = error.print();
+            }
+            _ => note(
+                "error",
+                not_an_option(error).unwrap_or_else(|| one_line(&error.to_string())),
+            ),
+        }
+        return ExitCode::from(2);
+    }
+    let is_long = !std::env::args_os().any(|word| word == "-h");
+    let printed = match error.kind() {
+        ErrorKind::DisplayHelp if is_long => print_long_help(),
+        _ => error.print(),
+    };
+    match printed {
+        Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {
+            ended(Err(Failure::writing(lost, "cannot write standard output")))
+        }
+        _ => ExitCode::SUCCESS,
+    }
+}
+
+/// The exit code of a command, whose failure is said.
+fn ended(result: Result<(), Failure>) -> ExitCode {
+    let Err(failure) = result else {
+        return ExitCode::SUCCESS;
+    };
+    if !matches!(failure, Failure::BrokenPipe) {
+        refused(&failure);
+    }
+    ExitCode::from(failure.exit_code())
+}
+
+/// The program.
+#[must_use]
+pub fn main() -> ExitCode {
+    options::name_options(asked);
+    let matches = parser().try_get_matches();
+    match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(Cli {
+            json,
+            quiet,
+            command,
+        }) => ended(command.run(Output { json, quiet })),
+        Err(error) => not_understood(&error),
     }
 }
 
@@ -147,7 +273,7 @@ mod tests {
 
     #[test]
     fn the_command_line_is_well_formed() {
-        Cli::command().debug_assert();
+        parser().debug_assert();
     }
 
     #[test]
@@ -162,6 +288,6 @@ mod tests {
                 check(inner, &name);
             }
         }
-        check(&Cli::command(), "");
+        check(&parser(), "");
     }
 }

@@ -1,19 +1,96 @@
-//! Places of results: folders with their provenance, and pictures in them.
+//! Places of results: folders with their provenance, files, and pictures beside them.
+//!
+//! A place is looked at before the work and written after it: no hour of work ends at a name that is taken. What cannot be
+//! written all the same is told behind the result, as data that was lost.
 
-mod place;
-
-pub use place::{Place, PlaceOfFile};
-
-use crate::picture_file;
+use crate::picture_file::{self, PictureFileError};
+use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::{FolderRequest, OutputFolder};
+use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_figure::{FigureError, Picture};
+use haptic_log::record::{Leftover, NewFile, NewFileError};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+/// This program, as files name who made them.
+pub(crate) const PROGRAM: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
+
+/// The folder of what a command answers, if it is to be kept.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Files")]
+pub(crate) struct Files {
+    /// Folder for tables, pictures and files to go on with
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier answer in the folder
+    #[arg(long)]
+    overwrite: bool,
+}
+
+impl Files {
+    /// Looks at the place of files of this name, before anything is computed. `beside` names extensions that are there beside
+    /// table and picture.
+    pub(crate) fn look(&self, stem: &str, beside: &[&str]) -> Result<Place, Failure> {
+        Place::look(self.out.as_deref(), stem, self.overwrite, beside)
+    }
+}
+
+/// The folder of a run, which is always kept.
+#[derive(Debug, Args)]
+pub(crate) struct RunFiles {
+    /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
+    #[arg(long, value_name = "DIR", help_heading = "Run")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier run
+    #[arg(long, help_heading = "Run")]
+    pub(crate) overwrite: bool,
+}
+
+impl RunFiles {
+    /// A folder for files of this stem, whose logs say what made them.
+    pub(crate) fn folder(&self, stem: &str) -> Result<FolderRequest, Failure> {
+        overwrite_acts(self.out.as_deref(), self.overwrite)?;
+        Ok(folder(self.out.clone(), stem, self.overwrite))
+    }
+}
+
+/// A file for a text.
+#[derive(Debug, Args)]
+pub(crate) struct TextFile {
+    /// File to write [default: standard output]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+}
+
+impl TextFile {
+    /// Writes the text, if a file is named; its name.
+    pub(crate) fn write(&self, text: &str) -> Result<Option<String>, Failure> {
+        let Some(path) = &self.out else {
+            return Ok(None);
+        };
+        write_text(path, text, self.overwrite)?;
+        Ok(Some(path.display().to_string()))
+    }
+}
+
+/// A TOML file for what was found.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Files")]
+pub(crate) struct File {
+    /// TOML file to write, with a picture beside it
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) out: Option<PathBuf>,
+    /// Replace existing files
+    #[arg(long)]
+    overwrite: bool,
+}
+
 /// A folder for files of this stem, whose logs say what made them.
-#[must_use]
-pub fn folder(out: Option<PathBuf>, stem: &str, overwrite: bool) -> FolderRequest {
+pub(crate) fn folder(out: Option<PathBuf>, stem: &str, overwrite: bool) -> FolderRequest {
     FolderRequest {
         out,
         stem: stem.to_owned(),
@@ -24,10 +101,7 @@ pub fn folder(out: Option<PathBuf>, stem: &str, overwrite: bool) -> FolderReques
 }
 
 /// Refuses to overwrite where no folder is named: nothing is there yet.
-///
-/// # Errors
-/// Overwriting without a folder.
-pub fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure> {
+fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure> {
     if overwrite && out.is_none() {
         return Err(Failure::bad_input(
             "overwriting has no effect without a folder of an earlier run: give --out too, or leave --overwrite out",
@@ -37,31 +111,214 @@ pub fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure
 }
 
 /// Program and command line, as log metadata.
-#[must_use]
-pub fn provenance() -> BTreeMap<String, String> {
+pub(crate) fn provenance() -> BTreeMap<String, String> {
     let arguments: Vec<String> = std::env::args_os()
         .map(|argument| argument.to_string_lossy().into_owned())
         .collect();
-    [
-        (
-            "program",
-            concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned(),
-        ),
+    let provenance = [
+        ("program", PROGRAM.to_owned()),
         ("command_line", arguments.join(" ")),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .into()
+    ];
+    provenance
+        .map(|(key, value)| (key.to_owned(), value))
+        .into()
 }
 
 /// Saves a picture as SVG and PNG under the folder's own stem, and names the one to look at.
-///
-/// # Errors
-/// If it cannot be drawn or the disk does not take it.
-pub fn save_picture(
+pub(crate) fn save_picture(
     folder: &OutputFolder,
     picture: Result<Picture, FigureError>,
 ) -> Result<String, Failure> {
-    let picture = picture.map_err(picture_file::PictureFileError::from)?;
+    let picture = picture.map_err(PictureFileError::from)?;
     let saved = picture_file::save(&picture, &folder.stem(), folder.overwrite())?;
     Ok(saved.shown().display().to_string())
+}
+
+/// What was not written.
+#[derive(Debug, Default)]
+struct Unwritten(Option<Failure>);
+
+impl Unwritten {
+    /// What was written; the first failure is remembered.
+    fn take<T>(&mut self, written: Result<T, Failure>) -> Option<T> {
+        match written {
+            Ok(written) => Some(written),
+            Err(failure) => {
+                self.0.get_or_insert(match failure {
+                    // The place was good before the work: nobody's input is at fault.
+                    Failure::Input(error) => Failure::DataLost(error),
+                    failure => failure,
+                });
+                None
+            }
+        }
+    }
+
+    fn behind(self, ended: Result<(), Failure>) -> Result<(), Failure> {
+        match (ended, self.0) {
+            (ended, None) => ended,
+            (Ok(()), Some(unwritten)) => Err(unwritten),
+            (Err(failure), Some(unwritten)) => Err(failure.and(&unwritten.to_string())),
+        }
+    }
+}
+
+/// Looks whether files of these names can be made; another program that writes the same names is not disturbed.
+fn look(names: &[PathBuf], target: &Path, overwrite: bool) -> Result<(), NewFileError> {
+    let taken = names.iter().find(|name| name.symlink_metadata().is_ok());
+    if let (Some(taken), false) = (taken, overwrite) {
+        return Err(NewFileError::Exists(taken.clone()));
+    }
+    let mut name = target.as_os_str().to_owned();
+    name.push(format!("-{}", std::process::id()));
+    match NewFile::create(Path::new(&name), Leftover::Discard, false) {
+        Ok((trial, _)) => trial.discard(),
+        // With the name that the user knows.
+        Err(NewFileError::Io { source, .. }) => return Err(NewFileError::io(target, source)),
+        Err(error) => return Err(error),
+    }
+    Ok(())
+}
+
+/// The folder of a command that takes its time, or none.
+#[derive(Debug)]
+pub(crate) struct Place {
+    request: Option<FolderRequest>,
+    folder: Option<OutputFolder>,
+    unwritten: Unwritten,
+}
+
+impl Place {
+    /// Looks at the folder for files of this stem. Nothing is made yet.
+    pub(crate) fn look(
+        out: Option<&Path>,
+        stem: &str,
+        overwrite: bool,
+        beside: &[&str],
+    ) -> Result<Self, Failure> {
+        overwrite_acts(out, overwrite)?;
+        let request = out.map(|out| folder(Some(out.to_owned()), stem, overwrite));
+        if let Some(request) = &request {
+            let folder = request.prepare()?;
+            let names = beside.iter().map(|extension| folder.file(extension));
+            let looked = look(&names.collect::<Vec<_>>(), &folder.stem(), overwrite);
+            folder.discard();
+            looked?;
+        }
+        Ok(Self {
+            request,
+            folder: None,
+            unwritten: Unwritten::default(),
+        })
+    }
+
+    /// Writes into the folder, if there is one; what was written.
+    pub(crate) fn write<T>(
+        &mut self,
+        file: impl FnOnce(&OutputFolder) -> Result<T, Failure>,
+    ) -> Option<T> {
+        if let (None, Some(request)) = (&self.folder, self.request.take()) {
+            self.folder = self.unwritten.take(request.prepare());
+        }
+        self.unwritten.take(file(self.folder.as_ref()?))
+    }
+
+    /// Writes a text under the folder's own stem; the name of the file.
+    pub(crate) fn text(&mut self, extension: &str, text: &str) -> Option<String> {
+        self.write(|folder| {
+            let file = folder.file(extension);
+            write_text(&file, text, folder.overwrite())?;
+            Ok(file.display().to_string())
+        })
+    }
+
+    /// Takes files of an earlier answer away, which would pass for parts of this one.
+    pub(crate) fn without(&mut self, extensions: &[&str]) {
+        self.write(|folder| {
+            for extension in extensions.iter().filter(|_| folder.overwrite()) {
+                let _ = std::fs::remove_file(folder.file(extension));
+            }
+            Ok(())
+        });
+    }
+
+    /// What was written otherwise; a failure is told when the place is closed.
+    pub(crate) fn remember<T>(&mut self, written: Result<T, Failure>) -> Option<T> {
+        self.unwritten.take(written)
+    }
+
+    /// Writes a table and a picture, if there is a folder; names what was written.
+    pub(crate) fn table_and_picture<R: Serialize>(
+        &mut self,
+        rows: impl Iterator<Item = R>,
+        picture: impl FnOnce() -> Result<Picture, FigureError>,
+    ) -> Vec<String> {
+        let table = self.write(|folder| folder.write_table("csv", rows));
+        let picture = self.write(|folder| save_picture(folder, picture()));
+        table.into_iter().chain(picture).collect()
+    }
+
+    /// Tells what was not written, when all else was said.
+    pub(crate) fn close(self, ended: Result<(), Failure>) -> Result<(), Failure> {
+        self.unwritten.behind(ended)
+    }
+}
+
+/// A TOML file with a picture of the same name beside it, or none.
+#[derive(Debug)]
+pub(crate) struct PlaceOfFile {
+    path: Option<PathBuf>,
+    overwrite: bool,
+    unwritten: Unwritten,
+}
+
+impl PlaceOfFile {
+    /// Looks at the place of a file that is said to be a `kind`. Nothing is made yet.
+    pub(crate) fn look(file: &File, kind: &str) -> Result<Self, Failure> {
+        let File { out, overwrite } = file;
+        overwrite_acts(out.as_deref(), *overwrite)?;
+        if let Some(path) = out {
+            if path.extension().is_none_or(|extension| extension != "toml") {
+                return Err(Failure::bad_input(format_args!(
+                    "`{}` is no {kind} file: give --out a name that ends in .toml, as in {kind}.toml",
+                    path.display()
+                )));
+            }
+            let pictures = picture_file::names(&path.with_extension(""));
+            let names: Vec<PathBuf> = std::iter::once(path.clone()).chain(pictures).collect();
+            look(&names, path, *overwrite)?;
+        }
+        Ok(Self {
+            path: out.clone(),
+            overwrite: *overwrite,
+            unwritten: Unwritten::default(),
+        })
+    }
+
+    /// Writes the file, and then its picture, if there is a place; names what was written.
+    pub(crate) fn write(
+        &mut self,
+        text: impl FnOnce() -> String,
+        picture: impl FnOnce() -> Result<Picture, FigureError>,
+    ) -> (Option<String>, Option<String>) {
+        let Some(path) = &self.path else {
+            return (None, None);
+        };
+        let written = write_text(path, &text(), self.overwrite);
+        let file = self
+            .unwritten
+            .take(written.map(|()| path.display().to_string()));
+        let saved = picture()
+            .map_err(PictureFileError::from)
+            .and_then(|picture| {
+                picture_file::save(&picture, &path.with_extension(""), self.overwrite)
+            });
+        let saved = saved.map(|saved| saved.shown().display().to_string());
+        (file, self.unwritten.take(saved.map_err(Failure::from)))
+    }
+
+    /// As [`Place::close`].
+    pub(crate) fn close(self, ended: Result<(), Failure>) -> Result<(), Failure> {
+        self.unwritten.behind(ended)
+    }
 }

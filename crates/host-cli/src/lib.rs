@@ -1,17 +1,17 @@
-//! The parts of the commands of `host-cli`. The binary parses, runs and maps errors to exit
-//! codes; this library exists so that tests reach the parts.
+//! The commands of `host-cli`. The binary is [`main`]; the rest is here for tests.
 #![forbid(unsafe_code)]
 
-pub mod choice;
-pub mod cli;
-pub mod column;
-pub mod command;
-pub mod files;
-pub mod keys;
+mod cli;
+mod command;
+mod files;
 pub mod log_plot;
-pub mod options;
-pub mod output;
+mod options;
+mod output;
+mod page;
+mod parse;
 pub mod picture;
 pub mod picture_file;
-pub mod whole;
-pub mod within;
+mod table;
+
+pub use cli::{main, parser};
+pub use command::run::TABLES;

@@ -2,33 +2,32 @@
 //!
 //! An option is a key without its unit: `--sample-time 1ms` and `sample_time=1ms` are `sample_time_s = 0.001` in a file.
 
+use self::keys::Named;
 use crate::command::device::{changes, emulate};
-use crate::keys::Named;
+use crate::files::Files;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::Failure;
-use haptic_experiment::document::Document;
-use haptic_experiment::document::short;
+use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
-use haptic_experiment::parameters::choices;
 use haptic_experiment::parameters::{
     DEVICE_MODEL, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS,
-    Value as Kind, is_path, of_kind,
+    Value as Kind, choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{is_meant, kind_of_key, name_keys, parse_for_key, without_unit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use toml::Value;
 
 /// Options and values of a command, as they were typed.
 #[derive(Clone, Debug)]
-pub struct Options<N> {
+pub(crate) struct Options<N> {
     /// Each with its text and the words in which it was said.
     options: Vec<(&'static Parameter, String, String)>,
     values: Vec<String>,
@@ -36,11 +35,10 @@ pub struct Options<N> {
 }
 
 /// What stands in the usage of a command that takes any key.
-pub const VALUES: &str = "KEY=VALUE";
+pub(crate) const VALUES: &str = "KEY=VALUE";
 
 /// What to write in place of an option that a command does not have, if it takes its key: `stop_time=VALUE`.
-#[must_use]
-pub fn instead_of(option: &str, command: &str) -> Option<String> {
+pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let wanted = option.trim_start_matches('-');
     let of_device = match command {
         "set" => changes::key_like(wanted),
@@ -68,8 +66,7 @@ pub fn instead_of(option: &str, command: &str) -> Option<String> {
 }
 
 /// The name of the option of a key.
-#[must_use]
-pub fn option_of(key: &str) -> String {
+pub(crate) fn option_of(key: &str) -> String {
     without_unit(key).replace('_', "-")
 }
 
@@ -85,7 +82,7 @@ const OTHERWISE: [(&str, &str); 4] = [
 /// by itself, `` `seed` ``, as `KEY=VALUE` and files have it.
 ///
 /// `command` is asked when the first sentence names a key, so that a start without one builds no second parser.
-pub fn name_options(command: fn() -> Command) {
+pub(crate) fn name_options(command: fn() -> Command) {
     let options = LazyLock::new(move || -> BTreeSet<String> {
         let command = command();
         let options = command
@@ -103,9 +100,6 @@ pub fn name_options(command: fn() -> Command) {
 }
 
 /// A text as the value of a parameter, in SI units.
-///
-/// # Errors
-/// What it is not.
 fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
     let key = parameter.key;
     let number = |text: &str| parse_for_key(key, text).map_err(|error| error.to_string());
@@ -145,8 +139,7 @@ fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
 }
 
 /// The help of a parameter with its default.
-#[must_use]
-pub fn help(parameter: &Parameter) -> String {
+pub(crate) fn help(parameter: &Parameter) -> String {
     let Parameter { shown, help, .. } = parameter;
     match shown.is_empty() {
         true => (*help).to_owned(),
@@ -231,86 +224,75 @@ impl<N: Named> FromArgMatches for Options<N> {
 
 impl<N: Named> Options<N> {
     /// The same with one more `KEY=VALUE`.
-    #[must_use]
-    pub fn and(mut self, value: &str) -> Self {
+    pub(crate) fn and(mut self, value: &str) -> Self {
         self.values.push(value.to_owned());
         self
     }
 
     /// What they say of an analysis, which has no document.
-    ///
-    /// # Errors
-    /// A value that is none, given twice, outside its range, or of a key that there is not.
-    pub fn given(self) -> Result<Given, Failure> {
-        let refused =
-            |said: &str, error: String| Failure::bad_input(format_args!("{said}: {error}"));
+    pub(crate) fn given(self) -> Result<Given, Failure> {
         let all = N::OPTIONS.concat();
         let mut given = Given(BTreeMap::new());
         for (parameter, text, said) in self.options {
-            given
-                .set(parameter, &text)
-                .map_err(|error| refused(&said, error))?;
+            let set = given.set(parameter, &text);
+            set.map_err(|error| refused(&said, error))?;
         }
         for said in &self.values {
             let (key, text) = said.split_once('=').unwrap_or((said, ""));
             let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
                 let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
                 let known = known.join(", ");
-                return Err(refused(
-                    &short(said),
-                    format!("is not KEY=VALUE with one of the keys {known}"),
-                ));
+                let error = format!("is not KEY=VALUE with one of the keys {known}");
+                return Err(refused(&short(said), error));
             };
-            given
-                .set(parameter, text.trim())
-                .map_err(|error| refused(&short(said), error))?;
+            let set = given.set(parameter, text.trim());
+            set.map_err(|error| refused(&short(said), error))?;
         }
         Ok(given)
     }
 
     /// The document with them.
-    ///
-    /// # Errors
-    /// A file without an experiment; a value that is none, or given twice.
-    pub fn over(self, mut document: Document) -> Result<Document, Failure> {
+    pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
         let kind = document.kind().map_err(Failure::input)?;
-        let refused = |said: &str, error| Failure::bad_input(format_args!("{said}: {error}"));
         for (parameter, text, said) in self.options {
-            let table = table_of(kind, parameter);
             let value = value_of(parameter, &text).map_err(|error| refused(&said, error))?;
-            let set = document.set(table, parameter.key, value, &said);
+            let set = document.set(table_of(kind, parameter), parameter.key, value, &said);
             set.map_err(Failure::input)?;
         }
         for text in &self.values {
             let said = &short(text);
-            let (written, value) = text
+            let Some((written, value)) = text
                 .split_once('=')
                 .filter(|(key, _)| !key.trim().is_empty())
-                .ok_or_else(|| refused(said, "is not KEY=VALUE, as sample_time=1ms".to_owned()))?;
-            let (table, key, value) = match found(kind, written.trim()) {
+            else {
+                let error = "is not KEY=VALUE, as sample_time=1ms".to_owned();
+                return Err(refused(said, error));
+            };
+            let (written, parameter) = (written.trim(), found(kind, written.trim()));
+            let (table, key, value) = match &parameter {
                 Some(parameter) => {
-                    let value = value_of(&parameter, value.trim());
+                    let value = value_of(parameter, value.trim());
                     let value = value.map_err(|error| refused(said, error))?;
-                    (table_of(kind, &parameter), parameter.key, value)
+                    (table_of(kind, parameter), parameter.key, value)
                 }
                 // Its reader knows what there is instead.
-                None => (
-                    kind,
-                    without_heading(kind, written.trim()),
-                    Value::from(value),
-                ),
+                None => (kind, without_heading(kind, written), Value::from(value)),
             };
-            document
-                .set(table, key, value, said)
-                .map_err(Failure::input)?;
+            let set = document.set(table, key, value, said);
+            set.map_err(Failure::input)?;
         }
         Ok(document)
     }
 }
 
+/// What was said, and what is wrong with it.
+fn refused(said: &str, error: String) -> Failure {
+    Failure::bad_input(format_args!("{said}: {error}"))
+}
+
 /// Values of an analysis, each in its range.
 #[derive(Clone, Debug)]
-pub struct Given(BTreeMap<&'static str, Value>);
+pub(crate) struct Given(BTreeMap<&'static str, Value>);
 
 impl Given {
     fn set(&mut self, parameter: &Parameter, text: &str) -> Result<(), String> {
@@ -331,32 +313,28 @@ impl Given {
     }
 
     /// True if it was given.
-    #[must_use]
-    pub fn has(&self, parameter: &Parameter) -> bool {
+    pub(crate) fn has(&self, parameter: &Parameter) -> bool {
         self.0.contains_key(parameter.key)
     }
 
     /// A number, its default, or neither.
-    #[must_use]
-    pub fn number(&self, parameter: &Parameter) -> Option<f64> {
+    pub(crate) fn number(&self, parameter: &Parameter) -> Option<f64> {
         let given = self.0.get(parameter.key).and_then(Value::as_float);
         given.or(Some(parameter.default_number()).filter(|default| !default.is_nan()))
     }
 
     /// A number that is needed.
-    ///
-    /// # Errors
-    /// If it was not given.
-    pub fn needed(&self, parameter: &Parameter) -> Result<f64, Failure> {
+    pub(crate) fn needed(&self, parameter: &Parameter) -> Result<f64, Failure> {
         self.number(parameter)
             .ok_or_else(|| Failure::bad_input(format_args!("{parameter} is missing: give it")))
     }
 
     /// A whole number in a range.
-    ///
-    /// # Errors
-    /// If it lies outside.
-    pub fn count(&self, parameter: &Parameter, range: RangeInclusive<i64>) -> Result<u32, Failure> {
+    pub(crate) fn count(
+        &self,
+        parameter: &Parameter,
+        range: RangeInclusive<i64>,
+    ) -> Result<u32, Failure> {
         let default = match parameter.value {
             Kind::Count(default) => i64::try_from(default).unwrap_or(i64::MAX),
             _ => 0,
@@ -378,15 +356,13 @@ impl Given {
     }
 
     /// A text or its default.
-    #[must_use]
-    pub fn text(&self, parameter: &Parameter) -> &str {
+    pub(crate) fn text(&self, parameter: &Parameter) -> &str {
         let given = self.0.get(parameter.key).and_then(Value::as_str);
         given.unwrap_or(parameter.shown)
     }
 
     /// True if a flag was given and is not off.
-    #[must_use]
-    pub fn flag(&self, parameter: &Parameter) -> bool {
+    pub(crate) fn flag(&self, parameter: &Parameter) -> bool {
         self.0
             .get(parameter.key)
             .and_then(Value::as_bool)
@@ -394,26 +370,17 @@ impl Given {
     }
 
     /// An operator.
-    ///
-    /// # Errors
-    /// In its own words.
-    pub fn scheme(&self) -> Result<Scheme, Failure> {
+    pub(crate) fn scheme(&self) -> Result<Scheme, Failure> {
         self.text(&ANALYSED_SCHEME).parse().map_err(Failure::input)
     }
 
     /// The order of a wall or a coupler.
-    ///
-    /// # Errors
-    /// If there is none.
-    pub fn order(&self) -> Result<Order, Failure> {
+    pub(crate) fn order(&self) -> Result<Order, Failure> {
         Order::new(self.needed(&ORDER)?).map_err(Failure::input)
     }
 
     /// The device file, if one was named.
-    ///
-    /// # Errors
-    /// A file that cannot be read or is wrong.
-    pub fn device(&self) -> Result<Option<DeviceModel>, Failure> {
+    pub(crate) fn device(&self) -> Result<Option<DeviceModel>, Failure> {
         let name = Some(self.text(&DEVICE_MODEL)).filter(|name| !name.is_empty());
         let read = |name: &str| DeviceModel::find(Path::new(name)).map_err(Failure::input);
         name.map(read).transpose()
@@ -458,5 +425,102 @@ fn without_heading<'w>(kind: &str, written: &'w str) -> &'w str {
     match written.split_once('.') {
         Some((heading, key)) if is_table(heading) => key,
         _ => written,
+    }
+}
+
+/// Options of a command whose answer can be kept.
+#[derive(Debug, Args)]
+pub(crate) struct WithFiles<K: Named> {
+    #[command(flatten)]
+    pub(crate) options: Options<K>,
+    #[command(flatten)]
+    pub(crate) files: Files,
+}
+
+/// A device whose values are in a file, of commands without a document.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Device")]
+pub(crate) struct DeviceModelArguments {
+    /// Device file, as host-cli device measure writes it, or `laboratory`, a usual device; an option of one of its values wins over it
+    #[arg(long, value_name = "FILE.toml")]
+    device_model: Option<PathBuf>,
+}
+
+impl DeviceModelArguments {
+    /// True if a file was named.
+    pub(crate) const fn is_given(&self) -> bool {
+        self.device_model.is_some()
+    }
+
+    /// The device of the file, if one was named.
+    pub(crate) fn read(&self) -> Result<Option<DeviceModel>, Failure> {
+        let read = |name: &PathBuf| DeviceModel::find(name).map_err(Failure::input);
+        self.device_model.as_ref().map(read).transpose()
+    }
+}
+
+/// Keys that have an option, command by command: those that most runs change. Any other key is given as `KEY=VALUE`.
+pub(crate) mod keys {
+    use haptic_experiment::parameters::analysis as a;
+    use haptic_experiment::parameters::{
+        AREA, CONTACT, CONTROLLER, CREEP_DURATION, DAMPING, DELAY, DESIGN_ORDERS, DEVICE,
+        DEVICE_MODEL, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_STIFFNESS, HELD, LOOP, MASS,
+        MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
+        ONE_SIDED, PUSH, Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME,
+        STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WISH, WISH_FREQUENCY, WISH_TISSUE,
+        ZWIDTH_ORDERS, ZWIDTH_POINTS,
+    };
+
+    /// A command whose options are made from tables of parameters.
+    pub(crate) trait Named {
+        /// In the order of the help, in groups. The first is what most runs change, and all that `-h` shows.
+        const OPTIONS: &'static [&'static [&'static Parameter]];
+    }
+
+    /// Commands and their options.
+    macro_rules! named {
+        ($($command:ident: $groups:expr;)*) => {$(
+            #[derive(Clone, Debug)]
+            pub(crate) struct $command;
+
+            impl Named for $command {
+                const OPTIONS: &'static [&'static [&'static Parameter]] = $groups;
+            }
+        )*};
+    }
+
+    /// Of the rig that presses a tissue.
+    #[rustfmt::skip]
+    const RIG: &[&Parameter] =
+        &[&AREA, &THICKNESS, &CONTACT, &CONTROLLER, &LOOP, &DEVICE_MODEL, &GUARD];
+
+    named! {
+        Relax: &[
+            &[&TISSUE, &STRAIN, &RAMP_TIME, &RELAX_DURATION, &SCHEME, &SAMPLE_TIME, &DEVICE],
+            RIG,
+        ];
+        Creep: &[&[&TISSUE, &STRESS, &CREEP_DURATION, &SCHEME, &SAMPLE_TIME, &DEVICE], RIG];
+        Run: &[&[&DEVICE, &LOOP, &DEVICE_MODEL, &GUARD, &CONTROLLER]];
+        ZWidth: &[&[
+            &ZWIDTH_ORDERS, &ZWIDTH_POINTS, &SCHEME, &DEVICE_MODEL, &MASS, &DAMPING, &HAND_STIFFNESS,
+            &SAMPLE_TIME, &TRIAL_FORCE_LIMIT, &PUSH, &ONE_SIDED, &DEVICE, &LOOP,
+        ]];
+        Design: &[&[
+            &WISH, &WISH_TISSUE, &WISH_FREQUENCY, &REQUIRE, &GAIN_MARGIN, &DESIGN_ORDERS, &SCHEME,
+            &DEVICE_MODEL, &MASS, &DAMPING, &HAND_STIFFNESS, &SAMPLE_TIME, &DELAY, &TRIAL_FORCE_LIMIT,
+            &FORCE_NOISE_LIMIT,
+        ]];
+        Teleoperate: &[];
+        Measure: &[&[
+            &MEASURE_DEVICE, &MEASURE_FORCE_LIMIT, &MEASURE_BOX, &MEASURE_DURATION,
+            &MEASURE_SAMPLE_TIME, &HELD, &DEVICE_MODEL, &MASS, &DAMPING,
+        ]];
+        // Of `analyze`.
+        Wall: &[a::LOOP, a::LOOP_WITHOUT_UNITS];
+        Sensitivity: &[a::LOOP, &[&a::SENSITIVITY_POINTS], a::LOOP_WITHOUT_UNITS];
+        Environment: &[a::ENVIRONMENT];
+        Transparency: &[a::ENVIRONMENT, a::TRANSPARENCY];
+        Coupling: &[a::COUPLING];
+        Hands: &[a::HANDS, a::HANDS_ON];
     }
 }

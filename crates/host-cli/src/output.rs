@@ -1,37 +1,30 @@
 //! Printing: results on standard output, everything else on standard error.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use haptic_experiment::Failure;
-use haptic_experiment::document::FileError;
-use haptic_experiment::document::without_bulk;
-use haptic_experiment::{Line, Table, lines};
+use haptic_experiment::document::{FileError, without_bulk};
+use haptic_experiment::{Failure, Line, Table, lines};
 use serde::Serialize;
+use serde_json::Value;
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
 
 /// The amount and form of what is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Output {
+pub(crate) struct Output {
     /// The report as one JSON object on standard output, and nothing else there.
-    pub json: bool,
+    pub(crate) json: bool,
     /// Neither progress nor summary.
-    pub quiet: bool,
+    pub(crate) quiet: bool,
 }
 
 impl Output {
     /// Prints a report: as JSON, or its lines.
-    ///
-    /// # Errors
-    /// If standard output cannot be written; a reader that went away counts as success.
-    pub fn report<T: Serialize>(self, report: &T) -> Result<(), Failure> {
+    pub(crate) fn report<T: Serialize>(self, report: &T) -> Result<(), Failure> {
         self.text(report, |out| print_lines(out, &lines(report)))
     }
 
     /// Prints JSON of a report, or the lines of `shown`, which has less.
-    ///
-    /// # Errors
-    /// As [`report`](Self::report).
-    pub fn report_as<T: Serialize, S: Serialize>(
+    pub(crate) fn report_as<T: Serialize, S: Serialize>(
         self,
         report: &T,
         shown: &S,
@@ -40,10 +33,7 @@ impl Output {
     }
 
     /// Prints the report of what left something behind: nothing for a quiet person.
-    ///
-    /// # Errors
-    /// As [`report`](Self::report).
-    pub fn summary<T: Serialize>(self, report: &T) -> Result<(), Failure> {
+    pub(crate) fn summary<T: Serialize>(self, report: &T) -> Result<(), Failure> {
         match self.quiet && !self.json {
             true => Ok(()),
             false => self.report(report),
@@ -51,10 +41,7 @@ impl Output {
     }
 
     /// Prints JSON, or the text that `text` writes.
-    ///
-    /// # Errors
-    /// As [`report`](Self::report).
-    pub fn text<T: Serialize>(
+    pub(crate) fn text<T: Serialize>(
         self,
         value: &T,
         text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -75,6 +62,15 @@ impl Output {
             Err(error) => Err(Failure::writing(error, "cannot write standard output")),
         }
     }
+}
+
+/// A report of these objects, one behind the other.
+pub(crate) fn joined(parts: impl IntoIterator<Item = Value>) -> Value {
+    let objects = parts.into_iter().filter_map(|part| match part {
+        Value::Object(object) => Some(object),
+        _ => None,
+    });
+    Value::Object(objects.flatten().collect())
 }
 
 /// Widest table that is one.
@@ -217,13 +213,12 @@ fn visible(text: &str) -> Cow<'_, str> {
 }
 
 /// Text of a log or a device that stands in a line: it ends none.
-#[must_use]
-pub fn in_line(text: &str) -> String {
+pub(crate) fn in_line(text: &str) -> String {
     visible(text).replace('\n', "\\n")
 }
 
 /// Says something on standard error, long echoes of the arguments cut short; a closed standard error is nobody's loss.
-pub fn note(kind: &str, text: impl std::fmt::Display) {
+pub(crate) fn note(kind: &str, text: impl std::fmt::Display) {
     let arguments = std::env::args_os().skip(1);
     let arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
     let text = without_bulk(&text.to_string(), arguments);
@@ -231,7 +226,7 @@ pub fn note(kind: &str, text: impl std::fmt::Display) {
 }
 
 /// Says why a command did not succeed, and shows the line of a file that is the reason.
-pub fn refused(failure: &Failure) {
+pub(crate) fn refused(failure: &Failure) {
     note("error", failure);
     let Failure::Input(error) = failure else {
         return;
@@ -255,7 +250,7 @@ fn is_readable(line: &str) -> bool {
 }
 
 /// Says a warning.
-pub fn warn(text: &str) {
+pub(crate) fn warn(text: &str) {
     note("warning", text);
 }
 

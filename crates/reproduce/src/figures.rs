@@ -7,7 +7,7 @@ use super::walls::{passivity, region_matrix, regions, zwidth};
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS};
 use fracdiff::Order;
 use haptic_analysis::{
-    AnalysisError, ClosedLoop, Effective, Environment, Nondimensional, SampledLoop,
+    AnalysisError, ClosedLoop, Effective, Environment, ForcePath, Nondimensional, SampledLoop,
 };
 use haptic_experiment::Failure;
 use haptic_figure::Look;

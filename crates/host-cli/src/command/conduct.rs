@@ -1,22 +1,199 @@
-//! A run with a progress bar, stoppable by Ctrl-C, that is drawn and reported.
+//! How experiments are conducted: options of a run, its progress, what stops it, and how it is drawn, reported and judged.
 
-use super::stop::stop_on_interrupt;
-use crate::files::save_picture;
-use crate::output::{Output, note, warn};
-use haptic_experiment::Failure;
-use haptic_experiment::judge::Published;
-use haptic_experiment::judge::RunReport;
-use haptic_experiment::run::OutputFolder;
-use haptic_experiment::{Summary, Supervisor};
+use crate::files::{RunFiles, save_picture};
+use crate::output::{Output, warn};
+use crate::parse::{roll_bytes, whole, within};
+use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
+use clap::Args;
+use haptic_experiment::document::Document;
+use haptic_experiment::experiment::TouchVerdict;
+use haptic_experiment::experiment::teleoperation::TeleoperationVerdict;
+use haptic_experiment::judge::{Published, RunReport};
+use haptic_experiment::parameters::range;
+use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
+use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
-use haptic_quantity::written;
+use haptic_log::live::{Live, LiveStreams};
+use haptic_loop::realtime::{PRIORITIES, allowed_cores};
+use haptic_quantity::{Bytes, Time, written};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock, OnceLock};
+use std::time::Duration;
+
+/// How a run is conducted and kept.
+#[derive(Debug, Args)]
+pub(crate) struct RunArguments {
+    /// Pace the run by the clock
+    #[arg(long, hide_short_help = true, help_heading = "Run")]
+    realtime: bool,
+    #[command(flatten)]
+    thread: ThreadArguments,
+    /// Run even if the analysis says unstable
+    #[arg(long, hide_short_help = true, help_heading = "Run")]
+    force_unstable: bool,
+    /// Time to wait for a serial device to appear [default: 0s]
+    #[arg(long, value_parser = within::<Time>(range::WAITS), hide_short_help = true, help_heading = "Run")]
+    wait: Option<Time>,
+    #[command(flatten)]
+    live: LiveArguments,
+    #[command(flatten)]
+    files: RunFiles,
+    /// Start another log file at this size, as in 1GB
+    #[arg(
+        long,
+        value_name = "SIZE",
+        hide_short_help = true,
+        help_heading = "Run"
+    )]
+    roll: Option<Bytes>,
+    /// Write the experiment to a file instead of running it
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], hide_short_help = true, help_heading = "Run")]
+    write: Option<PathBuf>,
+}
+
+impl RunArguments {
+    /// Runs an experiment in its folder with a progress bar, stoppable by Ctrl-C, and reports.
+    pub(crate) fn run(self, document: &Document, output: Output) -> Result<(), Failure> {
+        let (experiment, pace) = self.experiment(document)?;
+        let samples = experiment.samples()?;
+        if let Some(file) = &self.write {
+            let text = document.to_toml().map_err(Failure::input)?;
+            return write_text(file, &text, self.files.overwrite);
+        }
+        let request = &mut FolderRequest {
+            roll_bytes: roll_bytes(self.roll)?,
+            ..self
+                .files
+                .folder(document.kind().map_err(Failure::input)?)?
+        };
+        let kept = document.keep_in(&mut request.provenance);
+        kept.map_err(Failure::input)?;
+        let live = &self.live.open(pace != Pace::Virtual, output)?;
+        match experiment {
+            ExperimentFile::Relax(relaxation) => {
+                conduct(samples, output, of_theory, |supervisor| {
+                    relaxation.run(request, supervisor.watched(live))
+                })?;
+                Ok(())
+            }
+            ExperimentFile::Creep(creep) => {
+                conduct(samples, output, of_theory, |supervisor| {
+                    creep.run(request, supervisor.watched(live))
+                })?;
+                Ok(())
+            }
+            ExperimentFile::Wall(wall) => {
+                let report = conduct(samples, output, of_wall, |supervisor| {
+                    wall.run(request, supervisor.watched(live))
+                })?;
+                if !wall.setup.must_be_stable || report.trial.stable_by_both() {
+                    return Ok(());
+                }
+                let words = report.trial.settling.verdict.words();
+                Err(broken(
+                    "must_be_stable",
+                    format_args!(
+                        "the wall is not stable by both trial ({words}) and analysis: design a weaker one"
+                    ),
+                ))
+            }
+            ExperimentFile::Coupler(coupler) => {
+                let report = conduct(samples, output, of_coupler, |supervisor| {
+                    coupler.run(request, supervisor.watched(live))
+                })?;
+                if !coupler.setup.must_be_stable || report.stable_by_all() {
+                    return Ok(());
+                }
+                let words = report.trial.settling.verdict.words();
+                Err(broken(
+                    "must_be_stable",
+                    format_args!(
+                        "the coupler is not stable by trial ({words}), analysis and Llewellyn's criterion: design a weaker one"
+                    ),
+                ))
+            }
+            ExperimentFile::Teleoperation(far) => {
+                let report = conduct(samples, output, of_teleoperation, |supervisor| {
+                    far.run(request, supervisor.watched(live))
+                })?;
+                if !far.must_be_passive || report.verdict == TeleoperationVerdict::Passive {
+                    return Ok(());
+                }
+                Err(broken(
+                    "must_be_passive",
+                    format_args!(
+                        "{}: take a passive architecture, a softer coupler or a smaller motion",
+                        report.verdict.words()
+                    ),
+                ))
+            }
+            ExperimentFile::Touch(touch) => {
+                let report = conduct(samples, output, of_touch, |supervisor| {
+                    touch.run(request, supervisor.watched(live))
+                })?;
+                if !touch.must_be_passive || report.verdict == TouchVerdict::Passive {
+                    return Ok(());
+                }
+                Err(broken(
+                    "must_be_passive",
+                    format_args!(
+                        "{}: take a softer shape, a shorter sample time or a guard",
+                        report.verdict.words()
+                    ),
+                ))
+            }
+        }
+    }
+
+    /// The experiment as it is to be conducted, and its pace.
+    fn experiment(&self, document: &Document) -> Result<(ExperimentFile, Pace), Failure> {
+        let mut experiment = ExperimentFile::open(document).map_err(Failure::input)?;
+        let real = experiment.remote().is_some();
+        if let Some(wait) = self.wait {
+            if !real {
+                return Err(Failure::bad_input(
+                    "--wait has no effect on the simulated device: give --device serial:PATH too, or omit it",
+                ));
+            }
+            experiment = experiment.with_patience(Duration::from_secs_f64(wait.0));
+        }
+        if self.force_unstable {
+            experiment = experiment.though_unstable()?;
+        }
+        let pace = self.pace(real)?;
+        Ok((experiment.in_pace(pace), pace))
+    }
+
+    /// The pace of the run. A serial device has its own clock: then a priority is for the threads that speak with it,
+    /// and only if it is asked for.
+    fn pace(&self, on_device: bool) -> Result<Pace, Failure> {
+        let ThreadArguments { priority, pin } = self.thread;
+        if self.realtime || on_device {
+            let default = self.realtime.then_some(RealtimeOptions::DEFAULT_PRIORITY);
+            return Ok(Pace::Realtime(self.thread.options(default)?));
+        }
+        if priority.is_some() || pin.is_some() {
+            return Err(Failure::bad_input(
+                "--priority and --pin are for runs by the clock: add --realtime",
+            ));
+        }
+        Ok(Pace::Virtual)
+    }
+}
+
+/// What a file promises and the run did not keep.
+fn broken(key: &str, what: fmt::Arguments<'_>) -> Failure {
+    Failure::Run(anyhow::anyhow!(
+        "{key}: {what}, or take {key} out of the file to run it all the same"
+    ))
+}
 
 /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
-///
-/// # Errors
-/// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
-pub fn conduct<R: Summary, C>(
+fn conduct<R: Summary, C>(
     samples: u64,
     output: Output,
     draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
@@ -46,7 +223,7 @@ pub fn conduct<R: Summary, C>(
     let (picture, unsaved) = drawn(curves, &folder, draw);
     report.run_mut().figure = picture;
     for warning in &report.run().warnings {
-        note("warning", warning);
+        warn(warning);
     }
     output.summary(&report)?;
     both_saved(report.run().lost_table(), unsaved)?;
@@ -55,7 +232,7 @@ pub fn conduct<R: Summary, C>(
 }
 
 /// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.
-pub fn drawn<C>(
+pub(crate) fn drawn<C>(
     curves: Option<C>,
     folder: &OutputFolder,
     draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
@@ -67,9 +244,7 @@ pub fn drawn<C>(
     }
 }
 
-/// # Errors
-/// A table or a picture that could not be written.
-pub fn both_saved(table: Option<Failure>, picture: Option<Failure>) -> Result<(), Failure> {
+pub(crate) fn both_saved(table: Option<Failure>, picture: Option<Failure>) -> Result<(), Failure> {
     match (table, picture) {
         (Some(table), Some(picture)) => Err(table.and(&picture.to_string())),
         (Some(failure), None) | (None, Some(failure)) => Err(failure),
@@ -78,14 +253,12 @@ pub fn both_saved(table: Option<Failure>, picture: Option<Failure>) -> Result<()
 }
 
 /// The failure of a log that lacks samples.
-pub fn lacks(dropped: u64, log: &str) -> Failure {
+pub(crate) fn lacks(dropped: u64, log: &str) -> Failure {
     Failure::DataLost(anyhow::anyhow!(
         "{dropped} samples are missing from the log {log}"
     ))
 }
 
-/// # Errors
-/// A run that ended early, or whose log lacks samples.
 fn ended_well(run: &RunReport) -> Result<(), Failure> {
     let RunReport {
         ended_early,
@@ -120,13 +293,8 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
 }
 
 /// A bar on a terminal; nothing elsewhere or for a quiet person.
-pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
-    let target = if output.quiet {
-        ProgressDrawTarget::hidden()
-    } else {
-        ProgressDrawTarget::stderr()
-    };
-    let bar = ProgressBar::with_draw_target(Some(samples), target);
+pub(crate) fn progress_bar(samples: u64, output: Output) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(samples), target(output));
     let template = "{bar:40} {percent:>3} %  {human_pos} of {human_len}  {left}  {msg}";
     // The template is a constant; the default serves if it were wrong.
     let style =
@@ -139,16 +307,195 @@ pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
         },
     ));
     // Draws from a thread of its own, not from the loop.
-    bar.enable_steady_tick(std::time::Duration::from_millis(100));
+    bar.enable_steady_tick(Duration::from_millis(100));
     bar
 }
 
+/// Standard error; nothing for a quiet person.
+pub(crate) fn target(output: Output) -> ProgressDrawTarget {
+    match output.quiet {
+        true => ProgressDrawTarget::hidden(),
+        false => ProgressDrawTarget::stderr_with_hz(10),
+    }
+}
+
 /// Time that is left in words; before anything is done nobody knows it.
-fn left(done: u64, estimate: std::time::Duration) -> String {
+fn left(done: u64, estimate: Duration) -> String {
     match done {
         0 => "time left: not known yet".to_owned(),
         _ => format!("{:#} left", HumanDuration(estimate)),
     }
+}
+
+/// Live viewers of a run.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct LiveArguments {
+    /// Stream the samples to Foxglove or PlotJuggler, at 127.0.0.1:8765 by default (feature `foxglove`)
+    #[arg(long, hide_short_help = true, help_heading = "Run", value_name = "IP:PORT", value_parser = parse_address)]
+    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
+    foxglove: Option<SocketAddr>,
+}
+
+/// Reads an address.
+fn parse_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| "not an address: give IP:PORT, as in 127.0.0.1:8765 or [::1]:8765".to_owned())
+}
+
+impl LiveArguments {
+    /// Opens the streams that were asked for, and says where.
+    pub(crate) fn open(self, realtime: bool, output: Output) -> Result<LiveStreams, Failure> {
+        let mut streams: Vec<Box<dyn Live>> = Vec::new();
+        if let Some(address) = self.foxglove {
+            streams.push(open_foxglove(address, output)?);
+        }
+        if !streams.is_empty() && !realtime {
+            warn(
+                "the live stream passes in a burst, as fast as the run is computed, and viewers may miss \
+                 most of it: give --realtime to watch",
+            );
+        }
+        Ok(LiveStreams::new(streams))
+    }
+}
+
+#[cfg(feature = "foxglove")]
+fn open_foxglove(address: SocketAddr, output: Output) -> Result<Box<dyn Live>, Failure> {
+    let foxglove = haptic_log::live::Foxglove::open(address).map_err(|error| {
+        Failure::input_with_advice(
+            error,
+            "close the program that has the port, or give another, as in --foxglove=127.0.0.1:0 for \
+             a free one",
+        )
+    })?;
+    if !output.quiet {
+        crate::output::note(
+            "live stream",
+            format_args!(
+                "ws://{}, open it in Foxglove (Open connection) or PlotJuggler (Foxglove bridge)",
+                foxglove.address()
+            ),
+        );
+    }
+    Ok(Box::new(foxglove))
+}
+
+#[cfg(not(feature = "foxglove"))]
+fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
+    Err(Failure::bad_input(
+        "--foxglove: this build has no Foxglove WebSocket; build it with --features foxglove",
+    ))
+}
+
+/// Options of a thread.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct ThreadArguments {
+    /// Real-time priority of the loop, 1 to 99, or `off` [default: 80 where permitted]
+    #[arg(long, value_name = "N|off", value_parser = parse_priority, hide_short_help = true, help_heading = "Run")]
+    priority: Option<Priority>,
+    /// Run the loop on this core, counted from 0
+    #[arg(long, value_name = "CORE", value_parser = whole::<usize>(0..=100_000), hide_short_help = true, help_heading = "Run")]
+    pin: Option<usize>,
+}
+
+/// A priority, or none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Priority {
+    Off,
+    Fifo(u8),
+}
+
+fn parse_priority(text: &str) -> Result<Priority, String> {
+    if text == "off" {
+        return Ok(Priority::Off);
+    }
+    match text.parse() {
+        Ok(priority) if PRIORITIES.contains(&priority) => Ok(Priority::Fifo(priority)),
+        _ => Err("not in 1 to 99, nor off".to_owned()),
+    }
+}
+
+impl ThreadArguments {
+    /// The options as typed; the priority `default` if nothing is said of it.
+    pub(crate) fn options(self, default: Option<u8>) -> Result<RealtimeOptions, Failure> {
+        let priority = match self.priority {
+            Some(Priority::Off) => None,
+            Some(Priority::Fifo(priority)) => Some(priority),
+            None => default,
+        };
+        if let Some(core) = self.pin {
+            let allowed = allowed_cores();
+            // A system that does not say refuses later, as a warning.
+            if !allowed.is_empty() && !allowed.contains(&core) {
+                let names: Vec<String> = allowed.iter().map(ToString::to_string).collect();
+                return Err(Failure::bad_input(format_args!(
+                    "core {core} is not one that this program may use: give --pin one of {}",
+                    names.join(", ")
+                )));
+            }
+        }
+        Ok(RealtimeOptions {
+            priority,
+            pin: self.pin,
+        })
+    }
+}
+
+/// The flag that Ctrl-C sets, and every other signal that would end or stop a program and that a program may hear: none of them leaves
+/// a force behind. Ctrl-Z ends a run too, as a stopped program takes no force away. The handlers are installed once.
+pub(crate) fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
+    static STOP: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+    static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
+    match INSTALLED.get_or_init(|| heard(&STOP)) {
+        Ok(()) => Ok(&STOP),
+        Err(error) => Err(Failure::Run(anyhow::anyhow!(
+            "cannot watch for Ctrl-C, so a run could not be stopped safely: {error}"
+        ))),
+    }
+}
+
+fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
+    let flag = Arc::clone(stop);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
+        .map_err(|error| error.to_string())?;
+    #[cfg(unix)]
+    other_signals(stop).map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+/// Those beside Ctrl-C, TERM and HUP.
+///
+/// Not among them are KILL and STOP, which nobody hears; ILL, FPE, SEGV and BUS, after which a program cannot go on; and those
+/// that do nothing to a program that does not listen.
+#[cfg(unix)]
+fn other_signals(stop: &Arc<AtomicBool>) -> std::io::Result<()> {
+    use signal_hook::consts::{
+        SIGABRT, SIGALRM, SIGPROF, SIGQUIT, SIGSYS, SIGTRAP, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1,
+        SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
+    };
+    let everywhere = [
+        SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGALRM, SIGVTALRM, SIGPROF, SIGUSR1, SIGUSR2, SIGXCPU,
+        SIGABRT, SIGSYS, SIGTRAP,
+    ];
+    for signal in everywhere.into_iter().chain(signals_of_linux()) {
+        signal_hook::flag::register(signal, Arc::clone(stop))?;
+    }
+    // A file that may not grow is told by the write that fails, as a full disk is.
+    signal_hook::flag::register(SIGXFSZ, Arc::default())?;
+    Ok(())
+}
+
+/// Those that end a program on Linux alone, the real-time ones among them.
+#[cfg(unix)]
+fn signals_of_linux() -> Vec<std::ffi::c_int> {
+    #[cfg(target_os = "linux")]
+    {
+        let named = [libc::SIGIO, libc::SIGPWR, libc::SIGSTKFLT];
+        let realtime = libc::SIGRTMIN()..=libc::SIGRTMAX();
+        named.into_iter().chain(realtime).collect()
+    }
+    #[cfg(not(target_os = "linux"))]
+    Vec::new()
 }
 
 #[cfg(test)]

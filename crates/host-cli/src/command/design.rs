@@ -1,21 +1,17 @@
-//! `design`: the stiffest wall, the most damping or the closest tissue, and which order does it.
-
-mod coupler;
-mod draw;
+//! `design`: the stiffest wall, the most damping, the closest tissue or the stiffest coupler, and which order does it.
 
 use crate::command::conduct::progress_bar;
 use crate::files::{Place, save_picture};
-use crate::keys;
-use crate::options::Options;
-use crate::output::{Output, note};
-use clap::Args;
-use draw::draw;
+use crate::options::{WithFiles, keys};
+use crate::output::{Output, warn};
+use crate::page::{Panel, linear, page};
 use haptic_experiment::document::Document;
 use haptic_experiment::question::Question;
-use haptic_experiment::question::design::{Design, DesignReport, Requirement};
-use haptic_experiment::run::write_text;
+use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
+use haptic_experiment::question::design::{Candidate, Design, DesignReport, Requirement, Wish};
 use haptic_experiment::{Failure, TrialVerdict};
-use std::path::PathBuf;
+use haptic_figure::{FigureError, Look, Picture};
+use serde::Serialize;
 
 pub(crate) const LONG_ABOUT: &str = "\
 From a device and a wish to a wall: the largest stiffness K and dissipation B for each order, and the order that does best. \
@@ -33,94 +29,50 @@ wall on the laboratory device. --force-noise-limit bounds the force noise that e
 
 --out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no candidate is found or the best does not come to rest.";
 
-/// Arguments of `design`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  host-cli design --delay 1ms --out design\n  \
+pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
-                  host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um"
-)]
-pub struct Arguments {
-    #[command(flatten)]
-    options: Options<keys::Design>,
-    /// Folder for design.toml, design.csv and a picture
-    #[arg(long, value_name = "DIR", help_heading = "Files")]
-    out: Option<PathBuf>,
-    /// Replace the files of an earlier design in the folder
-    #[arg(long, help_heading = "Files")]
-    overwrite: bool,
+                  host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
+
+pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), Failure> {
+    let mut place = asked.files.look("design", &["toml"])?;
+    let document = asked.options.over(Document::new("design"))?;
+    let design = match Question::open(&document).map_err(Failure::input)? {
+        Question::Design(design) => design,
+        Question::Coupler(design) => return coupler(&design, place, output),
+        Question::ZWidth(_) => return Err(Failure::bad_input("not a design")),
+    };
+    let bar = progress_bar(design.orders_to_try().len() as u64, output);
+    let answer = design.answer(&|orders| bar.inc(orders));
+    bar.finish_and_clear();
+    let mut report = answer?;
+    report.experiment = experiment(&mut place, report.experiment_text.as_deref());
+    let table = place.write(|folder| folder.write_table("csv", report.candidates.iter()));
+    report.files.extend(table);
+    if report.best.is_some() {
+        let picture = place.write(|folder| save_picture(folder, draw(&design, &report)));
+        report.files.extend(picture);
+    } else {
+        place.without(&["svg", "png"]);
+    }
+    if let Some(real) = report.realistic.filter(|real| !real.simulated.stable) {
+        warn(&format!(
+            "this is for an ideal device; on one with {} the best wall is {}: give --device-model, or the device's own values",
+            real.imperfections.words(),
+            real.simulated.verdict.words()
+        ));
+    }
+    output.summary(&report)?;
+    place.close(judge(&design, &report))
 }
 
-impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A parameter outside its range; files that cannot be written; a best candidate that is not
-    /// stable when it is tried.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = Place::look(self.out.as_deref(), "design", self.overwrite, &["toml"])?;
-        let document = self.options.clone().over(Document::new("design"))?;
-        let design = match Question::open(&document).map_err(Failure::input)? {
-            Question::Design(design) => design,
-            Question::Coupler(coupler) => return self.coupler(&coupler, place, output),
-            Question::ZWidth(_) => return Err(Failure::bad_input("not a design")),
-        };
-        let bar = progress_bar(design.orders_to_try().len() as u64, output);
-        let answer = design.answer(&|orders| bar.inc(orders));
-        bar.finish_and_clear();
-        let mut report = answer?;
-        self.write(&design, &mut report, &mut place);
-        if let Some(real) = report.realistic.filter(|real| !real.simulated.stable) {
-            note(
-                "warning",
-                format_args!(
-                    "this is for an ideal device; on one with {} the best wall is {}: give --device-model, or the device's own values",
-                    real.imperfections.words(),
-                    real.simulated.verdict.words()
-                ),
-            );
-        }
-        output.summary(&report)?;
-        place.close(judge(&design, &report))
+/// Writes the experiment of a design, if there is one, and returns its path.
+fn experiment(place: &mut Place, text: Option<&str>) -> Option<String> {
+    if text.is_none() {
+        place.without(&["toml"]);
     }
-
-    /// Writes experiment, table and picture, if a folder was given.
-    fn write(&self, design: &Design, report: &mut DesignReport, place: &mut Place) {
-        report.experiment = self.write_experiment(place, report.experiment_text.as_deref());
-        let table = place.write(|folder| folder.write_table("csv", report.candidates.iter()));
-        report.files.extend(table);
-        if report.best.is_some() {
-            let picture = place.write(|folder| save_picture(folder, draw(design, report)));
-            report.files.extend(picture);
-        } else if self.overwrite {
-            place.write(|folder| {
-                for extension in ["svg", "png"] {
-                    let _ = std::fs::remove_file(folder.file(extension));
-                }
-                Ok(())
-            });
-        }
-    }
-
-    /// Writes the experiment of a design, if there is one, and returns its path.
-    fn write_experiment(&self, place: &mut Place, text: Option<&str>) -> Option<String> {
-        let written = place.write(|folder| {
-            let file = folder.file("toml");
-            let Some(text) = text else {
-                // An experiment of an earlier design would pass for one of this.
-                if self.overwrite {
-                    let _ = std::fs::remove_file(&file);
-                }
-                return Ok(None);
-            };
-            write_text(&file, text, self.overwrite)?;
-            Ok(Some(file.display().to_string()))
-        });
-        written.flatten()
-    }
+    place.text("toml", text?)
 }
 
-/// # Errors
 /// A design without a candidate, or one that is not stable when it is tried.
 fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
     match (&report.best, &report.simulated) {
@@ -129,36 +81,125 @@ fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
                 && design.requirement == Requirement::Passive
                 && report.imperfections.sensors.are_ideal() =>
         {
-            note(
-                "warning",
-                format_args!(
-                    "the best candidate, order {}, is passive but rings for longer than it was tried: \
+            warn(&format!(
+                "the best candidate, order {}, is passive but rings for longer than it was tried: \
                      the device has little damping",
-                    best.order
-                ),
-            );
+                best.order
+            ));
             Ok(())
         }
-        (Some(best), Some(simulated)) if !simulated.stable => Err(Failure::Run(anyhow::anyhow!(
-            "the best candidate, order {}, is {} when it is tried: {}; ask for more margin with --gain-margin, \
-                 less noise with --force-noise-limit, or take a finer encoder",
+        (Some(best), Some(simulated)) if !simulated.stable => Err(not_at_rest(
             best.order,
-            simulated.verdict.words(),
-            simulated.reason().unwrap_or_default()
-        ))),
-        (None, _) => Err(nothing_found(
-            report
-                .notes
-                .last()
-                .map_or("nothing does it", String::as_str),
+            simulated.verdict,
+            &simulated.reason().unwrap_or_default(),
+            "ask for more margin with --gain-margin, less noise with --force-noise-limit, or take a finer encoder",
         )),
+        (None, _) => Err(nothing_found(report.notes.last().map(String::as_str))),
         _ => Ok(()),
     }
 }
 
-/// A design without a candidate, after its report.
-fn nothing_found(why: &str) -> Failure {
+/// The best candidate, which is not stable when it is tried.
+fn not_at_rest(order: f64, verdict: TrialVerdict, why: &str, remedy: &str) -> Failure {
     Failure::Run(anyhow::anyhow!(
-        "no candidate fulfils the wish: {why}; ask for less, or take other --orders or another device"
+        "the best candidate, order {order}, is {} when it is tried: {why}; {remedy}",
+        verdict.words()
     ))
+}
+
+/// A design without a candidate, after its report.
+fn nothing_found(why: Option<&str>) -> Failure {
+    Failure::Run(anyhow::anyhow!(
+        "no candidate fulfils the wish: {}; ask for less, or take other --orders or another device",
+        why.unwrap_or("nothing does it")
+    ))
+}
+
+/// Result of `--wish coupler`.
+#[derive(Serialize)]
+struct CouplerReport {
+    #[serde(flatten)]
+    answer: CouplerAnswer,
+    /// The experiment that was written.
+    experiment: Option<String>,
+    files: Vec<String>,
+}
+
+/// The stiffest coupler of each order.
+fn coupler(design: &CouplerDesign, mut place: Place, output: Output) -> Result<(), Failure> {
+    let answer = design.answer()?;
+    let experiment = experiment(&mut place, answer.experiment_text.as_deref());
+    let table = place.write(|folder| folder.write_table("csv", answer.candidates.iter()));
+    let report = CouplerReport {
+        answer,
+        experiment,
+        files: table.into_iter().collect(),
+    };
+    output.summary(&report)?;
+    let answer = &report.answer;
+    place.close(match (&answer.best, &answer.simulated) {
+        (None, _) => {
+            let mut reasons = answer.candidates.iter().filter_map(|c| c.reason.as_deref());
+            Err(nothing_found(reasons.next()))
+        }
+        (Some(best), Some(simulated)) if !simulated.stable => Err(not_at_rest(
+            best.order,
+            simulated.verdict,
+            &simulated.reason().unwrap_or_default(),
+            "take a device with more damping, or other --orders",
+        )),
+        _ => Ok(()),
+    })
+}
+
+/// Draws the wished quantity over the order, and the dissipation that allows it.
+fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> {
+    let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match design.wish {
+        Wish::StiffestWall => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
+        Wish::MostDamping { .. } => ("effective damping / N·s·m⁻¹", |c| {
+            c.effective_damping_n_s_per_m
+        }),
+        Wish::Tissue { .. } => ("largest scale of the specimen", |c| c.largest_scale),
+    };
+    let panel = |label, value: fn(&Candidate) -> Option<f64>| {
+        Panel::new("", linear("order μ"), linear(label))
+            .with(
+                "each order",
+                Look::Line,
+                0,
+                points(value, &report.candidates),
+            )
+            .with(
+                "best",
+                Look::Markers,
+                1,
+                points(value, report.best.as_slice()),
+            )
+    };
+    let requirement = match report.gain_margin {
+        Some(margin) => format!("stable, gain margin {margin}"),
+        None => "passive".to_owned(),
+    };
+    // Device and operator in one line.
+    let subtitle = format!(
+        "m = {} kg · b = {} N·s/m · T = {} s · {} · scheme {}",
+        design.device.plant.mass.0,
+        design.device.plant.damping.0,
+        design.device.plant.sample_time.0,
+        report.imperfections.words(),
+        report.scheme
+    );
+    let panels = [panel(label, value), panel("dissipation β", |c| c.beta)];
+    let title = format!("Design: {}, {requirement}", report.wish);
+    page(&title, &subtitle, 2, &panels)
+}
+
+/// The places of a quantity, by rising order.
+fn points(value: fn(&Candidate) -> Option<f64>, candidates: &[Candidate]) -> Vec<(f64, f64)> {
+    let mut points: Vec<(f64, f64)> = candidates
+        .iter()
+        .filter_map(|c| Some((c.order, value(c)?)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
 }

@@ -1,23 +1,20 @@
 //! `export-c`: an operator, or the law of a tissue, as one header in C99.
 
-mod tissue;
-
-use super::words::{order, parse_order, parse_scheme, rate};
-use crate::choice::choice;
+use crate::command::materials::library;
+use crate::files::TextFile;
 use crate::output::Output;
-use crate::within::within;
+use crate::parse::{choice, order, parse_scheme, rate, within};
 use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
-use fracdiff_c::{CNumber, Header};
-use haptic_experiment::Failure;
+use fracdiff_c::{CNumber, Header, Law};
 use haptic_experiment::judge::operator;
 use haptic_experiment::parameters::range;
-use haptic_experiment::run::write_text;
-use haptic_experiment::{Named as _, Precision};
-use haptic_quantity::{Time, digits, written};
-use serde::Serialize;
+use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
+use haptic_loop::Specimen;
+use haptic_loop::units::{Metres, SquareMetres};
+use haptic_quantity::{Area, Length, Time, digits, written};
+use serde_json::json;
 use std::path::PathBuf;
-use tissue::{Tissue, TissueArguments};
 
 /// Arguments of `export-c`.
 #[derive(Debug, Args)]
@@ -28,20 +25,20 @@ use tissue::{Tissue, TissueArguments};
                   muscle_push(&h, x) behind a surface at 0, with muscle_advance(&h, muscle_depth(x)) after it. \
                   Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_order, required_unless_present = "tissue")]
-    order: Option<f64>,
+    #[arg(long, value_parser = order(), required_unless_present = "tissue")]
+    order: Option<Order>,
     #[command(flatten)]
     tissue: TissueArguments,
     /// Time between two samples
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
     sample_time: Time,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
     /// How far back a full memory keeps its accuracy [default: 1h]
-    #[arg(long, value_parser = within::<Time>(range::MEMORIES), value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::MEMORIES))]
     horizon: Option<Time>,
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]
@@ -49,35 +46,8 @@ pub struct Arguments {
     /// Prefix of all names in the header
     #[arg(long, default_value = "operator_d")]
     name: String,
-    /// Header to write [default: standard output]
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-    /// Replace an existing header
-    #[arg(long, requires = "out")]
-    overwrite: bool,
-}
-
-/// The result.
-#[derive(Serialize)]
-struct Exported {
-    name: String,
-    /// Its name; null for an operator alone.
-    tissue: Option<String>,
-    /// K and B of the law.
-    stiffness_n_per_m: Option<f64>,
-    dissipation_n_s_mu_per_m: Option<f64>,
-    order: f64,
-    sample_time_s: f64,
-    scheme: String,
-    /// Of a full memory.
-    horizon_s: Option<f64>,
-    precision: &'static str,
-    coefficients: usize,
-    /// Of a full memory: the error of the output in units of the sum of its weighted increments.
-    error_bound: Option<f64>,
-    /// The file; null if the header is in `header`.
-    file: Option<String>,
-    header: Option<String>,
+    #[command(flatten)]
+    file: TextFile,
 }
 
 /// The operator that is exported.
@@ -90,16 +60,12 @@ struct What<'a> {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Bad parameters; a file that is there, or cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let tissue = self.tissue.resolve()?;
-        let mu = match (&tissue, self.order) {
-            (Some(tissue), _) => tissue.material.order(),
-            (None, given) => order(given.unwrap_or_default())?,
-        };
+        let of_tissue = tissue.as_ref().map(|tissue| tissue.material.order());
+        let mu = of_tissue
+            .or(self.order)
+            .ok_or_else(|| Failure::bad_input("no order: give --order or --tissue"))?;
         let t = Seconds(self.sample_time.0);
         rate(t, mu)?;
         let horizon = self.horizon_samples()?;
@@ -121,30 +87,27 @@ impl Arguments {
             Precision::F32 => self.header::<f32>(&what)?,
             Precision::F64 => self.header::<f64>(&what)?,
         };
-        if let Some(path) = &self.out {
-            write_text(path, &header, self.overwrite)?;
+        let file = self.file.write(&header)?;
+        if file.is_none() && !output.json {
+            return output.text(&(), |out| out.write_all(header.as_bytes()));
         }
-        let horizon_s = self.horizon_s();
-        let in_file = self.out.is_some();
-        let exported = Exported {
-            name: self.name,
-            stiffness_n_per_m: tissue.as_ref().map(|tissue| tissue.law.stiffness),
-            dissipation_n_s_mu_per_m: tissue.as_ref().map(|tissue| tissue.law.dissipation),
-            tissue: tissue.map(|tissue| tissue.material.name.clone()),
-            order: mu.get(),
-            sample_time_s: t.0,
-            scheme: self.scheme.to_string(),
-            horizon_s: error_bound.map(|_| horizon_s),
-            precision: self.precision.name(),
-            coefficients,
-            error_bound,
-            file: self.out.map(|path| path.display().to_string()),
-            header: (!in_file).then_some(header),
-        };
-        if let Some(header) = exported.header.as_deref().filter(|_| !output.json) {
-            return output.text(&exported, |out| out.write_all(header.as_bytes()));
-        }
-        output.summary(&exported)
+        let header = file.is_none().then_some(header);
+        output.summary(&json!({
+            "name": self.name,
+            "tissue": tissue.as_ref().map(|tissue| &tissue.material.name),
+            "stiffness_n_per_m": tissue.as_ref().map(|tissue| tissue.law.stiffness),
+            "dissipation_n_s_mu_per_m": tissue.as_ref().map(|tissue| tissue.law.dissipation),
+            "order": mu.get(),
+            "sample_time_s": t.0,
+            "scheme": self.scheme.to_string(),
+            // Of a full memory, as the error of the output in units of the sum of its weighted increments.
+            "horizon_s": error_bound.map(|_| self.horizon_s()),
+            "precision": self.precision.name(),
+            "coefficients": coefficients,
+            "error_bound": error_bound,
+            "file": file,
+            "header": header,
+        }))
     }
 
     /// The horizon, s.
@@ -229,5 +192,92 @@ impl Arguments {
             self.name
         ));
         notes
+    }
+}
+
+/// Options of the tissue.
+#[derive(Debug, Args)]
+struct TissueArguments {
+    /// Tissue by name or file, instead of an order
+    #[arg(long, value_name = "NAME")]
+    #[arg(conflicts_with = "order", help_heading = "Tissue")]
+    tissue: Option<String>,
+    #[arg(long, help = p::LIBRARY.help, value_name = "DIR", requires = "tissue", help_heading = "Tissue")]
+    library: Option<PathBuf>,
+    #[arg(long, value_parser = within::<Area>(p::AREA.range()), help = p::AREA.help, default_value = p::AREA.shown, requires = "tissue", help_heading = "Tissue")]
+    area: Area,
+    #[arg(long, value_parser = within::<Length>(p::THICKNESS.range()), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, requires = "tissue", help_heading = "Tissue")]
+    thickness: Length,
+}
+
+/// A piece of tissue.
+struct Tissue {
+    material: ModelledTissue,
+    law: Law,
+    area_m2: f64,
+    thickness_m: f64,
+}
+
+impl TissueArguments {
+    /// The piece, if one is asked for.
+    fn resolve(&self) -> Result<Option<Tissue>, Failure> {
+        let Some(name) = &self.tissue else {
+            return Ok(None);
+        };
+        let library = library(self.library.as_deref())?;
+        let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
+        let piece = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0));
+        let piece = piece
+            .map_err(|error| Failure::input_with_advice(error, "change --area or --thickness"))?;
+        let (stiffness, dissipation) =
+            material.spring_and_damper(piece.area().0 / piece.thickness().0);
+        Ok(Some(Tissue {
+            material,
+            law: Law {
+                stiffness,
+                dissipation,
+            },
+            area_m2: self.area.0,
+            thickness_m: self.thickness.0,
+        }))
+    }
+}
+
+impl Tissue {
+    /// True for a model of more elements than a spring-pot beside a spring.
+    const fn is_composed(&self) -> bool {
+        self.material.composed().is_some()
+    }
+
+    /// What the header is of.
+    fn notes(&self, name: &str, order: Order, sample_time_s: f64) -> Vec<String> {
+        let Law {
+            stiffness,
+            dissipation,
+        } = self.law;
+        let memory = match self.material.composed() {
+            Some(model) => format!("y = P x, the one memory of the model {}", model.kind()),
+            None => format!("y = D^{order} x"),
+        };
+        vec![
+            format!(
+                "The tissue {}, a piece of {} m2 and {} m thickness, sample time {sample_time_s} s.",
+                self.material.name, self.area_m2, self.thickness_m
+            ),
+            format!(
+                "f = -(K x + B y) in N at the displacement x in m: K = {stiffness} N/m, B = {dissipation} N s^{order}/m, {memory}."
+            ),
+            format!(
+                "{name}_force(&h, x), or {name}_push(&h, x) behind a surface at 0 and {name}_advance(&h, {name}_depth(x)) after it."
+            ),
+        ]
+    }
+
+    /// The options that made it.
+    fn options(&self) -> String {
+        format!(
+            "--tissue {} --area {}m2 --thickness {}m",
+            self.material.name, self.area_m2, self.thickness_m
+        )
     }
 }

@@ -1,24 +1,25 @@
 //! `identify`: a tissue from a measured record.
 
-mod choices;
 mod draw;
-mod read;
-mod report;
-mod tissue;
+mod record;
 
-use self::choices::{KindChoice, ModelChoice, WeightChoice};
-use crate::choice::choice;
+use self::record::TableArguments;
 use crate::command::conduct::progress_bar;
-use crate::output::{Output, warn};
-use crate::whole::whole;
-use crate::within::within;
+use crate::files::{File, PROGRAM, PlaceOfFile};
+use crate::output::{Output, joined, warn};
+use crate::parse::{one_of, whole, within};
 use clap::Args;
-use haptic_experiment::Failure;
-use haptic_experiment::parameters;
-use haptic_quantity::{Area, Length, Strain, Stress};
+use haptic_experiment::{Failure, parameters};
+use haptic_log::record::StartTime;
+use haptic_quantity::{Area, Length, Strain, Stress, digits};
 use haptic_tissue::identify::table::Loading;
-use haptic_tissue::identify::{Options, identify};
+use haptic_tissue::identify::{
+    CANDIDATES, Fit, Identification, Options, RecordKind, Weighting, identify,
+};
+use haptic_tissue::{Material, ModelKind, Source, ValidRange};
+use serde_json::{Value, json};
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 pub(crate) const LONG_ABOUT: &str = "\
 Fits fractional models to a measured record, tells how sure each parameter is and which model the record supports, and writes \
@@ -31,39 +32,79 @@ machines, as Time [s], G' (kPa), Storage Modulus. Lines that begin with # are sk
 The fit is least squares: in the logarithm of modulus or compliance for relaxation, creep and oscillation, in the stress for \
 any other motion, with its strain as it was.";
 
+/// The model that was asked for; none for the simplest that the record supports.
+type Chosen = Option<ModelKind>;
+
+fn kinds() -> Vec<(RecordKind, &'static str, &'static str)> {
+    [
+        (RecordKind::Relaxation, "stress after a step of strain"),
+        (RecordKind::Creep, "strain after a step of stress"),
+        (
+            RecordKind::Oscillation,
+            "storage and loss modulus over frequency",
+        ),
+        (
+            RecordKind::History,
+            "strain and stress of any motion from rest",
+        ),
+    ]
+    .map(|(kind, words)| (kind, kind.name(), words))
+    .to_vec()
+}
+
+fn models() -> Vec<(Chosen, &'static str, &'static str)> {
+    let auto = (None, "auto", "the simplest that the record supports");
+    let one = |kind: ModelKind| (Some(kind), kind.name(), kind.description());
+    std::iter::once(auto).chain(CANDIDATES.map(one)).collect()
+}
+
+fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
+    vec![
+        (Weighting::Equal, "equal", "all samples count the same"),
+        (
+            Weighting::LogSpacing,
+            "log-spacing",
+            "by spacing in log time or frequency",
+        ),
+    ]
+}
+
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli identify relaxation.csv --strain 5% --area 4cm2 --out my-tissue.toml"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// CSV or TSV with a header, or a log (*.mcap)
     #[arg(value_name = "DATA")]
     data: PathBuf,
     /// Kind of record [default: by its columns]
-    #[arg(long, value_parser = choice::<KindChoice>())]
-    kind: Option<KindChoice>,
+    #[arg(long, value_parser = one_of(kinds()))]
+    kind: Option<RecordKind>,
     /// Model to fit; auto selects by the record
-    #[arg(long, value_parser = choice::<ModelChoice>(), default_value = "auto")]
-    model: ModelChoice,
+    #[arg(long, value_parser = one_of(models()), default_value = "auto")]
+    model: Chosen,
     #[command(flatten)]
-    table: read::TableArguments,
+    table: TableArguments,
     /// Held strain of a relaxation
-    #[arg(long, value_parser = within::<Strain>(parameters::STRAIN.range()), allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Strain>(parameters::STRAIN.range()), help_heading = "Specimen")]
     strain: Option<Strain>,
     /// Held stress of a creep test
-    #[arg(long, value_parser = within::<Stress>(parameters::STRESS.range()), allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Stress>(parameters::STRESS.range()), help_heading = "Specimen")]
     stress: Option<Stress>,
     /// Area of the specimen, to turn force into stress
-    #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), help_heading = "Specimen")]
     area: Option<Area>,
     /// Thickness of the specimen, to turn position into strain
-    #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), help_heading = "Specimen")]
     thickness: Option<Length>,
     #[command(flatten)]
     fit: FitArguments,
     #[command(flatten)]
-    tissue: tissue::TissueArguments,
+    file: File,
+    /// Specimen, temperature, preparation, for the tissue file
+    #[arg(long, value_name = "TEXT", requires = "out", help_heading = "Files")]
+    conditions: Option<String>,
 }
 
 /// Fewer records say nothing of the ends of an interval.
@@ -74,8 +115,8 @@ const BOOTSTRAP_LEAST: u32 = 40;
 #[command(next_help_heading = "Fit")]
 struct FitArguments {
     /// Weights of the samples
-    #[arg(long, value_parser = choice::<WeightChoice>(), default_value = "equal")]
-    weights: WeightChoice,
+    #[arg(long, value_parser = one_of(weightings()), default_value = "equal")]
+    weights: Weighting,
     /// Starts per model
     #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(Options::STARTS_ALLOWED))]
     starts: u32,
@@ -88,30 +129,32 @@ struct FitArguments {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A record that cannot be read or fitted, files that cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         if (1..BOOTSTRAP_LEAST).contains(&self.fit.bootstrap) {
             return Err(Failure::bad_input(format_args!(
                 "{} records give no interval: give --bootstrap at least {BOOTSTRAP_LEAST}, as in 500, or omit it",
                 self.fit.bootstrap
             )));
         }
-        let mut planned = self.tissue.plan()?;
+        let name = self.tissue_name()?;
+        let mut place = PlaceOfFile::look(&self.file, "tissue")?;
         let loading = Loading {
             strain: self.strain.map(|x| x.0),
             stress_pa: self.stress.map(|x| x.0),
             area_m2: self.area.map(|x| x.0),
             thickness_m: self.thickness.map(|x| x.0),
         };
-        let kind = self.kind.map(|kind| kind.0);
-        let understood = self.table.read(&self.data, kind, loading)?;
+        let understood = self.table.read(&self.data, self.kind, loading)?;
+        // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
+        let wanted = |candidate: &ModelKind| {
+            let parameters = |kind: ModelKind| kind.parameters().len();
+            let fewer = |one: ModelKind| parameters(*candidate) < parameters(one);
+            self.model.is_none_or(|one| *candidate == one || fewer(one))
+        };
         let options = Options {
-            candidates: self.model.candidates(),
-            chosen: self.model.only(),
-            weighting: self.fit.weights.0,
+            candidates: CANDIDATES.into_iter().filter(wanted).collect(),
+            chosen: self.model,
+            weighting: self.fit.weights,
             starts: self.fit.starts as usize,
             bootstrap: self.fit.bootstrap as usize,
             seed: self.fit.seed.unwrap_or(1),
@@ -122,16 +165,149 @@ impl Arguments {
         });
         bar.finish_and_clear();
         let found = found.map_err(Failure::input)?;
-        let name = self.data.file_name().unwrap_or(self.data.as_os_str());
-        let place = name.to_string_lossy();
-        let written = match &mut planned {
-            Some(planned) => planned.write(&found, &place)?,
+        let source = self.data.file_name().unwrap_or(self.data.as_os_str());
+        let source = source.to_string_lossy();
+        let (tissue, figure) = match name {
+            Some(name) => {
+                let text = self.tissue(name, &found, &source)?;
+                place.write(|| text, || draw::draw(&found, &source))
+            }
             None => (None, None),
         };
         for warning in &found.warnings {
             warn(warning);
         }
-        output.summary(&report::Report::new(&found, &understood.notes, written))?;
-        planned.map_or(Ok(()), tissue::Planned::close)
+        let fit = &found.fits[0];
+        let notes = &understood.notes;
+        let warnings: Vec<&String> = notes.iter().chain(&found.warnings).collect();
+        let finite = |&x: &f64| Some(x).filter(|x| x.is_finite());
+        let correlation = fit.correlation.iter();
+        let correlation = correlation.map(|row| row.iter().map(finite).collect::<Vec<_>>());
+        let candidates = found.fits.iter().map(|fit| {
+            let parameters = json!({"parameters": parameters(fit)});
+            let model = json!({"model": fit.kind.name()});
+            joined([model, quality(found.kind, fit), parameters])
+        });
+        let chosen = json!({
+            "kind": found.kind.name(),
+            "samples": found.samples,
+            "model": fit.kind.name(),
+            "parameters": parameters(fit),
+        });
+        let beside = json!({
+            "candidates": candidates.collect::<Vec<_>>(),
+            "correlation": correlation.collect::<Vec<_>>(),
+            "tissue": tissue,
+            "figure": figure,
+            // How the record was read; `warnings` has it too.
+            "notes": notes,
+            "warnings": warnings,
+        });
+        output.summary(&joined([chosen, quality(found.kind, fit), beside]))?;
+        place.close(Ok(()))
     }
+
+    /// The name of the tissue, which is that of its file, if one is to be written.
+    fn tissue_name(&self) -> Result<Option<&str>, Failure> {
+        let Some(path) = self.file.out.as_deref() else {
+            return Ok(None);
+        };
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        let is_toml = path
+            .extension()
+            .is_some_and(|extension| extension == "toml");
+        let name = path.file_stem().and_then(|stem| stem.to_str());
+        let name = name.filter(|name| is_toml && !name.is_empty() && name.chars().all(plain));
+        name.map(Some).ok_or_else(|| {
+            Failure::bad_input(format_args!(
+                "`{}` cannot name a tissue: give --out lower-case letters, digits and hyphens with .toml, as in my-tissue.toml",
+                path.display()
+            ))
+        })
+    }
+
+    /// The tissue file, with what it was made of.
+    fn tissue(&self, name: &str, found: &Identification, record: &str) -> Result<String, Failure> {
+        let fit = &found.fits[0];
+        if !fit.is_settled() {
+            return Err(Failure::bad_input(format_args!(
+                "the record does not determine the parameters of {}: give another --model or a longer record",
+                fit.kind
+            )));
+        }
+        let model = fit.to_model().map_err(|error| {
+            Failure::input_with_advice(
+                format_args!("the fit of {} is not a tissue: {error}", fit.kind),
+                "give another --model",
+            )
+        })?;
+        let (unit, of) = match found.kind {
+            RecordKind::History => (" Pa", "stress"),
+            RecordKind::Creep => ("", "log compliance"),
+            _ => ("", "log modulus"),
+        };
+        let date = StartTime::at(SystemTime::now()).rfc3339();
+        let source = Source {
+            citation: format!(
+                "fit by {PROGRAM} to the {} record {record}",
+                found.kind.name()
+            ),
+            conditions: self
+                .conditions
+                .clone()
+                .unwrap_or_else(|| "not given".to_owned()),
+            checked: false,
+            date: date.split('T').next().unwrap_or_default().to_owned(),
+            residual: format!(
+                "rms {}{unit} in {of}, {} samples",
+                digits(fit.rms, 4),
+                found.samples
+            ),
+            ..Source::default()
+        };
+        let description = format!("identified from {record}");
+        let material = Material::new(name, &description, model, source).map_err(Failure::input)?;
+        Ok(material.with_range(range(found)).to_toml())
+    }
+}
+
+/// How well a model fits.
+fn quality(kind: RecordKind, fit: &Fit) -> Value {
+    let rms = match kind {
+        RecordKind::History => json!({"rms_residual_pa": fit.rms}),
+        _ => json!({"rms_log_residual": fit.rms}),
+    };
+    joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
+}
+
+/// Parameters by name.
+fn parameters(fit: &Fit) -> Value {
+    let parameters = fit.parameters.iter().map(|own| {
+        let parameter = json!({
+            "value": own.value,
+            "unit": if own.unit.is_empty() { "1" } else { own.unit },
+            "standard_error": own.standard_error,
+            "low_95": own.low_95,
+            "high_95": own.high_95,
+        });
+        (own.name.to_owned(), parameter)
+    });
+    Value::Object(parameters.collect())
+}
+
+/// Where the record had samples.
+fn range(found: &Identification) -> ValidRange {
+    let ends = |values: &[f64]| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        (Some(low), Some(values.iter().copied().fold(low, f64::max)))
+    };
+    let (from, to) = ends(&found.x);
+    let mut range = ValidRange::default();
+    match found.kind {
+        RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
+        // A motion begins somewhere on its clock; its length is what counts.
+        RecordKind::History => range.time_to_s = to.zip(from).map(|(to, from)| to - from),
+        _ => (range.time_from_s, range.time_to_s) = (from, to),
+    }
+    range
 }

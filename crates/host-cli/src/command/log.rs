@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// Tasks with a log.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Say what is in a log: samples, times, conditions, events; exit code 0 for a damaged one too, `check` judges
     #[command(after_help = "Example: host-cli log info results/relax-0001/relax.mcap")]
     Info {
@@ -106,7 +106,7 @@ impl Command {
     ///
     /// # Errors
     /// A file that cannot be read or written; for `check` and `recover` a log that is not whole.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
             Self::Info { log } => {
                 let summary = inspect(&log)?;

@@ -1,19 +1,19 @@
-//! `materials`: the tissue library.
+//! `materials`: the tissue library, and a tissue as a Prony series for a finite-element program.
 
-mod export;
-pub(super) mod folder;
-
-use crate::output::Output;
-use clap::Subcommand;
-use folder::Folder;
+use crate::files::{PROGRAM, TextFile};
+use crate::output::{Output, warn};
+use crate::parse::{one_of, whole, within};
+use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
-use haptic_quantity::written;
-use haptic_tissue::{Material, ValidRange};
-use serde::Serialize;
+use haptic_experiment::parameters::range;
+use haptic_quantity::{Time, written};
+use haptic_tissue::{ExportFormat, Library, Material, MaxwellBranch, PronyFit, ValidRange};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 
 /// Tasks with the library.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// List all tissues
     #[command(after_help = "Example: host-cli materials list --library my-tissues")]
     List(Folder),
@@ -30,64 +30,40 @@ pub enum Command {
         folder: Folder,
     },
     /// Export a Prony series for ANSYS, Abaqus or FEBio
-    Export(export::Arguments),
-}
-
-/// The list.
-#[derive(Serialize)]
-struct List<'a> {
-    materials: &'a [Material],
-}
-
-/// What of the list is shown without `--json`.
-#[derive(Serialize)]
-struct ShownList<'a> {
-    materials: Vec<Shown<'a>>,
-}
-
-#[derive(Serialize)]
-struct Shown<'a> {
-    name: &'a str,
-    model: &'static str,
-    valid_for: String,
-    checked: bool,
-    description: &'a str,
-    source: &'a str,
+    Export(Export),
 }
 
 impl Command {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A wrong file or an unknown name.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
             Self::List(folder) => {
                 let library = folder.load()?;
                 let materials = library.materials();
-                let shown = materials.iter().map(Shown::of).collect();
-                output.report_as(&List { materials }, &ShownList { materials: shown })
+                let shown: Vec<Value> = materials.iter().map(shown).collect();
+                output.report_as(
+                    &json!({"materials": materials}),
+                    &json!({"materials": shown}),
+                )
             }
             Self::Show { name, folder } => {
                 let material = folder.load()?.find(&name).map_err(Failure::input)?;
                 output.text(&material, |out| write!(out, "{}", material.text))
             }
-            Self::Export(arguments) => arguments.run(output),
+            Self::Export(export) => export.run(output),
         }
     }
 }
 
-impl<'a> Shown<'a> {
-    fn of(material: &'a Material) -> Self {
-        Self {
-            name: &material.name,
-            model: material.model.kind().name(),
-            valid_for: valid_for(&material.range),
-            checked: material.source.checked,
-            description: &material.description,
-            source: &material.source.citation,
-        }
-    }
+/// What of a tissue is in the list without `--json`.
+fn shown(material: &Material) -> Value {
+    json!({
+        "name": material.name,
+        "model": material.model.kind().name(),
+        "valid_for": valid_for(&material.range),
+        "checked": material.source.checked,
+        "description": material.description,
+        "source": material.source.citation,
+    })
 }
 
 /// The times, frequencies and strains of the measurement, as far as they are known.
@@ -111,4 +87,90 @@ fn valid_for(range: &ValidRange) -> String {
         true => "not stated".to_owned(),
         false => known.join(", "),
     }
+}
+
+/// Arguments of `materials export`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli materials export fish-muscle --prony 12 --horizon 1000s --format ansys --out muscle.inp\n\
+                  table: modulus / Pa and relaxation time / s. ansys: TB,PRONY with the instantaneous modulus. abaqus: g_i, k_i, \
+                  tau_i with MODULI=INSTANTANEOUS. febio: g_i, t_i of viscoelastic, at most six, with the long-term modulus."
+)]
+pub(crate) struct Export {
+    /// Name from the list, or TOML file
+    name: String,
+    /// Most branches [default: 12, 6 for febio]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(PronyFit::BRANCHES))]
+    prony: Option<usize>,
+    /// Longest time at which it holds
+    #[arg(long, value_parser = within::<Time>(range::MEMORIES), default_value = "1000s")]
+    horizon: Time,
+    /// Shortest time at which it holds
+    #[arg(long, value_parser = within::<Time>(range::MEMORIES), default_value = "1ms")]
+    shortest: Time,
+    /// table, ansys, abaqus or febio
+    #[arg(long, value_parser = one_of(ExportFormat::ALL.map(|one| (one, one.name(), "")).to_vec()), default_value = "table")]
+    format: ExportFormat,
+    #[command(flatten)]
+    file: TextFile,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+impl Export {
+    fn run(self, output: Output) -> Result<(), Failure> {
+        let material = self.folder.load()?.find(&self.name);
+        let material = material.map_err(Failure::input)?;
+        let branches = self.prony.unwrap_or(self.format.branches());
+        let fit = PronyFit::new(&material.model, branches, self.shortest.0, self.horizon.0)
+            .map_err(Failure::bad_input)?;
+        let kind = material.model.kind();
+        let citation = &material.source.citation;
+        let title = format!("{} ({kind}), {citation}; {PROGRAM}", material.name);
+        let text = fit.text(self.format, &title).map_err(Failure::bad_input)?;
+        let file = self.file.write(&text)?;
+        let in_file = file.is_some();
+        let column = |value: fn(&MaxwellBranch) -> f64| -> Vec<f64> {
+            fit.branches.iter().map(value).collect()
+        };
+        let exported = json!({
+            "tissue": material.name,
+            "model": kind.name(),
+            "format": self.format.name(),
+            "shortest_s": fit.shortest_s,
+            "horizon_s": fit.horizon_s,
+            "max_relative_error": fit.max_relative_error,
+            "instantaneous_modulus_pa": fit.instantaneous_modulus_pa(),
+            "elastic_modulus_pa": fit.elastic_modulus_pa,
+            "branch_moduli_pa": column(|one| one.elastic_modulus_pa),
+            "branch_times_s": column(|one| one.relaxation_time_s),
+            "file": file,
+        });
+        match in_file {
+            true => output.summary(&exported),
+            false => output.text(&exported, |out| write!(out, "{text}")),
+        }
+    }
+}
+
+/// The folder with more tissues.
+#[derive(Debug, Args)]
+pub(crate) struct Folder {
+    /// Folder with more tissue files
+    #[arg(long, value_name = "DIR")]
+    library: Option<PathBuf>,
+}
+
+impl Folder {
+    /// All tissues: the program's own and those of the folder.
+    pub(crate) fn load(&self) -> Result<Library, Failure> {
+        library(self.library.as_deref())
+    }
+}
+
+/// The program's own tissues and those of a folder; says which of its files are not tissues.
+pub(crate) fn library(folder: Option<&Path>) -> Result<Library, Failure> {
+    let library = Library::load(folder).map_err(Failure::input)?;
+    library.skipped().for_each(|file| warn(&file));
+    Ok(library)
 }

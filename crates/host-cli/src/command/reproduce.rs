@@ -1,20 +1,17 @@
 //! `reproduce`: every figure of the dissertation, and the verdict on each claim.
 
-use super::conduct::progress_bar;
-use super::stop::stop_on_interrupt;
+use super::conduct::{progress_bar, stop_on_interrupt};
 use crate::files::{Place, folder, save_picture};
 use crate::output::Output;
 use crate::picture_file::PictureFileError;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::write_text;
 use haptic_log::record::NewFileError;
-use reproduce::Claim;
 use reproduce::claims::{COUNT, judge_all};
 use reproduce::figure::Figure;
 use reproduce::figures::FIGURES;
 use reproduce::report::{ReportFigure, html, markdown};
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -23,7 +20,7 @@ use std::sync::atomic::Ordering;
 #[command(after_help = "Example: host-cli reproduce --out reproduction\n\
                         Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps what is done, writes the \
                         report of it and exits with 1.")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Folder for figures and report
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -32,33 +29,8 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-/// The reports, by extension; the last is the one to look at.
-const REPORTS: [&str; 2] = ["md", "html"];
-
-/// The result.
-#[derive(Serialize)]
-struct Reproduction {
-    figures: Vec<Made>,
-    claims: Vec<Claim>,
-    /// Null if it could not be written.
-    report: Option<String>,
-    /// Why it ended early; null if it did not. What is there is whole.
-    ended_early: Option<&'static str>,
-}
-
-#[derive(Serialize)]
-struct Made {
-    id: &'static str,
-    picture: String,
-    data: String,
-}
-
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Files that cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut place = Place::look(Some(&self.out), "report", self.overwrite, &["html", "md"])?;
         self.check_figures()?;
         let bar = progress_bar((FIGURES.len() + COUNT) as u64, output);
@@ -88,28 +60,22 @@ impl Arguments {
             false => judge_all(&go_on).map_err(|error| Failure::Run(error.into()))?,
         };
         bar.finish_and_clear();
-        let texts = [markdown(&claims, &shown), html(&claims, &shown)];
-        let mut written = None;
-        for (extension, text) in REPORTS.into_iter().zip(texts) {
-            written = place.write(|folder| {
-                let file = folder.file(extension);
-                write_text(&file, &text, self.overwrite)?;
-                Ok(file.display().to_string())
-            });
-        }
-        let result = Reproduction {
-            figures,
-            claims,
-            report: written,
-            ended_early: stopped().then_some("interrupted"),
-        };
-        output.summary(&result)?;
-        place.close(match result.ended_early {
+        place.text("md", &markdown(&claims, &shown));
+        // The one to look at; null if it could not be written.
+        let report = place.text("html", &html(&claims, &shown));
+        // What is there is whole.
+        let ended_early = stopped().then_some("interrupted");
+        let (drawn, judged) = (figures.len(), claims.len());
+        output.summary(&json!({
+            "figures": figures,
+            "claims": claims,
+            "report": report,
+            "ended_early": ended_early,
+        }))?;
+        place.close(match ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
-                "{reason}: {} of {} figures and {} of {COUNT} claims were done and are kept",
-                result.figures.len(),
-                FIGURES.len(),
-                result.claims.len()
+                "{reason}: {drawn} of {} figures and {judged} of {COUNT} claims were done and are kept",
+                FIGURES.len()
             ))),
             None => Ok(()),
         })
@@ -134,7 +100,7 @@ impl Arguments {
     }
 
     /// Data and picture of a figure, and what the report shows of it.
-    fn save(&self, figure: &Figure) -> Result<(Made, ReportFigure), Failure> {
+    fn save(&self, figure: &Figure) -> Result<(Value, ReportFigure), Failure> {
         let picture = figure.draw().map_err(PictureFileError::from)?;
         let stem = format!("figure-{}", figure.id);
         let folder = folder(Some(self.out.clone()), &stem, self.overwrite).prepare()?;
@@ -149,11 +115,7 @@ impl Arguments {
             data: file_name(&data),
             svg,
         };
-        let made = Made {
-            id: figure.id,
-            picture: saved,
-            data,
-        };
+        let made = json!({"id": figure.id, "picture": saved, "data": data});
         Ok((made, in_report))
     }
 }

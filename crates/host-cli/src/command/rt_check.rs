@@ -1,15 +1,12 @@
 //! `rt-check`: is this machine fit for a loop at 1, 4 or 10 kHz?
 
-use super::conduct::progress_bar;
-use super::realtime::ThreadArguments;
-use super::stop::stop_on_interrupt;
+use crate::command::conduct::{ThreadArguments, progress_bar, stop_on_interrupt};
 use crate::output::Output;
-use crate::whole::whole;
+use crate::parse::whole;
 use clap::Args;
 use fracdiff::parameter::Shown;
-use haptic_experiment::Failure;
-use haptic_experiment::RealtimeOptions;
 use haptic_experiment::question::RtCheck;
+use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_quantity::{Frequency, Time};
 use std::time::Duration;
 
@@ -22,15 +19,15 @@ Run it while the machine does its usual work, for more than a minute: rare delay
 /// Arguments of `rt-check`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli rt-check --duration 60s --busy 2")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Time to measure each rate for
-    #[arg(long, default_value = "5s", allow_hyphen_values = true)]
+    #[arg(long, default_value = "5s")]
     duration: Time,
     /// A rate to measure; may be given more than once [default: 1kHz, 4kHz and 10kHz]
-    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "RATE")]
     rate: Vec<Frequency>,
     /// Threads of normal priority that keep processors busy meanwhile
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_hyphen_values = true, value_parser = whole::<u16>(0..=1024))]
+    #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = whole::<u16>(0..=1024))]
     busy: u16,
     /// Measure a plain loop (`std::thread::sleep`, normal priority) in turns with the runner, to compare with
     #[arg(long)]
@@ -40,11 +37,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A duration, rate or core outside its range; interrupted.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         /// Ten cycles of the slowest rate at least; a day at most.
         const DURATIONS_S: std::ops::RangeInclusive<f64> = 0.01..=86_400.0;
         if !DURATIONS_S.contains(&self.duration.0) {

@@ -1,8 +1,7 @@
-//! `run`: any experiment, from a file.
+//! `run`: any experiment, from a file; `relax` and `creep`, from options alone.
 
-use super::experiment::RunArguments;
-use crate::keys;
-use crate::options::Options;
+use crate::command::conduct::RunArguments;
+use crate::options::{Options, keys};
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
@@ -14,7 +13,7 @@ use haptic_experiment::parameters::{
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 Runs the experiment of a TOML file, or again that of a log. The file has one table; its keys name their SI unit, as in \
 duration_s = 200, and options win over them. Paths in the file start from its folder. [drive] beside [relax] or [creep] \
 names a controller file, whose controller holds the indenter.
@@ -90,7 +89,7 @@ fn described(parameter: &Parameter) -> String {
     after_help = "Examples:\n  host-cli run experiments/wall.toml stiffness=5kN/m --out wall\n  \
                   host-cli run wall/wall.mcap --out again"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The experiment, or the log of a run that is to be made again
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -101,12 +100,42 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A file that is wrong; what went wrong in the run, with its exit code.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let file = Document::read(&self.file).map_err(Failure::input)?;
         self.run.run(&self.options.over(file)?, output)
+    }
+}
+
+pub(crate) const RELAX_ABOUT: &str = "\
+Stress relaxation: an indenter compresses a virtual tissue and holds it. The loop renders the tissue; \
+its force is recorded, drawn and compared with theory.
+
+Writes relax.mcap (for PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. In the log the \
+tissue pushes back with a negative force; in the CSV, the picture and the report reaction forces are positive.";
+
+pub(crate) const RELAX_EXAMPLES: &str = "Examples:\n  host-cli relax --tissue prostate-healthy \
+                  --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
+                  # short memory fails\n  host-cli relax encoder_resolution=1um safety.stop_time=50ms";
+
+pub(crate) const CREEP_ABOUT: &str = "\
+Creep: the indenter pushes a virtual tissue with a constant force. The strain is recorded, drawn and compared \
+with its closed form (a Mittag-Leffler function, or a power law without elastic modulus).
+
+Writes creep.mcap, creep.csv, creep.svg and creep.png. Mass and damping of the simulated rig slow the first \
+second down; the report says by how much.";
+
+/// Arguments of an experiment without a file.
+#[derive(Debug, Args)]
+pub(crate) struct Experiment<K: keys::Named> {
+    #[command(flatten)]
+    options: Options<K>,
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+impl<K: keys::Named> Experiment<K> {
+    pub(crate) fn run(self, kind: &str, output: Output) -> Result<(), Failure> {
+        let document = self.options.over(Document::new(kind))?;
+        self.run.run(&document, output)
     }
 }

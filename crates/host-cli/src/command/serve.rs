@@ -1,16 +1,13 @@
 //! `serve`: the page in a browser.
 
-use super::device_model::DeviceModelArguments;
-use super::materials::folder::Folder;
-use super::realtime::ThreadArguments;
-use super::stop::stop_on_interrupt;
-use crate::choice::choice;
+use crate::command::conduct::{ThreadArguments, stop_on_interrupt};
+use crate::command::materials::Folder;
 use crate::files::provenance;
-use crate::output::{Output, note};
-use crate::whole::whole;
+use crate::options::DeviceModelArguments;
+use crate::output::{Output, note, warn};
+use crate::parse::{choice, whole};
 use clap::Args;
-use haptic_experiment::Failure;
-use haptic_experiment::Imperfections;
+use haptic_experiment::{Failure, Imperfections};
 use haptic_page::{DeviceNumbers, OnClose, PageServer, ServerOptions};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -39,7 +36,7 @@ One page holds the controls, others watch. The space bar stops: force zero first
 #[command(
     after_help = "Examples:\n  host-cli serve\n  host-cli serve --port 0 --no-browser --runs my-results"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Port of the address; 0 for any that is free
     #[arg(long, default_value_t = PORT, value_parser = whole::<u16>(0..=u16::MAX))]
     port: u16,
@@ -68,10 +65,7 @@ struct Address<'a> {
 
 impl Arguments {
     /// Serves until Ctrl-C.
-    ///
-    /// # Errors
-    /// A port that is taken, a wrong tissue file.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let stop = stop_on_interrupt()?;
         let file = self.device.read()?;
         let device = file.as_ref().map(|file| DeviceNumbers {
@@ -95,12 +89,9 @@ impl Arguments {
         if !self.no_browser
             && let Err(error) = open::that_detached(address)
         {
-            note(
-                "warning",
-                format_args!(
-                    "no browser was opened ({error}): copy the address into one, or give --no-browser"
-                ),
-            );
+            warn(&format!(
+                "no browser was opened ({error}): copy the address into one, or give --no-browser"
+            ));
         }
         while !stop.load(Ordering::Relaxed) {
             if let Some(said) = server.notice(LOOK) {

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "Example: host-cli completions bash > ~/.local/share/bash-completion/completions/host-cli"
 )]
-pub struct Completions {
+pub(crate) struct Completions {
     /// The shell
     shell: clap_complete::Shell,
 }
@@ -20,7 +20,7 @@ pub struct Completions {
 /// Arguments of `man`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli man man1 && man -l man1/host-cli-relax.1")]
-pub struct Man {
+pub(crate) struct Man {
     /// Folder for the pages, made if it is not there
     directory: PathBuf,
     /// Replace pages that are there
@@ -43,10 +43,7 @@ struct Pages {
 
 impl Completions {
     /// Runs the command, for the command line as a whole.
-    ///
-    /// # Errors
-    /// If standard output cannot be written.
-    pub fn run(self, mut whole: clap::Command, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, mut whole: clap::Command, output: Output) -> Result<(), Failure> {
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut whole, "host-cli", &mut script);
         let script = Script {
@@ -59,10 +56,7 @@ impl Completions {
 
 impl Man {
     /// Runs the command, for the command line as a whole.
-    ///
-    /// # Errors
-    /// If a page is there already, or the folder cannot be written.
-    pub fn run(self, whole: clap::Command, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, whole: clap::Command, output: Output) -> Result<(), Failure> {
         let folder = self.directory.display();
         std::fs::create_dir_all(&self.directory)
             .map_err(|error| Failure::writing(error, format_args!("cannot make `{folder}`")))?;

@@ -1,29 +1,24 @@
 //! `teleoperate`: one side of a teleoperation, the other in another process.
 
-use super::conduct::{both_saved, drawn, lacks};
-use super::stop::stop_on_interrupt;
-use crate::files::{folder, overwrite_acts};
-use crate::keys;
-use crate::options::Options;
+use crate::command::conduct::{both_saved, drawn, lacks, stop_on_interrupt};
+use crate::files::RunFiles;
+use crate::options::{Options, keys};
 use crate::output::{Output, note, warn};
+use crate::parse::within;
 use crate::picture::of_side;
-use crate::within::within;
 use clap::Args;
-use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::experiment::teleoperation::{End, FarEnd, FarReport, SideCurves, Terms};
 use haptic_experiment::judge::Published;
-use haptic_experiment::parameters::SAMPLE_TIME;
-use haptic_experiment::parameters::range;
-use haptic_experiment::{ExperimentFile, Supervisor, TeleoperationExperiment};
+use haptic_experiment::parameters::{SAMPLE_TIME, range};
+use haptic_experiment::{ExperimentFile, Failure, Supervisor, TeleoperationExperiment};
 use haptic_quantity::{Strain, Time, digits, written};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The long help.
-pub const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 Runs one side of a teleoperation on a simulated device, by the clock. The other side runs in another process; they exchange UDP datagrams. \
 The side that listens is the slave, in the remote tissue or wall; the side that connects is the master, in the hand. Both need the same \
 [teleoperation] file; a partner with other values is refused.
@@ -39,7 +34,7 @@ The line gave energy if the sum of both sides' given_j is above 0.";
     after_help = "Example: host-cli teleoperate experiments/teleoperation.toml --listen 127.0.0.1:4810\n         \
                   host-cli teleoperate experiments/teleoperation.toml --connect 127.0.0.1:4810"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// A file with a table [teleoperation] [default: all of its defaults]
     #[arg(value_name = "FILE.toml")]
     file: Option<PathBuf>,
@@ -55,37 +50,23 @@ pub struct Arguments {
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
-    #[arg(long, value_parser = within::<Time>(range::WAITS), default_value = "60s", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::WAITS), default_value = "60s")]
     patience: Time,
     /// Largest share of the ticks that this machine may skip
     #[arg(long, value_parser = within::<Strain>(range::SHARES), value_name = "SHARE")]
-    #[arg(default_value = "10%", allow_hyphen_values = true)]
+    #[arg(default_value = "10%")]
     skipped_most: Strain,
-    /// Folder for log, CSV and pictures of this side [default: the next free results/master-0001 or slave-0001]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Replace the files of an earlier run in the folder
-    #[arg(long)]
-    overwrite: bool,
+    #[command(flatten)]
+    files: RunFiles,
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A wrong file or address; nobody, or the wrong one, at the other end; silence, a fault or Ctrl-C in the middle.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let document = self.document()?;
         let mut experiment = experiment(&document)?;
         experiment.force_unstable = self.force_unstable;
-        let patience = Duration::try_from_secs_f64(self.patience.0).map_err(|_| {
-            Failure::bad_input(format_args!(
-                "patience {} s is no time to wait: give --patience, as in 60s",
-                self.patience.0
-            ))
-        })?;
         let terms = Terms {
-            patience,
+            patience: Duration::from_secs_f64(self.patience.0),
             skipped_most: self.skipped_most.0,
         };
         let end = self.end()?;
@@ -102,8 +83,7 @@ impl Arguments {
                 let _ = writeln!(io::stdout(), "{what}: {address}");
             }
         };
-        overwrite_acts(self.out.as_deref(), self.overwrite)?;
-        let mut request = folder(self.out.clone(), &end.side().to_string(), self.overwrite);
+        let mut request = self.files.folder(&end.side().to_string())?;
         document
             .keep_in(&mut request.provenance)
             .map_err(Failure::input)?;
@@ -178,8 +158,6 @@ fn shown(run: Published<FarReport, SideCurves>, output: Output) -> Result<FarRep
     }
 }
 
-/// # Errors
-/// A side that was not passive though it must be, that was late, or that ended early.
 fn ended_well(
     report: &FarReport,
     experiment: &TeleoperationExperiment,

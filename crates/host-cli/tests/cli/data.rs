@@ -1,8 +1,6 @@
 //! `weights`, `differintegrate`, `materials`, `completions`, `man`: numbers and text in and out.
 
-mod materials;
-
-use crate::process::{Place, cases, number, says};
+use crate::process::{Place, cases, holds, number, says};
 use serde_json::Value;
 
 /// A tissue file that is right; its order is in line 7.
@@ -31,7 +29,6 @@ fn weights_as_json_have_the_contracts_keys() {
 }
 
 #[test]
-#[cfg(unix)]
 fn a_reader_that_goes_away_is_no_error() {
     // No pipefail in sh: the exit code goes through a file.
     let script = "(\"$0\" weights --order 0.5 --count 1000000; echo $? > code) | head -n 1";
@@ -151,7 +148,6 @@ fn completions_name_the_commands() {
 }
 
 #[test]
-#[cfg(unix)]
 fn bash_completes_with_the_script() {
     // The function that the script defines completes `host-cli rel`.
     let script = "command -v bash >/dev/null || exit 77
@@ -198,9 +194,9 @@ fn man_replaces_nothing_unless_it_is_told_to() {
     let ended = place.run("man pages");
     assert_eq!(ended.code, Some(2), "{ended}");
     let said = ended.error();
-    assert!(
+    holds(
         said.contains("`pages/host-cli-relax.1` already exists"),
-        "{said}"
+        &said,
     );
     assert!(said.contains("--overwrite"), "{said}");
     assert_eq!(place.text("pages/host-cli-relax.1"), "my notes");
@@ -248,4 +244,184 @@ fn the_long_help_of_a_command_is_all_of_it() {
             assert!(text.contains(word), "{line}: no \"{word}\" in {help}");
         }
     }
+}
+
+#[test]
+fn materials_are_listed_with_those_of_the_user() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("mine")).expect("makes the folder");
+    place.write("mine/gel.toml", GEL);
+    let names = |line: &str| -> Vec<String> {
+        let list = place.run(line).succeeded().json();
+        let list = list["materials"].as_array().expect("a list").clone();
+        let name = |m: &Value| m["name"].as_str().expect("a name").to_owned();
+        list.iter().map(name).collect()
+    };
+    let own = ["prostate-cancerous", "prostate-healthy", "fish-muscle"];
+    assert_eq!(names("materials list --json"), own);
+    let with_gel = names("materials list --library mine --json");
+    assert_eq!(with_gel, [own[0], own[1], own[2], "gel"]);
+    let text = place.run("materials list --library mine").succeeded();
+    let muscle = text.stdout.split("fish-muscle").nth(1).expect("a row");
+    says(
+        muscle,
+        &["fractional-maxwell", "13.9 ms to 981 s", "no", "pyRheo"],
+    );
+    assert!(text.stdout.contains("gel"), "{text}");
+}
+
+#[test]
+fn a_material_is_shown_with_its_source() {
+    let place = Place::new();
+    place.write("gel.toml", GEL);
+    let gel = place.run("materials show gel.toml --json").succeeded();
+    let gel = gel.json();
+    assert_eq!(number(&gel, "viscosity_pa_s_alpha"), 5.0);
+    assert_eq!(gel["model"], "fractional-kelvin-voigt");
+    assert_eq!(number(&gel["parameters"], "second_order"), 0.0);
+    let muscle = place.run("materials show fish-muscle --json").succeeded();
+    let muscle = muscle.json();
+    assert_eq!(muscle["order"], Value::Null);
+    assert_eq!(number(&muscle["parameters"], "second_order"), 0.1102);
+    assert_eq!(gel["source"]["checked"], Value::from(true));
+    let show = place.run("materials show prostate-cancerous --json");
+    let show = show.succeeded().json();
+    assert_eq!(number(&show, "order"), 0.2247);
+    assert_eq!(show["source"]["checked"], Value::from(false));
+    let citation = show["source"]["citation"].as_str().expect("text");
+    assert!(citation.contains("Tokatlı"), "{citation}");
+}
+
+#[test]
+fn what_show_prints_of_a_tissue_that_comes_along_is_a_file_to_start_from() {
+    let place = Place::new();
+    let shown = place.run("materials show prostate-healthy").succeeded();
+    place.write("copy.toml", shown.stdout);
+    let copy = place.run("materials show copy.toml --json").succeeded();
+    let original = place.run("materials show prostate-healthy --json");
+    assert_eq!(copy.json(), original.succeeded().json());
+}
+
+#[test]
+fn a_tissue_is_exported_for_finite_elements_with_its_error() {
+    let place = Place::new();
+    let table = place.run("materials export fish-muscle --prony 12 --horizon 1000s");
+    let table = table.succeeded().stdout;
+    let rows: Vec<&str> = table
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .collect();
+    assert_eq!(rows[0], "branch,modulus_pa,relaxation_time_s");
+    assert!(rows.len() <= 14, "{table}");
+    holds(
+        table.contains("# largest relative error of G over this band: "),
+        &table,
+    );
+    let line = "materials export fish-muscle --format febio --out muscle.xml";
+    let said = place.run(line).succeeded().stdout;
+    holds(
+        said.contains("muscle.xml") && said.contains("max relative error"),
+        &said,
+    );
+    let written = std::fs::read_to_string(place.path("muscle.xml")).expect("a file");
+    assert!(written.contains("<g0>1</g0>"), "{written}");
+    place.run(line).refused(2, &["muscle.xml"]);
+    place.run(&format!("{line} --overwrite")).succeeded();
+    let json = place.run("materials export prostate-healthy --format abaqus --json");
+    let json = json.succeeded().json();
+    assert!(number(&json, "max_relative_error") < 0.01);
+    assert_eq!(
+        json["branch_moduli_pa"].as_array().map(Vec::len),
+        json["branch_times_s"].as_array().map(Vec::len)
+    );
+    assert_eq!(json["file"], Value::Null);
+    place
+        .run("materials export fish-muscle --format febio --prony 7")
+        .refused(2, &["take --prony", "6"]);
+}
+
+#[test]
+fn what_is_no_tissue_is_named_with_its_reason_and_skipped() {
+    let place = Place::new();
+    std::fs::create_dir_all(place.path("mine/folder.toml")).expect("makes folders");
+    place.write("mine/gel.toml", GEL);
+    place.write("mine/wall.toml", GEL.replace("order = 0.3", "order = 1.3"));
+    place.write("mine/bytes.toml", "\u{0}\u{1}");
+    // A pipe that nobody writes to must not be waited for.
+    place.shell("mkfifo mine/pipe.toml").succeeded();
+    for line in [
+        "materials list",
+        "export-c --tissue gel --sample-time 1ms --horizon 10s --name gel --out gel.h",
+    ] {
+        let ended = place.run(&format!("{line} --library mine"));
+        let skipped = ended.stderr.matches("warning: skipped").count();
+        assert_eq!(skipped, 4, "{ended}");
+        for file in ["folder", "wall", "bytes", "pipe"] {
+            says(&ended.stderr, &[&format!("mine/{file}.toml")]);
+        }
+        let reasons = [
+            "it is not a regular file",
+            "mine/wall.toml:7: order = 1.3 is not in [0, 1]",
+        ];
+        says(&ended.stderr, &reasons);
+        ended.succeeded_with_warnings();
+    }
+}
+
+#[test]
+fn a_header_is_written_once_and_compiles() {
+    let place = Place::new();
+    let command = "export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h";
+    place.run(command).succeeded();
+    let header = place.text("half.h");
+    assert!(header.contains("static inline float half_step(half_t *self, float x)"));
+    assert!(
+        header.contains("D^0.5 x, sample time 0.001 s") && header.contains("Error up to 3600 s")
+    );
+    place.write(
+        "main.c",
+        "#include \"half.h\"\n#include <stdio.h>\nint main(void) { half_t h; half_init(&h); \
+         printf(\"%.9g\\n\", (double)half_step(&h, 1.0f)); return 0; }\n",
+    );
+    let ran = place.shell("cc -std=c99 -Wall -Wextra -Werror main.c -o main && ./main");
+    // The first output is T^(−1/2).
+    let first: f64 = ran.succeeded().stdout.trim().parse().expect("a number");
+    assert!((first - 1000f64.sqrt()).abs() < 1e-5, "{first}");
+    place
+        .run(command)
+        .refused(2, &["half.h", "already exists", "--overwrite"]);
+    place.run(&format!("{command} --overwrite")).succeeded();
+}
+
+#[test]
+fn without_a_file_the_header_is_printed() {
+    let place = Place::new();
+    let printed =
+        place.run("export-c --order 1 --sample-time 1ms --scheme grunwald:2 --precision f64");
+    assert!(
+        printed
+            .succeeded()
+            .stdout
+            .contains("double operator_d_output(")
+    );
+    let json = place
+        .run("export-c --order 1 --sample-time 1ms --scheme grunwald:2 --json")
+        .json();
+    assert_eq!(json["coefficients"], 2);
+    assert!(
+        json["header"]
+            .as_str()
+            .is_some_and(|header| header.contains("#endif"))
+    );
+    assert!(json["file"].is_null() && json["error_bound"].is_null());
+}
+
+#[test]
+fn what_gives_no_header_is_refused_in_one_line() {
+    Place::new().refuses(
+        r#"
+        export-c --order 0.5 --sample-time 1ms --name int => "int" | C identifier | --name
+        export-c --order 0.5 --sample-time 1ms --out no/where/half.h => no/where/half.h | folder
+        "#,
+    );
 }

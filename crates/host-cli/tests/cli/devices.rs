@@ -1,33 +1,21 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal.
 
-mod flash;
 mod gone;
-#[cfg(unix)]
-mod impossible;
 mod lines;
-#[cfg(unix)]
+mod makers;
 mod middle;
-mod moteus;
-mod ports;
-mod safety;
-mod searches;
-mod selftest;
-#[cfg(unix)]
+mod promises;
 mod unheard;
-#[cfg(unix)]
-mod untold;
-#[cfg(unix)]
-mod watched;
 
 pub(crate) use crate::emulated::Emulated;
-use crate::process::says;
+use crate::process::{holds, says};
 use serde_json::Value;
 use std::time::Duration;
 
 const RELAX: &str = "relax --device serial:device watchdog=1s --contact rigid --duration 4s --ramp-time \
                      0.5s --out run --quiet";
 
-fn number(value: &Value, path: &str) -> f64 {
+pub(crate) fn at(value: &Value, path: &str) -> f64 {
     let found = value.pointer(path).and_then(Value::as_f64);
     found.unwrap_or_else(|| panic!("no number {path} in {value}"))
 }
@@ -38,11 +26,11 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
     let device = Emulated::new("--speed 4");
     device.loosen();
     let report = device.json(RELAX);
-    assert_eq!(number(&report, "/link/samples_lost"), 0.0);
-    assert_eq!(number(&report, "/dropped_samples"), 0.0);
-    assert!(number(&report, "/samples") >= 4001.0);
-    assert!(number(&report, "/max_relative_error") < 1e-4, "{report}");
-    assert!(number(&report, "/closed_form_error") < 2e-4, "{report}");
+    assert_eq!(at(&report, "/link/samples_lost"), 0.0);
+    assert_eq!(at(&report, "/dropped_samples"), 0.0);
+    assert!(at(&report, "/samples") >= 4001.0);
+    assert!(at(&report, "/max_relative_error") < 1e-4, "{report}");
+    assert!(at(&report, "/closed_form_error") < 2e-4, "{report}");
     assert_eq!(report["precision"], "f32");
     assert_eq!(report["tick_ns"], Value::Null);
     assert_eq!(report["link"]["board"], "emulated");
@@ -57,7 +45,7 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
     // The log says the same.
     let info = device.json("log info run/relax.mcap");
     assert_eq!(info["complete"], true);
-    assert_eq!(number(&info, "/samples"), number(&report, "/samples"));
+    assert_eq!(at(&info, "/samples"), at(&report, "/samples"));
 }
 
 #[test]
@@ -67,12 +55,12 @@ fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
     let line = RELAX.replace("--duration 4s", "--duration 2s");
     // A machine that is busy answers late.
     let report = device.json(&format!("{line} --loop host max_age_ticks=1000"));
-    assert_eq!(number(&report, "/link/samples_lost"), 0.0);
+    assert_eq!(at(&report, "/link/samples_lost"), 0.0);
     // Where it answers ten ticks late and more, the log has the forces that the device went on with.
-    let late = number(&report, "/link/stale_forces") >= 10.0;
-    let follows = number(&report, "/max_relative_error") < 1e-6;
+    let late = at(&report, "/link/stale_forces") >= 10.0;
+    let follows = at(&report, "/max_relative_error") < 1e-6;
     assert!(late || follows, "{report}");
-    let in_closed_form = number(&report, "/closed_form_error") < 2e-4;
+    let in_closed_form = at(&report, "/closed_form_error") < 2e-4;
     assert!(late || in_closed_form, "{report}");
     assert_eq!(report["precision"], "f64");
     assert_eq!(report["link"]["loop"], "host");
@@ -108,8 +96,8 @@ fn parameters_are_set_as_a_whole_and_read_back() {
     let on = "--device serial:device";
     let set = format!("device set {on} stiffness=2N/mm order=0.5 dissipation=20 watchdog=50ms");
     let after = device.json(&set);
-    assert_eq!(number(&after, "/stiffness_n_per_m"), 2000.0);
-    assert_eq!(number(&after, "/watchdog_s"), 0.05);
+    assert_eq!(at(&after, "/stiffness_n_per_m"), 2000.0);
+    assert_eq!(at(&after, "/watchdog_s"), 0.05);
     assert_eq!(after["operator"]["form"], "modes");
     assert_eq!(device.json(&format!("device get {on}")), after);
     device
@@ -138,10 +126,10 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
         "device set --device serial:device stiffness=123N/m order=0.5 dissipation=2 rise_time=0.2s",
     );
     // What was loosened, and by how much.
-    assert!(
+    holds(
         set.stderr
             .contains("warning: loosened: rise time from 500 ms to 200 ms"),
-        "{set}"
+        &set,
     );
     assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");
     let before = device.json(get);
@@ -157,9 +145,9 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     );
     assert_eq!(device.json(get), before);
     let info = device.place.run("log info wall/wall.mcap --json");
-    assert!(
+    holds(
         info.stdout.contains("\"device_force_limit_n\":\"10\""),
-        "{info}"
+        &info,
     );
     // A host that is killed in the middle of a run leaves no more.
     let line = RELAX.replace("watchdog=1s", "watchdog=300ms");

@@ -80,7 +80,6 @@ impl Emulated {
     }
 
     /// It hangs: its port is there, and it says nothing.
-    #[cfg(unix)]
     pub(crate) fn hang(&mut self) {
         signal(&self.child, "STOP");
     }

@@ -1,7 +1,7 @@
 //! Faults and what is kept of them, and the pre-flight that is to prevent some.
 
 use crate::devices::Emulated;
-use crate::process::{PATIENCE, Place, number, says, signal};
+use crate::process::{PATIENCE, Place, holds, number, says, signal};
 use serde_json::Value;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -40,9 +40,9 @@ fn a_fault_is_kept_with_a_thousand_samples_before_it_and_a_hundred_after() {
         .as_str()
         .and_then(|t| t.parse().ok())
         .expect("a tick");
-    assert!(
+    holds(
         (number(&check, "first_s") - 1e-3 * (tick - 999.0)).abs() < 1e-9,
-        "{check}"
+        &check,
     );
     assert_eq!(check["events"][0]["kind"], "fault");
     // Everything needed to repeat the run is there too.
@@ -203,10 +203,7 @@ fn an_unstable_wall_is_refused_on_a_device_and_noted_on_the_simulated_one() {
     assert_eq!(info["state"], "idle", "{info}");
 
     let forced = place.run("run wall.toml --out wall --force-unstable --json");
-    assert!(
-        forced.stderr.contains("unstable by the analysis"),
-        "{forced}"
-    );
+    holds(forced.stderr.contains("unstable by the analysis"), &forced);
     let report = forced.json();
     assert_eq!(report["preflight"]["stable"], false, "{report}");
     assert_eq!(report["stable"], false, "{report}");

@@ -1,11 +1,11 @@
 //! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
 
-#[cfg(unix)]
-mod from_outside;
-
+use crate::devices::Emulated;
 use crate::experiments::SHORT;
 use crate::process::{Ended, PATIENCE, Place, number, says, table};
-use std::process::Child;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 use testkit::skip;
 
@@ -16,7 +16,6 @@ const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,envi
 const STOPPING: u8 = 8;
 
 /// Starts `host-cli LINE`, and sends it a signal as soon as it is `ready`; before that does something else.
-#[cfg(unix)]
 fn start_and_signal(
     place: &Place,
     line: &str,
@@ -39,13 +38,11 @@ fn start_and_signal(
 }
 
 /// Starts `host-cli LINE` and sends it a signal when the file `log` holds a few hundred samples.
-#[cfg(unix)]
 fn run_and_signal(place: &Place, line: &str, log: &str, signal: &str) -> Ended {
     run_and_meanwhile(place, line, log, signal, || ())
 }
 
 /// The same; before the signal does something else.
-#[cfg(unix)]
 fn run_and_meanwhile(
     place: &Place,
     line: &str,
@@ -60,7 +57,6 @@ fn run_and_meanwhile(
 }
 
 /// The checks of a run that a signal has stopped.
-#[cfg(unix)]
 fn a_signal_stops_the_run_safely(signal: &str) {
     // 2 N/s, so that the way from 0.15 N to zero takes some 70 ticks.
     const RATE_LIMIT_N_PER_S: f64 = 2.0;
@@ -110,19 +106,16 @@ fn a_signal_stops_the_run_safely(signal: &str) {
 }
 
 #[test]
-#[cfg(unix)]
 fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
     a_signal_stops_the_run_safely("INT");
 }
 
 #[test]
-#[cfg(unix)]
 fn a_termination_signal_ramps_the_force_to_zero_and_closes_the_log() {
     a_signal_stops_the_run_safely("TERM");
 }
 
 #[test]
-#[cfg(unix)]
 fn a_folder_that_a_run_writes_to_is_its_own() {
     let place = Place::new();
     let log = "run/relax.mcap.part";
@@ -146,7 +139,6 @@ fn a_folder_that_a_run_writes_to_is_its_own() {
 }
 
 #[test]
-#[cfg(unix)]
 fn creep_stops_at_ctrl_c_too() {
     let place = Place::new();
     let line = "creep --realtime --out run --quiet";
@@ -157,7 +149,6 @@ fn creep_stops_at_ctrl_c_too() {
 }
 
 #[test]
-#[cfg(unix)]
 fn an_interrupted_run_is_not_blamed_for_what_the_stop_did() {
     let place = Place::new();
     let line = "relax --realtime --out run --json";
@@ -172,7 +163,6 @@ fn an_interrupted_run_is_not_blamed_for_what_the_stop_did() {
 }
 
 #[test]
-#[cfg(unix)]
 fn an_interrupted_run_leaves_no_picture_of_the_run_it_overwrites() {
     let place = Place::new();
     place.run(SHORT).succeeded();
@@ -234,7 +224,6 @@ fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
 }
 
 /// The promises for a disk that took only the first of `run/`.
-#[cfg(unix)]
 fn a_full_disk_was_survived(place: &Place, ended: Ended) {
     let ended = ended.refused(
         4,
@@ -261,7 +250,6 @@ fn a_full_disk_was_survived(place: &Place, ended: Ended) {
 
 /// Runs a line of the shell where no file may be longer than so many blocks of 512 bytes; nothing where the shell cannot
 /// limit it. Ignoring SIGXFSZ makes the write fail as on a full disk; messages are no files.
-#[cfg(unix)]
 fn with_short_files(place: &Place, blocks: u32, line: &str) -> Option<Ended> {
     let ended = place.shell(&format!("trap '' XFSZ; ulimit -f {blocks} && {line}"));
     if ended.stderr.contains("ulimit") {
@@ -272,7 +260,6 @@ fn with_short_files(place: &Place, blocks: u32, line: &str) -> Option<Ended> {
 }
 
 #[test]
-#[cfg(unix)]
 fn a_limit_on_the_file_size_ends_the_run_with_what_was_written() {
     let place = Place::new();
     if let Some(ended) = with_short_files(&place, 200, "exec \"$0\" relax --out run") {
@@ -302,7 +289,6 @@ fn a_full_disk_ends_the_run_with_what_was_written() {
 }
 
 #[test]
-#[cfg(unix)]
 fn a_disk_without_room_for_the_table_keeps_log_and_picture() {
     let place = Place::new();
     // The log of 3001 samples takes 250 kB, the CSV 400 kB.
@@ -319,7 +305,6 @@ fn a_disk_without_room_for_the_table_keeps_log_and_picture() {
 }
 
 #[test]
-#[cfg(unix)]
 fn a_disk_without_room_for_a_table_speaks_of_no_log_where_there_is_none() {
     let place = Place::new();
     // The table of 1000 frequencies takes 40 kB.
@@ -373,7 +358,6 @@ fn a_full_disk_under_the_summary_is_an_error_that_says_so() {
 }
 
 #[test]
-#[cfg(unix)]
 fn a_full_disk_under_any_file_loses_data_and_says_so() {
     let place = Place::new();
     place.run(SHORT).succeeded();
@@ -390,4 +374,154 @@ fn a_full_disk_under_any_file_loses_data_and_says_so() {
         assert_eq!(ended.code, Some(4), "{ended}");
         assert_eq!(ended.error().lines().count(), 1, "{ended}");
     }
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn every_signal_that_ends_or_stops_a_program_ends_a_run_in_order() {
+    // Ctrl-\, Ctrl-Z, and others that somebody may send; the last are STKFLT and the first and last of those without a name.
+    const SIGNALS: [&str; 18] = [
+        "QUIT", "TSTP", "TTIN", "TTOU", "ALRM", "VTALRM", "PROF", "USR1", "USR2", "XCPU", "ABRT",
+        "SYS", "TRAP", "IO", "PWR", "16", "RTMIN", "RTMAX",
+    ];
+    let everywhere = if cfg!(target_os = "linux") { 18 } else { 13 };
+    for some in SIGNALS[..everywhere].chunks(6) {
+        std::thread::scope(|scope| {
+            for signal in some {
+                scope.spawn(move || ends_in_order(signal));
+            }
+        });
+    }
+}
+
+fn ends_in_order(signal: &str) {
+    let place = Place::new();
+    let line = "relax --realtime --out run";
+    let ended = run_and_signal(&place, line, "run/relax.mcap.part", signal).failed(1);
+    let error = ended.error();
+    assert!(error.contains("interrupted: the run ended at"), "{ended}");
+    assert_eq!(place.files(), ["run/", "run/relax.mcap"], "{signal}");
+}
+
+#[test]
+fn a_folder_that_is_removed_under_a_run_is_lost_data() {
+    let place = Place::new();
+    let log = "run/relax.mcap.part";
+    for (done, what) in [
+        (
+            std::fs::remove_file as fn(std::path::PathBuf) -> std::io::Result<()>,
+            "was removed while",
+        ),
+        (
+            |path| std::fs::File::create(path).map(drop),
+            "was emptied or cut while",
+        ),
+    ] {
+        let path = place.path(log);
+        let line = "relax --realtime --out run --overwrite";
+        let ended = run_and_meanwhile(&place, line, log, "INT", || done(path).expect("is done"));
+        ended.refused(4, &[log, what, "make the run again"]);
+        let _ = std::fs::remove_file(place.path(log));
+    }
+}
+
+/// Latest kill, ms after the start of the process.
+const LATEST_MS: u64 = 1200;
+/// Runs at the same time: they wait for the clock for the most part.
+const AT_ONCE: usize = 3;
+
+/// A kill and what it left.
+#[derive(Debug)]
+struct Kill {
+    after_ms: u64,
+    /// True if the log had been begun.
+    begun: bool,
+    /// Ticks saved.
+    saved: f64,
+}
+
+/// Starts `host-cli LINE` in a place, kills it, and saves its log.
+fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
+    let mut command = place.command(line);
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().expect("the binary starts");
+    std::thread::sleep(Duration::from_millis(after_ms));
+    // SIGKILL on Unix: nothing of the process runs after it.
+    child.kill().expect("can be killed");
+    let status = child.wait().expect("ends");
+    assert!(!status.success(), "it had ended before: {status}");
+    if !place.path("run/relax.mcap.part").exists() {
+        return Kill {
+            after_ms,
+            begun: false,
+            saved: 0.0,
+        };
+    }
+    let recovery = place.run("log recover run/relax.mcap.part saved.mcap --json");
+    assert!(matches!(recovery.code, Some(0 | 4)), "{recovery}");
+    let recovered = recovery.json();
+    let check = place.run("log check saved.mcap --json").succeeded().json();
+    let saved = number(&check, "samples");
+    assert_eq!(check["gaps"], serde_json::json!([]), "{check}");
+    assert_eq!(number(&recovered, "samples"), saved);
+    if saved > 0.0 {
+        // From the first tick on, without a gap.
+        assert_eq!(number(&check, "first_s"), 0.0, "{check}");
+        assert_eq!(number(&recovered, "last_tick"), saved - 1.0);
+        let missing = recovered["missing"].to_string();
+        assert!(missing.contains("whatever came after tick"), "{missing}");
+    }
+    Kill {
+        after_ms,
+        begun: true,
+        saved,
+    }
+}
+
+/// Kills as many runs as asked for.
+fn kill_many(few: usize, seed: u64, place: impl Fn() -> (Place, Option<Emulated>, String) + Sync) {
+    let from_environment = |name: &str| -> Option<u64> { std::env::var(name).ok()?.parse().ok() };
+    let kills = from_environment("KILLS").map_or(few, |kills| kills as usize);
+    let seed = from_environment("KILL_SEED").unwrap_or(0) + seed;
+    let mut random = Pcg64::seed_from_u64(seed);
+    let moments: Vec<u64> = (0..kills).map(|_| random.next_u64() % LATEST_MS).collect();
+    let kill = |after_ms| {
+        let (place, device, line) = place();
+        let place = device.as_ref().map_or(&place, Emulated::place);
+        kill_once(place, &line, after_ms)
+    };
+    let together = |moments: &[u64]| -> Vec<Kill> {
+        std::thread::scope(|scope| {
+            let start = |&after_ms| scope.spawn(move || kill(after_ms));
+            let threads: Vec<_> = moments.iter().map(start).collect();
+            let ends = threads.into_iter().map(|thread| thread.join());
+            ends.map(|kill| kill.expect("is right")).collect()
+        })
+    };
+    let kills: Vec<Kill> = moments.chunks(AT_ONCE).flat_map(together).collect();
+    let begun = kills.iter().filter(|kill| kill.begun).count();
+    let saved: f64 = kills.iter().map(|kill| kill.saved).sum();
+    let latest = kills.iter().max_by_key(|kill| kill.after_ms);
+    println!(
+        "{} kills, seed {seed}: {begun} after the log was begun, all recovered, {saved} samples; latest {latest:?}",
+        kills.len(),
+    );
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_run_killed_at_any_moment_leaves_a_log_that_is_whole_up_to_there() {
+    kill_many(6, 1, || {
+        let line = "relax --realtime --contact rigid --out run --quiet";
+        (Place::new(), None, line.to_owned())
+    });
+}
+
+#[test]
+fn so_does_a_run_on_a_device() {
+    kill_many(2, 2, || {
+        let device = Emulated::new("");
+        let line = "relax --device serial:device watchdog=1s --contact rigid --out run --quiet";
+        (Place::new(), Some(device), line.to_owned())
+    });
 }

@@ -321,6 +321,12 @@ pub(crate) fn cases(table: &str) -> Vec<(&str, Vec<&str>)> {
     cases
 }
 
+/// This is so; else what was said is shown.
+#[track_caller]
+pub(crate) fn holds(is_so: bool, said: &impl fmt::Display) {
+    assert!(is_so, "{said}");
+}
+
 /// A number in a JSON object.
 pub(crate) fn number(object: &serde_json::Value, key: &str) -> f64 {
     object[key]

@@ -1,7 +1,6 @@
 //! Bad usage and bad input: each a one-line error with its exit code, and no file made.
 
-mod files;
-
+use crate::experiments::SHORT;
 use crate::process::{Place, cases};
 
 /// Runs each line of a table of [`cases`] in a folder that holds only the regular file `file`, and gathers all
@@ -88,13 +87,12 @@ fn a_value_is_refused_in_the_words_in_which_it_was_given() {
         relax stress=5 => stress=5: unknown key `stress` in [relax] | did you mean `strain`
         relax --strain 4% strain=3% => strain=3%: strain is given twice, the other is --strain 4%
         relax --tissue jelly => jelly | prostate-cancerous | prostate-healthy
-        weights --order 3 => 3 | [-2, 2] | --order
+        weights --order 3 => order 3 is not from -2 to 2: change --order
         differintegrate --order 0.5 --sample-time 0 file => 0 s | --sample-time
         ",
     );
 }
 
-#[cfg(unix)]
 #[test]
 fn a_file_may_have_a_name_that_is_no_text() {
     use std::os::unix::ffi::OsStrExt as _;
@@ -105,4 +103,82 @@ fn a_file_may_have_a_name_that_is_no_text() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.starts_with("error: "), "{said}");
+}
+
+/// Permissions do not stop the superuser; a folder below a regular file cannot be made by anyone.
+#[test]
+fn a_folder_that_cannot_be_made_is_refused() {
+    all_refused(
+        2,
+        "
+        relax --out file/run => file/run | --out
+        man file/run => file/run
+        ",
+    );
+}
+
+#[test]
+fn files_of_an_earlier_run_are_kept_unless_overwriting_is_asked_for() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    let files = place.files();
+    let (log, csv) = (place.read("run/relax.mcap"), place.read("run/relax.csv"));
+    let other = format!("{SHORT} --strain 4%");
+    let ended = place.run(&other);
+    ended.refused(2, &["run/relax.mcap", "already exists", "--overwrite"]);
+    assert!(place.read("run/relax.mcap") == log && place.read("run/relax.csv") == csv);
+
+    place.run(&format!("{other} --overwrite")).succeeded();
+    assert_eq!(place.files(), files);
+    assert!(place.read("run/relax.mcap") != log && place.read("run/relax.csv") != csv);
+}
+
+#[test]
+fn one_file_of_an_earlier_run_is_enough_to_be_refused() {
+    for ending in ["csv", "mcap.part"] {
+        let place = Place::new();
+        let name = format!("run/relax.{ending}");
+        std::fs::create_dir(place.path("run")).expect("makes the folder");
+        place.write(&name, "theirs");
+        place.run(SHORT).refused(2, &[name.as_str()]);
+        assert_eq!(place.files(), ["run/", &name]);
+        assert_eq!(place.text(&name), "theirs");
+    }
+}
+
+#[test]
+fn bad_parameters_do_not_cost_the_files_they_would_have_overwritten() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    let files = place.files();
+    for bad in ["--strain 0", "--scheme oustaloup:3:100:1"] {
+        place.run(&format!("{SHORT} --overwrite {bad}")).failed(2);
+        assert_eq!(place.files(), files, "after {bad}");
+    }
+}
+
+#[test]
+fn a_cut_log_in_the_way_costs_nothing_either() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    place.write("run/relax.mcap.part", "");
+    let files = place.files();
+    let ended = place.run(&format!("{SHORT} --overwrite"));
+    ended.refused(2, &["run/relax.mcap.part", "log recover"]);
+    assert_eq!(place.files(), files);
+}
+
+/// A pipe that nobody writes to must not be waited for.
+#[test]
+fn a_pipe_is_no_record_and_no_log() {
+    let place = Place::new();
+    place.shell("mkfifo q.csv p.mcap").succeeded();
+    place.refuses(
+        "
+        log info p.mcap => p.mcap | not a regular file
+        identify p.mcap --area 4cm2 --thickness 20mm => p.mcap | not a regular file
+        control analyze --plant q.csv => q.csv | not a regular file
+        ",
+    );
+    assert_eq!(place.files().len(), 2, "nothing was written");
 }

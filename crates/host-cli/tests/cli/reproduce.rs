@@ -1,15 +1,12 @@
 //! `reproduce`: every figure and claim of the dissertation.
 
-use super::process::Place;
+use super::process::{Place, holds};
 use serde_json::Value;
 
 /// The data of a figure that was made again, with its quantities, and its picture.
 fn assert_figure(place: &Place, figure: &Value) {
     let data = place.text(figure["data"].as_str().expect("a path"));
-    assert!(
-        data.lines().count() > 50 && !data.contains("NaN"),
-        "{figure}"
-    );
+    holds(data.lines().count() > 50 && !data.contains("NaN"), &figure);
     // Quantities with their units, not x and y.
     let quantities = match figure["id"].as_str().expect("an id") {
         "3.3" => "theta_rad,magnitude,stiffness_coefficient,damping_coefficient",
@@ -43,9 +40,9 @@ fn assert_claims(claims: &[Value]) {
         assert!(statement.contains(words), "{id}: {statement}");
     }
     for claim in claims {
-        assert!(
+        holds(
             claim["verdict"].is_string() && claim["statement"].is_string(),
-            "{claim}"
+            &claim,
         );
         assert!(claim["muir"]["numbers"].is_string() && claim["exact"]["holds"].is_boolean());
     }

@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::header::{Heading, remedy, split, understand};
-use super::text::{Passed, TextTable, wrong};
+use super::text::{Passed, TextTable, number, too_many, wrong};
 use crate::identify::keys::{COLUMNS, UNITS};
 
 /// The user's instructions for a table.
@@ -255,14 +255,7 @@ impl Reader {
     ) -> Result<Option<Vec<f64>>, IdentifyError> {
         let mut values = Vec::with_capacity(found.len());
         if row.len() > table.header.len() {
-            return Err(wrong(
-                line,
-                &format!(
-                    "{} cells under a header of {}: is a comma meant as a decimal point? Then separate cells by tabs or semicolons",
-                    row.len(),
-                    table.header.len()
-                ),
-            ));
+            return Err(wrong(line, &too_many(row, table.header.len())));
         }
         for f in found {
             let cell = row.get(f.place).unwrap_or("");
@@ -281,18 +274,6 @@ impl Reader {
         }
         Ok(Some(values))
     }
-}
-
-/// A finite number; decimal commas where commas do not separate cells.
-fn number(cell: &str, delimiter: u8) -> Option<f64> {
-    let value = match cell.parse::<f64>() {
-        Ok(value) => Some(value),
-        Err(_) if delimiter != b',' && cell.matches(',').count() == 1 => {
-            cell.replace(',', ".").parse().ok()
-        }
-        Err(_) => None,
-    };
-    value.filter(|value| value.is_finite())
 }
 
 fn place(table: &TextTable, choice: &Choice) -> Result<usize, IdentifyError> {

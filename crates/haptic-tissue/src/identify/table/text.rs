@@ -62,7 +62,17 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let delimiter = delimiter(utf8(bytes)?)?;
-    let mut rows = rows(bytes, delimiter)?.into_iter();
+    let mut rows = Vec::new();
+    each_row(bytes, delimiter, |line, row| {
+        if rows.len() > SAMPLES_MOST + 1 {
+            let reason =
+                format!("more than {SAMPLES_MOST} rows: omit every second one, or cut the record");
+            return Err(wrong(line, &reason));
+        }
+        rows.push((line, row.clone()));
+        Ok(())
+    })?;
+    let mut rows = rows.into_iter();
     let (header_line, header) = rows.next().unwrap_or_default();
     // Messages show names in one line.
     let header: Vec<String> = (header.iter())
@@ -108,8 +118,12 @@ fn delimiter(text: &str) -> Result<u8, IdentifyError> {
     Ok(found.unwrap_or(b','))
 }
 
-/// Line and cells of every row that has any, the header too.
-fn rows(bytes: &[u8], delimiter: u8) -> Result<Vec<(u64, StringRecord)>, IdentifyError> {
+/// Line and cells of every row that has any, the header too, one after another.
+fn each_row(
+    bytes: &[u8],
+    delimiter: u8,
+    mut take: impl FnMut(u64, &StringRecord) -> Result<(), IdentifyError>,
+) -> Result<(), IdentifyError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -117,7 +131,7 @@ fn rows(bytes: &[u8], delimiter: u8) -> Result<Vec<(u64, StringRecord)>, Identif
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(bytes);
-    let (mut rows, mut lines, mut row) = (Vec::new(), Lines::new(bytes), StringRecord::new());
+    let (mut lines, mut row) = (Lines::new(bytes), StringRecord::new());
     while (reader.read_record(&mut row)).map_err(|error| {
         wrong(
             error.position().map_or(1, csv::Position::line),
@@ -125,16 +139,99 @@ fn rows(bytes: &[u8], delimiter: u8) -> Result<Vec<(u64, StringRecord)>, Identif
         )
     })? {
         let line = lines.of_row_before(reader.position().byte(), &row);
-        if rows.len() > SAMPLES_MOST + 1 {
-            let reason =
-                format!("more than {SAMPLES_MOST} rows: omit every second one, or cut the record");
-            return Err(wrong(line, &reason));
-        }
         if row.iter().any(|cell| !cell.is_empty()) {
-            rows.push((line, row.clone()));
+            take(line, &row)?;
         }
     }
-    Ok(rows)
+    Ok(())
+}
+
+/// Columns of numbers by the names that stand above them, and the line of each row; cells apart and passed over as by [`read_table`].
+///
+/// # Errors
+/// As [`read_table`], but one column is enough; no or two columns of a name; no row; a cell that is not a finite number, with its line.
+#[expect(clippy::type_complexity, reason = "lines, and a list a name")]
+pub fn read_columns<const N: usize>(
+    bytes: &[u8],
+    names: [&str; N],
+) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
+    if bytes.len() as u64 > TABLE_MOST {
+        return Err(IdentifyError::Record(format!(
+            "the table is longer than {TABLE_MOST} bytes: cut it into pieces"
+        )));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let delimiter = delimiter(utf8(bytes)?)?;
+    let (mut lines, mut columns) = (Vec::new(), [const { Vec::new() }; N]);
+    let (mut header, mut places) = (None, [0; N]);
+    each_row(bytes, delimiter, |line, row| {
+        let Some(header) = &header else {
+            for (place, name) in places.iter_mut().zip(names) {
+                *place = place_of(name, line, row)?;
+            }
+            header = Some(row.clone());
+            return Ok(());
+        };
+        if row.len() > header.len() {
+            return Err(wrong(line, &too_many(row, header.len())));
+        }
+        lines.push(line);
+        for ((column, &place), name) in columns.iter_mut().zip(&places).zip(names) {
+            let cell = row.get(place).unwrap_or("");
+            column.push(number(cell, delimiter).ok_or_else(|| IdentifyError::Line {
+                line,
+                column: Some(name.to_owned()),
+                reason: match cell {
+                    "" => "no value: give a number in every row".to_owned(),
+                    cell => format!("{cell:?} is not a finite number"),
+                },
+            })?);
+        }
+        Ok(())
+    })?;
+    match lines.is_empty() {
+        true => Err(IdentifyError::Record(
+            "no rows below the header: give numbers".to_owned(),
+        )),
+        false => Ok((lines, columns)),
+    }
+}
+
+/// The one column of this name.
+fn place_of(name: &str, line: u64, header: &StringRecord) -> Result<usize, IdentifyError> {
+    let mut places = (0..header.len()).filter(|&place| &header[place] == name);
+    match (places.next(), places.next()) {
+        (Some(place), None) => Ok(place),
+        (None, _) => {
+            let names: Vec<&str> = header.iter().collect();
+            let reason = format!("no column {name} in the header {:?}", names.join(","));
+            Err(wrong(line, &reason))
+        }
+        (Some(_), Some(_)) => {
+            let reason = format!("more than one column is named {name}: rename all but one");
+            Err(wrong(line, &reason))
+        }
+    }
+}
+
+/// Why a row is wider than its header.
+pub(super) fn too_many(row: &StringRecord, width: usize) -> String {
+    format!(
+        "{} cells under a header of {width}: is a comma meant as a decimal point? Then separate cells by tabs or semicolons",
+        row.len()
+    )
+}
+
+/// A finite number; decimal commas where commas do not separate cells.
+pub(super) fn number(cell: &str, delimiter: u8) -> Option<f64> {
+    let value = match cell.parse::<f64>() {
+        Ok(value) => Some(value),
+        Err(_) if delimiter != b',' && cell.matches(',').count() == 1 => {
+            cell.replace(',', ".").parse().ok()
+        }
+        Err(_) => None,
+    };
+    value.filter(|value| value.is_finite())
 }
 
 /// Lines of rows: the reader's own count does not know of empty lines before a row.

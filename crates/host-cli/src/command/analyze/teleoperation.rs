@@ -1,27 +1,26 @@
 //! `analyze teleoperation`: two hands over a line, what is stable and what is felt.
 
-mod answer;
-
-use super::arguments::{Files, logarithmic};
-use crate::command::materials::folder::library;
-use crate::keys;
-use crate::options::{Given, Options};
+use super::logarithmic;
+use crate::command::materials::library;
+use crate::options::{Given, WithFiles, keys};
 use crate::output::Output;
-use answer::{Answer, Best, Point};
-use clap::Args;
+use crate::page::{Panel, Points, linear, logarithmic as axis, page};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
     AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
+    Transparency,
 };
-use haptic_experiment::Failure;
 use haptic_experiment::experiment::teleoperation::{ArchitectureName, RemotePlace};
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::analysis as a;
-use haptic_experiment::{ModelledTissue, Named as _, TissuePiece};
+use haptic_experiment::{Failure, ModelledTissue, Named as _, TissuePiece};
+use haptic_figure::{FigureError, Look, Picture};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -29,19 +28,6 @@ use std::path::Path;
 const DELAY_MOST_S: f64 = 1.0;
 /// Orders that are tried: 0, 0.05, … 1.
 const ORDERS: u32 = 20;
-
-/// Arguments of `analyze teleoperation`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  host-cli analyze teleoperation --coupler-stiffness 300 --coupler-dissipation 10 --order 0.5 --line-delay 20ms\n  \
-                  host-cli analyze teleoperation --line-delay 20ms --best --out far"
-)]
-pub struct TeleoperationArguments {
-    #[command(flatten)]
-    options: Options<keys::Hands>,
-    #[command(flatten)]
-    files: Files,
-}
 
 pub(super) const LONG_ABOUT: &str = "\
 Is a teleoperation stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and held forces)? Up to \
@@ -60,72 +46,109 @@ struct Question {
     environment: Vec<Complex<f64>>,
 }
 
-impl TeleoperationArguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A parameter outside its range; files that cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
-        let given = self.options.given()?;
-        let asked = Asked {
-            architecture: architecture(&given)?,
-            given,
-        };
-        if asked.architecture == Architecture::TimeDomain {
-            return Err(Failure::bad_input(
-                "time-domain is not a linear law: analyze its coupler with --architecture position-position",
-            ));
-        }
-        asked.all_act()?;
-        let mut place = self.files.look("teleoperation")?;
-        let question = asked.question()?;
-        let candidates = match asked.given.flag(&a::BEST) {
-            true => asked.candidates(&question)?,
-            false => Vec::new(),
-        };
-        let best = (candidates.iter())
-            .min_by(|a, b| a.error.total_cmp(&b.error))
-            .copied();
-        // What is shown is the best, if there is one.
-        let hands = match best {
-            Some(best) => Teleoperation {
-                line: best.line,
-                ..question.hands
-            },
-            None => question.hands,
-        };
-        let stability = hands.absolute_stability().map_err(refused)?;
-        let largest = hands.largest_delay(DELAY_MOST_S).map_err(refused)?;
-        let felt =
-            (hands.transparency(&question.omegas, &question.environment)).map_err(refused)?;
-        let points = question.points(&hands)?;
-        let mut answer = Answer {
-            architecture: asked.architecture.name(),
-            line_delay_s: hands.delay_s,
-            tissue: question.place.words(),
-            absolutely_stable: stability.stable,
-            least_ratio: stability.least_ratio,
-            worst_hz: stability.worst_rad_s / TAU,
-            largest_delay_s: match largest {
-                LargestDelay::None => None,
-                LargestDelay::Below { delay_s } => Some(delay_s),
-                LargestDelay::Any => Some(DELAY_MOST_S),
-            },
-            any_delay: largest == LargestDelay::Any,
-            passive_line: asked.architecture.is_passive(),
-            error: felt.error,
-            largest_db: felt.largest_db,
-            largest_degrees: felt.largest_degrees,
-            points,
-            candidates,
-            best,
-            files: Vec::new(),
-        };
-        let rows = answer.points.iter().copied();
-        answer.files = place.table_and_picture(rows, || answer.draw(&hands));
-        output.report(&answer)?;
-        place.close(Ok(()))
+/// Is it stable, up to which delay, and what is felt?
+pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<(), Failure> {
+    let given = asked.options.given()?;
+    let files = asked.files;
+    let asked = Asked {
+        architecture: architecture(&given)?,
+        given,
+    };
+    if asked.architecture == Architecture::TimeDomain {
+        return Err(Failure::bad_input(
+            "time-domain is not a linear law: analyze its coupler with --architecture position-position",
+        ));
     }
+    asked.all_act()?;
+    let mut place = files.look("teleoperation", &[])?;
+    let question = asked.question()?;
+    let candidates = match asked.given.flag(&a::BEST) {
+        true => asked.candidates(&question)?,
+        false => Vec::new(),
+    };
+    let best = (candidates.iter()).min_by(|a, b| a.1.error.total_cmp(&b.1.error));
+    // What is shown is the best, if there is one.
+    let hands = Teleoperation {
+        line: best.map_or(question.hands.line, |best| best.0),
+        ..question.hands
+    };
+    let stability = hands.absolute_stability().map_err(refused)?;
+    let largest = hands.largest_delay(DELAY_MOST_S).map_err(refused)?;
+    let felt = (hands.transparency(&question.omegas, &question.environment)).map_err(refused)?;
+    let points = question.points(&hands)?;
+    let shown = Shown {
+        architecture: asked.architecture.name(),
+        tissue: question.place.words(),
+        points: &points,
+        candidates: &candidates,
+        hands: &hands,
+    };
+    let files = place.table_and_picture(points.iter(), || shown.draw());
+    let candidate = |found: &Candidate| {
+        let (coupler, impedance) = parts(found.0);
+        json!({
+            "order": coupler.map(|coupler| coupler.order.get()),
+            "coupler_stiffness_n_per_m": coupler.map(|coupler| coupler.stiffness_n_per_m),
+            "coupler_dissipation_n_s_mu_per_m": coupler.map(|coupler| coupler.dissipation_n_s_mu_per_m),
+            "wave_impedance_n_s_per_m": impedance,
+            "error": found.1.error,
+            "largest_db": found.1.largest_db,
+            "largest_degrees": found.1.largest_degrees,
+        })
+    };
+    output.report(&json!({
+        "architecture": shown.architecture,
+        "line_delay_s": hands.delay_s,
+        "tissue": shown.tissue,
+        "absolutely_stable": stability.stable,
+        "least_ratio": stability.least_ratio,
+        "worst_hz": stability.worst_rad_s / TAU,
+        // Null if it is not stable even without delay.
+        "largest_delay_s": match largest {
+            LargestDelay::None => None,
+            LargestDelay::Below { delay_s } => Some(delay_s),
+            LargestDelay::Any => Some(DELAY_MOST_S),
+        },
+        // The longest that was tried.
+        "any_delay": largest == LargestDelay::Any,
+        // It gives no energy at any delay.
+        "passive_line": asked.architecture.is_passive(),
+        "error": felt.error,
+        "largest_db": felt.largest_db,
+        "largest_degrees": felt.largest_degrees,
+        "points": points,
+        "candidates": candidates.iter().map(candidate).collect::<Vec<Value>>(),
+        "best": best.map(candidate),
+        "files": files,
+    }))?;
+    place.close(Ok(()))
+}
+
+/// The best coupler or impedance of an order.
+type Candidate = (HandLine, Transparency);
+
+/// Coupler and wave impedance of a line: one of them.
+const fn parts(line: HandLine) -> (Option<HandCoupler>, Option<f64>) {
+    match line {
+        HandLine::PositionPosition(coupler) | HandLine::PositionForce(coupler) => {
+            (Some(coupler), None)
+        }
+        HandLine::Wave {
+            impedance_n_s_per_m,
+            ..
+        } => (None, Some(impedance_n_s_per_m)),
+    }
+}
+
+/// One frequency.
+#[derive(Clone, Copy, Serialize)]
+struct Point {
+    frequency_hz: f64,
+    tissue_n_per_m: f64,
+    tissue_degrees: f64,
+    felt_n_per_m: f64,
+    felt_degrees: f64,
+    llewellyn_ratio: f64,
 }
 
 /// What was asked.
@@ -267,7 +290,7 @@ impl Asked {
     }
 
     /// The best of each order, or of waves.
-    fn candidates(&self, question: &Question) -> Result<Vec<Best>, Failure> {
+    fn candidates(&self, question: &Question) -> Result<Vec<Candidate>, Failure> {
         let search = CouplerSearch {
             hands: question.hands,
             omegas_rad_s: question.omegas.clone(),
@@ -283,7 +306,7 @@ impl Asked {
             let mu = f64::from(n) / f64::from(ORDERS);
             let order = Order::new(mu).map_err(Failure::input)?;
             if let Some(best) = search.best(order).map_err(refused)? {
-                found.push(Best::new(best.line, best.transparency));
+                found.push((best.line, best.transparency));
             }
         }
         if found.is_empty() {
@@ -334,5 +357,69 @@ impl Question {
             })
         };
         pairs.map(point).collect()
+    }
+}
+
+/// What is drawn.
+struct Shown<'a> {
+    architecture: &'static str,
+    tissue: String,
+    points: &'a [Point],
+    candidates: &'a [Candidate],
+    hands: &'a Teleoperation,
+}
+
+impl Shown<'_> {
+    fn draw(&self) -> Result<Picture, FigureError> {
+        let panel = |caption, y, tissue: fn(&Point) -> f64, felt: fn(&Point) -> f64| {
+            let over = |value: fn(&Point) -> f64| {
+                let points = self.points.iter();
+                points.map(move |p| (p.frequency_hz, value(p)))
+            };
+            Panel::new(caption, axis("frequency / Hz"), y)
+                .with("tissue", Look::Line, 1, over(tissue))
+                .with("felt in the hand", Look::Line, 0, over(felt))
+        };
+        let mut panels = vec![
+            panel(
+                "stiffness",
+                axis("|F/x| / N·m⁻¹"),
+                |p| p.tissue_n_per_m,
+                |p| p.felt_n_per_m,
+            ),
+            panel(
+                "phase",
+                linear("phase / °"),
+                |p| p.tissue_degrees,
+                |p| p.felt_degrees,
+            ),
+        ];
+        let errors: Points = (self.candidates.iter())
+            .filter_map(|(line, felt)| Some((parts(*line).0?.order.get(), felt.error)))
+            .collect();
+        if errors.len() > 1 {
+            let caption = "the best coupler of each order";
+            let panel = Panel::new(caption, linear("order μ"), linear("rms of ln(felt/tissue)"));
+            panels.push(panel.with("best coupler", Look::Markers, 2, errors));
+        }
+        let law = match parts(self.hands.line) {
+            (Some(coupler), _) => format!(
+                "spring {:.4} N/m · damper {:.4} N·s^{{μ}}/m · μ = {}",
+                coupler.stiffness_n_per_m, coupler.dissipation_n_s_mu_per_m, coupler.order
+            ),
+            (None, impedance) => format!("b = {:.4} N·s/m", impedance.unwrap_or(f64::NAN)),
+        };
+        let subtitle = format!(
+            "{} · delay {} ms · {law} · {}",
+            self.architecture,
+            1e3 * self.hands.delay_s,
+            self.tissue
+        );
+        page(
+            "What the hand feels of a tissue far away",
+            &subtitle,
+            2,
+            &panels,
+        )
     }
 }

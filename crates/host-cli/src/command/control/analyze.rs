@@ -1,18 +1,22 @@
 //! `control analyze`: the verdict on a loop, its root and its margins; or the poles of a plant.
 
-use super::controller::ControllerArguments;
 use super::draw::{draw_loop, draw_plant};
-use super::plant::{NamedPlant, PlantArguments};
-use super::reports::MarginReport;
-use super::words::{decibel, refused, verdict};
-use crate::command::analyze::Files;
+use super::loops::{ControllerArguments, NamedPlant, PlantArguments};
+use super::{margins, refused};
+use crate::command::analyze::decibel;
+use crate::files::Files;
 use crate::output::Output;
 use clap::Args;
-use fractional_control::ControllerSetup;
-use fractional_control::analysis::{LoopAnalysis, LoopPoint, analyse, curve, poles};
+use core::f64::consts::PI;
+use fractional_control::analysis::{
+    AT_REST, Cause, LoopAnalysis, LoopPoint, OtherGain, analyse, curve, poles,
+};
 use fractional_control::num_complex::Complex;
+use fractional_control::{ControllerSetup, Crossing, Margins};
 use haptic_experiment::Failure;
+use haptic_quantity::{digits, written};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 pub(super) const LONG_ABOUT: &str = "\
 Judges the loop as it runs: the controller's weights, the hold, the dead time. The verdict is a proof, with its reason; margins say how \
@@ -24,58 +28,13 @@ far a stable loop is from instability. Without a controller: the poles of the pl
     after_help = "Example: host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller '20.5+3.7343s^1.15' --sample-time 1ms \
                   --out loop"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     plant: PlantArguments,
     #[command(flatten)]
     controller: ControllerArguments,
     #[command(flatten)]
     files: Files,
-}
-
-/// Result for a loop.
-#[derive(Serialize)]
-struct LoopReport {
-    plant: String,
-    controller: String,
-    sample_time_s: f64,
-    scheme: String,
-    /// Null where nothing is proved.
-    stable: Option<bool>,
-    unstable_poles: Option<usize>,
-    distance: f64,
-    reason: String,
-    /// How many times as short the sample time has to be for the verdict to hold for the plant; null where it does.
-    coarse: Option<f64>,
-    /// None of an unstable loop: they would mean nothing.
-    margins: Option<MarginReport>,
-    files: Vec<String>,
-}
-
-/// Result for a plant alone.
-#[derive(Serialize)]
-struct PlantReport {
-    plant: String,
-    stable: bool,
-    unstable_poles: Option<usize>,
-    commensurate_order: Option<f64>,
-    /// The verdict in words.
-    reason: &'static str,
-    /// Why no poles are listed.
-    poles_reason: Option<&'static str>,
-    poles: Vec<Pole>,
-    files: Vec<String>,
-}
-
-#[derive(Clone, Copy, Serialize)]
-struct Pole {
-    re: f64,
-    im: f64,
-    re_unit: &'static str,
-    im_unit: &'static str,
-    omega_rad_s: f64,
-    /// Null at s = 0.
-    damping_ratio: Option<f64>,
 }
 
 /// A row of the table of a loop.
@@ -119,11 +78,7 @@ impl From<&LoopPoint> for PlantRow {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A plant or controller that is wrong, files that cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let plant = self.plant.resolve()?;
         match self.controller.resolve()? {
             Some(file) => self.judge(&plant, &file, output),
@@ -137,28 +92,27 @@ impl Arguments {
         file: &ControllerSetup,
         output: Output,
     ) -> Result<(), Failure> {
-        let mut place = self.files.look("loop")?;
+        let mut place = self.files.look("loop", &[])?;
         let analysis: LoopAnalysis = analyse(file, &plant.plant).map_err(refused)?;
         let rows = analysis.curve.iter().map(LoopRow::from);
-        let words = file.law.to_string();
         let files = place.table_and_picture(rows, || draw_loop(&analysis, plant, file));
-        let report = LoopReport {
-            plant: plant.words.clone(),
-            controller: words,
-            sample_time_s: file.sample_time_s,
-            scheme: file.scheme.to_string(),
-            stable: analysis.coarse.is_none().then_some(analysis.verdict.stable),
-            unstable_poles: (analysis.coarse.is_none())
-                .then_some(analysis.verdict.unstable_poles)
-                .flatten(),
-            distance: analysis.verdict.distance,
-            reason: verdict(&analysis),
-            coarse: analysis.coarse,
-            margins: (analysis.verdict.stable && analysis.coarse.is_none())
-                .then(|| (&analysis.margins).into()),
-            files,
-        };
-        output.report(&report)?;
+        let (own, proved) = (&analysis.verdict, analysis.coarse.is_none());
+        output.report(&json!({
+            "plant": plant.words,
+            "controller": file.law.to_string(),
+            "sample_time_s": file.sample_time_s,
+            "scheme": file.scheme.to_string(),
+            // Null where nothing is proved.
+            "stable": proved.then_some(own.stable),
+            "unstable_poles": own.unstable_poles.filter(|_| proved),
+            "distance": own.distance,
+            "reason": verdict(&analysis),
+            // How many times as short the sample time has to be for the verdict to hold for the plant; null where it does.
+            "coarse": analysis.coarse,
+            // None of an unstable loop: they would mean nothing.
+            "margins": (own.stable && proved).then(|| margins(&analysis.margins)),
+            "files": files,
+        }))?;
         place.close(Ok(()))
     }
 
@@ -168,34 +122,40 @@ impl Arguments {
                 "a measured response has no poles: give a transfer function, or tune to it with host-cli control design",
             ));
         }
-        let mut place = self.files.look("plant")?;
+        let mut place = self.files.look("plant", &[])?;
         let found = poles(&plant.plant);
         let unstable = found.as_ref().and_then(|found| found.unstable_poles);
         let stable = plant.plant.stable_by_itself().is_ok();
-        let all = found.as_ref().map(|found| &found.poles[..]);
-        let middle = corner(all.unwrap_or_default());
+        let all = found.as_ref().map_or(&[][..], |found| &found.poles);
+        let middle = corner(all);
         let points = curve(1e-3 * middle, 1e3 * middle, |omega| {
             plant.plant.response(omega)
         });
         let rows = points.iter().map(PlantRow::from);
         let files = place.table_and_picture(rows, || draw_plant(&points, plant));
-        let report = PlantReport {
-            plant: plant.words.clone(),
-            stable,
-            unstable_poles: unstable,
-            commensurate_order: found.as_ref().and_then(|found| found.commensurate_order),
-            reason: in_words(stable, unstable),
-            poles_reason: match &found {
+        output.report(&json!({
+            "plant": plant.words,
+            "stable": stable,
+            "unstable_poles": unstable,
+            "commensurate_order": found.as_ref().and_then(|found| found.commensurate_order),
+            "reason": match (stable, unstable) {
+                (true, _) => "Stable.",
+                (false, None | Some(0)) => {
+                    "On the boundary: a pole at s = 0 or on the imaginary axis does not decay. Close the loop with --controller."
+                }
+                (false, Some(_)) => "Unstable. Close the loop with --controller.",
+            },
+            // Why no poles are listed.
+            "poles_reason": match &found {
                 None => Some("the orders have no common multiple that is large enough"),
                 Some(found) if found.poles.is_empty() => {
                     Some("none on the principal branch: the plant only creeps")
                 }
                 Some(_) => None,
             },
-            poles: all.unwrap_or_default().iter().map(pole).collect(),
-            files,
-        };
-        output.report(&report)?;
+            "poles": all.iter().map(pole).collect::<Vec<_>>(),
+            "files": files,
+        }))?;
         place.close(Ok(()))
     }
 }
@@ -213,30 +173,141 @@ fn corner(poles: &[Complex<f64>]) -> f64 {
     (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }
 
-fn pole(pole: &Complex<f64>) -> Pole {
+fn pole(pole: &Complex<f64>) -> Value {
     let size = pole.norm();
-    Pole {
-        re: pole.re,
+    json!({
+        "re": pole.re,
         // A real pole, but for rounding.
-        im: if pole.im.abs() < 1e-12 * size {
-            0.0
-        } else {
-            pole.im
-        },
-        re_unit: "rad/s",
-        im_unit: "rad/s",
-        omega_rad_s: size,
-        damping_ratio: (size > 0.0).then_some(0.0 - pole.re / size),
+        "im": if pole.im.abs() < 1e-12 * size { 0.0 } else { pole.im },
+        "re_unit": "rad/s",
+        "im_unit": "rad/s",
+        "omega_rad_s": size,
+        // Null at s = 0.
+        "damping_ratio": (size > 0.0).then_some(0.0 - pole.re / size),
+    })
+}
+
+/// The verdict on a stable loop, and what would end that.
+fn stable(margins: &Margins) -> String {
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
+    let times = |gain: &Crossing, words: &str| {
+        format!("{} {words} (at {} rad/s)", digits(gain.value, 4), at(gain))
+    };
+    let up = margins.gain_up.map(|gain| times(&gain, "times the gain"));
+    let down = margins.gain_down.map(|gain| times(&gain, "of the gain"));
+    let delay = margins.delay_s.map(|delay| {
+        let longer = written("delay_s", delay.value);
+        format!("{longer} more dead time (at {} rad/s)", at(&delay))
+    });
+    let ways: Vec<String> = [up, down, delay].into_iter().flatten().collect();
+    let nearest = &margins.sensitivity;
+    let text = format!(
+        "Stable, and proved. It comes closest to the boundary at {} rad/s, where errors grow {} times",
+        at(nearest),
+        digits(nearest.value, 4)
+    );
+    if ways.is_empty() {
+        return format!("{text}; neither more gain nor more dead time makes it unstable.");
+    }
+    format!("{text}; it becomes unstable at {}.", ways.join(", or at "))
+}
+
+/// The verdict, its root and the way to the boundary, in sentences.
+fn verdict(analysis: &LoopAnalysis) -> String {
+    let text = of_the_loop(analysis);
+    let Some(times) = analysis.coarse else {
+        return text;
+    };
+    // Where that is lost, and at what frequency, only the model says.
+    let text = match text.split_once(", and proved") {
+        Some((word, _)) => format!("{word} by the sampled model, not proved."),
+        None => text,
+    };
+    format!(
+        "{text} The loop is too fast for the sampled model of this fractional plant: the plant may behave differently. Shorten the \
+         sample time at least {} times.",
+        digits(times, 4)
+    )
+}
+
+/// True if the loop comes nearest to the boundary where nothing moves.
+fn at_rest(analysis: &LoopAnalysis) -> bool {
+    // The curve ends at half the sample rate.
+    let half = analysis.curve.last().map_or(f64::NAN, |at| at.omega_rad_s);
+    analysis.verdict.omega_rad_s < AT_REST / PI * half
+}
+
+fn of_the_loop(analysis: &LoopAnalysis) -> String {
+    let poles = match analysis.verdict.unstable_poles {
+        Some(1) => "one pole grows".to_owned(),
+        Some(poles) => format!("{poles} poles grow"),
+        None => "a pole does not decay".to_owned(),
+    };
+    match analysis.cause {
+        Cause::Stable => stable(&analysis.margins),
+        Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
+            "On the boundary, as far as can be told: a pole neither decays nor grows within 1e8 samples. If an integral of the controller meets a factor s of the plant, \
+             or the reverse, omit one or add a proportional part; else raise the gain or the sample time."
+                .to_owned()
+        }
+        Cause::Boundary => format!(
+            "On the boundary, as far as can be told: {poles} at {} rad/s. Change the gain a little.",
+            digits(analysis.verdict.omega_rad_s, 4)
+        ),
+        Cause::Cancelled => format!(
+            "On the boundary, as far as can be told: {poles} at {} rad/s, whatever the gain, as a zero cancels a pole there: omit both, or move the zero.",
+            digits(analysis.verdict.omega_rad_s, 4)
+        ),
+        Cause::TooLarge => {
+            "Not decided: a number of this loop is above 1e308 or below 1e-308. Give plant and controller in other units."
+                .to_owned()
+        }
+        Cause::NearWhole(order) => format!(
+            "Not decided: order {order} is too close to {}. Write the whole order.",
+            order.round()
+        ),
+        cause => format!("Unstable, and proved: {poles}{}", why_unstable(analysis, cause)),
     }
 }
 
-/// What becomes of a plant by itself.
-const fn in_words(stable: bool, unstable_poles: Option<usize>) -> &'static str {
-    match (stable, unstable_poles) {
-        (true, _) => "Stable.",
-        (false, None | Some(0)) => {
-            "On the boundary: a pole at s = 0 or on the imaginary axis does not decay. Close the loop with --controller."
-        }
-        (false, Some(_)) => "Unstable. Close the loop with --controller.",
+/// The reason of an unstable loop, behind its poles, and the remedy.
+fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
+    match cause {
+        Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
+            ": the gain is too high. At {} rad/s the loop inverts errors and grows them {} times; it is stable {} of the gain.",
+            at(&edge),
+            digits(1.0 / edge.value, 4),
+            end.map_or_else(
+                || format!("below {}", digits(edge.value, 4)),
+                |end| format!("between {} and {}", digits(end, 4), digits(edge.value, 4))
+            )
+        ),
+        Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
+            ": the gain is too low to hold the plant (at {} rad/s). It is stable {} times the gain.",
+            at(&edge),
+            end.map_or_else(
+                || format!("above {}", digits(edge.value, 4)),
+                |end| format!("between {} and {}", digits(edge.value, 4), digits(end, 4))
+            )
+        ),
+        Cause::WrongSign(gain) => format!(
+            ": the sign is wrong. With the opposite sign of the controller's gains, or of the plant's, {}it is stable.",
+            match gain {
+                1.0 => String::new(),
+                gain => format!("and {} times as much gain, ", digits(gain, 4)),
+            }
+        ),
+        Cause::DeadTime(delay) => format!(
+            ": the dead time is too long. The loop is stable up to {} of it (at {} rad/s).",
+            written("delay_s", delay.value),
+            at(&delay)
+        ),
+        _ => format!(
+            ". Neither 100 times more or less gain nor less dead time makes it stable: change the controller{} or sample faster.",
+            (analysis.margins.phase.as_ref()).map_or_else(String::new, |crossover| {
+                format!(" (more phase near {} rad/s)", at(crossover))
+            })
+        ),
     }
 }

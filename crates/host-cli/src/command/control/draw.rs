@@ -1,18 +1,28 @@
-//! Pictures of loops: runs and records here, frequency responses and designs below.
+//! Pictures of loops: runs, records, frequency responses, designs.
 
-mod bode;
-mod steps;
+use super::loops::NamedPlant;
+use crate::command::analyze::decibel;
+use crate::page::{Panel, Points, linear, logarithmic, page};
+use fractional_control::analysis::{Cause, LoopAnalysis, LoopPoint};
+use fractional_control::design::{Candidate, ControlAnswer, Trial};
+use fractional_control::model_search::InputOutput;
+use fractional_control::{ControllerSetup, Crossing, Response};
+use haptic_figure::{AxisSpec, FigureError, Look, Picture};
+use haptic_quantity::{digits, written};
 
-use super::plant::NamedPlant;
-use super::words::law;
-pub(super) use bode::{draw_loop, draw_plant};
-use fractional_control::ControllerSetup;
-use fractional_control::Response;
-use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use haptic_quantity::written;
-pub(super) use steps::{design_columns, draw_design};
-
-type Points = Vec<(f64, f64)>;
+/// The controller in notation, its numbers in five digits.
+fn law(file: &ControllerSetup) -> String {
+    let Some(mut pid) = file.pid() else {
+        return file.law.to_string();
+    };
+    let few = |value: &mut f64| *value = digits(*value, 5).parse().unwrap_or(*value);
+    few(&mut pid.proportional);
+    few(&mut pid.integral);
+    few(&mut pid.integral_order);
+    few(&mut pid.derivative);
+    few(&mut pid.derivative_order);
+    pid.to_string()
+}
 
 /// Plant, controller and sample time in a line each.
 fn subtitle(plant: &NamedPlant, file: &ControllerSetup) -> String {
@@ -44,36 +54,19 @@ pub(super) fn draw_run(
     let of = |values: &[f64]| over_time(values, sample_time_s);
     let (reference, output, command) = (of(&run.reference), of(&run.measured), of(&run.command));
     let beside = integer.map(|other| (of(&other.measured), of(&other.command)));
-    let mut outputs = vec![
-        Series::new("reference", &reference, Look::Dotted, 5),
-        Series::new("this controller", &output, Look::Line, 0),
-    ];
-    let mut commands = vec![Series::new("this controller", &command, Look::Line, 0)];
-    if let Some((output, command)) = &beside {
+    let axis = command_axis(&command, beside.as_ref().map(|own| &own.1));
+    let time = || linear("time / s");
+    let mut outputs = Panel::new("output", time(), linear("output"))
+        .with("reference", Look::Dotted, 5, reference)
+        .with("this controller", Look::Line, 0, output);
+    let commands = Panel::new("command", time(), axis);
+    let mut commands = commands.with("this controller", Look::Line, 0, command);
+    if let Some((output, command)) = beside {
         let name = "PID of order 1, same crossover and margin";
-        outputs.push(Series::new(name, output, Look::Line, 1));
-        commands.push(Series::new(name, command, Look::Line, 1));
+        outputs = outputs.with(name, Look::Line, 1, output);
+        commands = commands.with(name, Look::Line, 1, command);
     }
-    let chart = |caption, y, series| Chart {
-        caption,
-        x: AxisSpec::new("time / s", Scale::Linear),
-        y,
-        series,
-    };
-    ChartPage {
-        title,
-        subtitle,
-        columns: 1,
-        charts: vec![
-            chart("output", AxisSpec::new("output", Scale::Linear), outputs),
-            chart(
-                "command",
-                command_axis(&command, beside.as_ref().map(|own| &own.1)),
-                commands,
-            ),
-        ],
-    }
-    .draw()
+    page(title, subtitle, 1, &[outputs, commands])
 }
 
 /// The lines of a run's picture.
@@ -87,7 +80,7 @@ pub(super) fn run_subtitle(plant: &NamedPlant, file: Option<&ControllerSetup>) -
 /// An axis for commands: without the kick of the first samples, where that is many times the rest.
 fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> {
     const KICK: usize = 5;
-    let axis = AxisSpec::new("command", Scale::Linear);
+    let axis = linear("command");
     let all = || std::iter::once(command).chain(beside);
     let ends = |skipped: usize| {
         let values = all().flat_map(move |points| points.iter().skip(skipped).map(|p| p.1));
@@ -107,47 +100,407 @@ fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> 
 
 /// A record and the function that was found in it.
 pub(super) fn draw_identified(
-    time_s: &[f64],
-    input: &[f64],
-    output: &[f64],
+    record: &InputOutput,
     model: &[f64],
     function: &str,
     source: &str,
 ) -> Result<Picture, FigureError> {
-    let of =
-        |values: &[f64]| -> Points { time_s.iter().copied().zip(values.iter().copied()).collect() };
-    let (input, measured, fitted) = (of(input), of(output), of(model));
-    let left: Points = time_s
-        .iter()
-        .zip(model.iter().zip(output))
-        .map(|(t, (model, output))| (*t, model - output))
-        .collect();
-    let chart = |caption, label, series| Chart {
-        caption,
-        x: AxisSpec::new("time / s", Scale::Linear),
-        y: AxisSpec::new(label, Scale::Linear),
-        series,
+    let of = |values: &[f64]| -> Points {
+        let time = record.time_s.iter().copied();
+        time.zip(values.iter().copied()).collect()
     };
-    ChartPage {
-        title: "A transfer function from a record",
-        subtitle: &format!("{source}\n{function}"),
-        columns: 1,
-        charts: vec![
-            chart(
-                "record and function",
-                "input, output",
-                vec![
-                    Series::new("input", &input, Look::Dotted, 2),
-                    Series::new("output, record", &measured, Look::Broad, 3),
-                    Series::new("output, function", &fitted, Look::Line, 0),
-                ],
-            ),
-            chart(
-                "function less record",
-                "difference",
-                vec![Series::new("difference", &left, Look::Line, 1)],
-            ),
-        ],
+    let left = model.iter().zip(&record.output);
+    let left: Vec<f64> = left.map(|(model, output)| model - output).collect();
+    let time = || linear("time / s");
+    let upper = Panel::new("record and function", time(), linear("input, output"))
+        .with("input", Look::Dotted, 2, of(&record.input))
+        .with("output, record", Look::Broad, 3, of(&record.output))
+        .with("output, function", Look::Line, 0, of(model));
+    let lower = Panel::new("function less record", time(), linear("difference")).with(
+        "difference",
+        Look::Line,
+        1,
+        of(&left),
+    );
+    let subtitle = format!("{source}\n{function}");
+    page(
+        "A transfer function from a record",
+        &subtitle,
+        1,
+        &[upper, lower],
+    )
+}
+
+const OMEGA: &str = "ω / rad·s⁻¹";
+
+fn over_omega(points: &[LoopPoint], value: impl Fn(&LoopPoint) -> f64) -> Points {
+    points
+        .iter()
+        .map(|point| (point.omega_rad_s, value(point)))
+        .collect()
+}
+
+/// The ends of a row of points at this height.
+fn level(points: &[LoopPoint], height: f64) -> Points {
+    let ends = [points.first(), points.last()].into_iter().flatten();
+    ends.map(|point| (point.omega_rad_s, height)).collect()
+}
+
+/// From a floor to above the highest: at half the sample rate the hold has a zero, which would be all of the picture.
+fn decibels(label: &'static str, points: &[&Points], floor: f64) -> AxisSpec<'static> {
+    let all = points.iter().flat_map(|points| points.iter());
+    let highest = all.map(|point| point.1).fold(0.0, f64::max);
+    linear(label).between(floor, 10.0 * (0.1 * highest).ceil() + 10.0)
+}
+
+/// The half turn that is nearest below the phase at the crossover, °.
+fn half_turn(curve: &[LoopPoint], crossing: &Crossing) -> Option<f64> {
+    let mut after = curve.iter();
+    let after = after.find(|point| point.omega_rad_s >= crossing.omega_rad_s)?;
+    let turns = ((after.phase_rad - crossing.value).to_degrees() / 360.0 - 0.5).round();
+    Some(360.0 * turns + 180.0)
+}
+
+/// Bode with margins, sensitivities, and Nyquist's curve near −1.
+pub(super) fn draw_loop(
+    analysis: &LoopAnalysis,
+    plant: &NamedPlant,
+    file: &ControllerSetup,
+) -> Result<Picture, FigureError> {
+    let verdict = match (analysis.verdict.stable, analysis.cause, analysis.coarse) {
+        (true, _, None) => "stable, proved",
+        (true, _, Some(_)) => "stable by the sampled model",
+        (false, Cause::Boundary | Cause::Cancelled, _) => "on the boundary",
+        (false, Cause::TooLarge | Cause::NearWhole(_), _) => "not decided",
+        (false, _, None) => "unstable, proved",
+        (false, _, Some(_)) => "unstable by the sampled model",
+    };
+    let [gain, phase] = open_loop(analysis);
+    let [closed, nyquist] = closed_loop(analysis);
+    let title = format!("A sampled loop: {verdict}");
+    let panels = [gain, phase, closed, nyquist];
+    page(&title, &subtitle(plant, file), 2, &panels)
+}
+
+/// Gain and phase of the open loop, with margins of a stable one.
+fn open_loop(analysis: &LoopAnalysis) -> [Panel<'static>; 2] {
+    let (curve, margins) = (&analysis.curve, &analysis.margins);
+    let (crossover, stable) = (margins.phase, analysis.verdict.stable);
+    let margin = crossover.filter(|_| stable);
+    // The half turn of which the phase keeps its margin, °.
+    let turn = crossover.and_then(|crossing| half_turn(curve, &crossing));
+    let turn = turn.unwrap_or(-180.0);
+    let up_to_curve = |gain: Crossing| {
+        let place = gain.omega_rad_s;
+        let end = (place, -decibel(gain.value));
+        [(place, 0.0), end, (f64::NAN, f64::NAN)]
+    };
+    let gains = [margins.gain_up, margins.gain_down].into_iter().flatten();
+    let gains = gains.filter(|_| stable).flat_map(up_to_curve);
+    let crossed = crossover.map(|at| (at.omega_rad_s, 0.0));
+    let gain = over_omega(curve, |point| decibel(point.open.norm()));
+    let axis = decibels("|L| / dB", &[&gain], -60.0);
+    let gain = Panel::new("gain of the open loop", logarithmic(OMEGA), axis)
+        .with("open loop L", Look::Line, 0, gain)
+        .with("", Look::Dotted, 5, level(curve, 0.0))
+        .with("gain margin", Look::Broad, 2, gains)
+        .with("crossover", Look::Markers, 1, crossed);
+    let axis = linear("phase / °").between(turn - 180.0, turn + 180.0);
+    let degrees = |at: &Crossing| at.value.to_degrees();
+    let words = margin.as_ref().map(degrees);
+    let words = words.map_or(String::new(), |degrees| {
+        format!("phase margin {degrees:.1}°")
+    });
+    let at_margin = margin.into_iter().flat_map(|at| {
+        let ends = [turn, turn + degrees(&at)];
+        ends.map(|phase| (at.omega_rad_s, phase))
+    });
+    let phase = over_omega(curve, |point| point.phase_rad.to_degrees());
+    let phase = Panel::new("its phase", logarithmic(OMEGA), axis)
+        .with("open loop L", Look::Line, 0, phase)
+        .with("", Look::Dotted, 5, level(curve, turn))
+        .with(words, Look::Broad, 1, at_margin);
+    [gain, phase]
+}
+
+/// The closed loop, and the open one around −1.
+fn closed_loop(analysis: &LoopAnalysis) -> [Panel<'static>; 2] {
+    let curve = &analysis.curve;
+    let errors = over_omega(curve, |point| decibel(point.sensitivity()));
+    let noise = over_omega(curve, |point| decibel(point.complementary()));
+    let axis = decibels("gain / dB", &[&errors, &noise], -40.0);
+    let closed = Panel::new("closed loop", logarithmic(OMEGA), axis)
+        .with("|S|, errors and disturbances", Look::Line, 1, errors)
+        .with("|T|, reference and noise", Look::Line, 2, noise)
+        .with("", Look::Dotted, 5, level(curve, 0.0));
+    let degrees = (0..=180).map(|k| (2.0 * f64::from(k)).to_radians().sin_cos());
+    let circle = degrees.map(|(sin, cos)| (cos, sin));
+    let open = curve.iter().map(|point| (point.open.re, point.open.im));
+    let [real, imaginary] = [
+        linear("Re L").between(-3.0, 2.0),
+        linear("Im L").between(-2.0, 2.0),
+    ];
+    let nyquist = Panel::new("L near −1 (the mark)", real, imaginary)
+        .with("open loop L", Look::Line, 0, open)
+        .with("|L| = 1", Look::Dotted, 5, circle)
+        .with("", Look::Markers, 1, [(-1.0, 0.0)]);
+    [closed, nyquist]
+}
+
+/// Bode of a plant alone.
+pub(super) fn draw_plant(points: &[LoopPoint], plant: &NamedPlant) -> Result<Picture, FigureError> {
+    let panel = |caption, label, value: fn(&LoopPoint) -> f64| {
+        let points = over_omega(points, value);
+        Panel::new(caption, logarithmic(OMEGA), linear(label)).with("", Look::Line, 0, points)
+    };
+    let panels = [
+        panel("gain", "|G| / dB", |point| decibel(point.open.norm())),
+        panel("phase", "phase / °", |point| point.phase_rad.to_degrees()),
+    ];
+    page(
+        "A plant alone",
+        &format!("plant {}", plant.words),
+        2,
+        &panels,
+    )
+}
+
+/// No panel is higher than this. A step of a loop that is not stable is drawn until it is.
+const HIGHEST: f64 = 4.0;
+/// A curve that turns more often in its panel is a block of ink.
+const TURNS: usize = 60;
+/// A turn is a change of direction by more than this share of the height.
+const TURN: f64 = 0.03;
+
+/// What is drawn of a controller.
+struct Curves {
+    /// A name and a step for each gain.
+    gains: Vec<(String, Points)>,
+    output: Points,
+    command: Points,
+    is_stable: bool,
+}
+
+/// The places at which a curve changes its direction, by more than a little of this height.
+fn turns(points: &[(f64, f64)], height: f64) -> Vec<usize> {
+    let least = TURN * height;
+    let mut found = Vec::new();
+    let (mut extreme, mut rises) = (points.first().map_or(0.0, |point| point.1), true);
+    for (n, &(_, y)) in points.iter().enumerate() {
+        let beyond = if rises { y - extreme } else { extreme - y };
+        if beyond > 0.0 {
+            extreme = y;
+        } else if beyond < -least {
+            found.push(n);
+            (extreme, rises) = (y, !rises);
+        }
     }
-    .draw()
+    found
+}
+
+/// The height of what is seen of a curve: its ends, without the kick of the first samples.
+fn height(points: &[(f64, f64)]) -> f64 {
+    let (low, high) = points
+        .iter()
+        .skip(5)
+        .fold((0.0, 0.0), |(low, high), point| {
+            (f64::min(low, point.1), f64::max(high, point.1))
+        });
+    high - low
+}
+
+impl Curves {
+    fn new(trial: &Trial, samples: usize, t: f64) -> Self {
+        let seen = |values: &[f64]| over_time(&values[..samples.min(values.len())], t);
+        let gains = trial.robustness.iter().map(|row| {
+            let name = format!("gain {:+.0} dB", decibel(row.gain));
+            let y = &row.response.measured;
+            let grown = y.iter().position(|y| !row.stable && y.abs() > HIGHEST);
+            (name, seen(&y[..grown.map_or(y.len(), |end| end + 1)]))
+        });
+        Self {
+            gains: gains.collect(),
+            output: seen(&trial.step.measured),
+            command: seen(&trial.step.command),
+            is_stable: trial.verdict.stable,
+        }
+    }
+
+    /// The output and the command as it is run, unless they grow or turn too often.
+    fn as_it_is_run(&self) -> [Option<&Points>; 2] {
+        [&self.output, &self.command].map(|points| {
+            let is_drawn = self.is_stable && turns(points, height(points)).len() <= TURNS;
+            is_drawn.then_some(points)
+        })
+    }
+
+    /// A step that turns too often to be drawn.
+    fn is_ink(points: &Points) -> bool {
+        turns(points, height(points).min(HIGHEST)).len() > TURNS
+    }
+
+    /// The steps of each gain that can be drawn.
+    fn on<'a>(&self, mut panel: Panel<'a>) -> Panel<'a> {
+        let rows = self.gains.iter().zip([3, 2, 0, 4, 1]);
+        for ((name, points), colour) in rows.filter(|((_, points), _)| !Self::is_ink(points)) {
+            panel = panel.with(name, Look::Line, colour, points.iter().copied());
+        }
+        panel
+    }
+
+    /// The steps that are not drawn.
+    fn left_out(&self, of: &str) -> Option<String> {
+        let ink = self.gains.iter().filter(|(_, points)| Self::is_ink(points));
+        let mut names: Vec<&str> = ink.map(|(name, _)| name.as_str()).collect();
+        if self.as_it_is_run().contains(&None) {
+            names.push("its own gain in (c) or (d)");
+        }
+        (!names.is_empty()).then(|| {
+            let names = names.join(", ");
+            format!("left out: {of} at {names}, which grows or swings too often to be drawn")
+        })
+    }
+
+    fn highest(&self) -> f64 {
+        let drawn = self
+            .gains
+            .iter()
+            .filter(|(_, points)| !Self::is_ink(points));
+        let points = drawn.flat_map(|(_, points)| points);
+        points.map(|point| point.1).fold(1.0, f64::max)
+    }
+}
+
+/// Samples until nothing moves any more that is stable, and half as many again; and no more than the first loop as it is run takes for the
+/// turns that can be drawn.
+fn length(trials: &[&Trial]) -> usize {
+    let settled = trials.iter().flat_map(|trial| {
+        let stable = trial.robustness.iter().filter(|row| row.stable);
+        let run = trial.verdict.stable.then_some(trial.shape);
+        let shapes = stable.map(|row| row.shape).chain(run);
+        shapes.map(|shape| shape.settled)
+    });
+    let Some(first) = trials.first() else {
+        return 2;
+    };
+    let samples = first.step.measured.len();
+    let longest = settled.map(|settled| settled.unwrap_or(samples)).max();
+    let mut length = longest.map_or(samples, |longest| samples.min(3 * longest / 2));
+    for signal in [&first.step.measured, &first.step.command] {
+        let points = over_time(&signal[..length.min(signal.len())], 1.0);
+        // What grows is as high as what is seen of it.
+        let ends = turns(&points, height(&points));
+        length = ends.get(TURNS).map_or(length, |end| length.min(*end));
+    }
+    length.max(2)
+}
+
+/// Steps of both controllers over ± 6 dB of gain, and the nominal ones with their commands; `None` for a plant that does not run.
+pub(super) fn draw_design(
+    answer: &ControlAnswer,
+    plant: &NamedPlant,
+) -> Result<Option<Picture>, FigureError> {
+    let file = &answer.fractional.setup;
+    let t = file.sample_time_s;
+    let integer = answer.integer.as_ref().ok();
+    let candidates = [Some(&answer.fractional), integer];
+    let trials = candidates.map(|own| own.and_then(|own| own.trial.as_ref()));
+    let [Some(trial), other] = trials else {
+        return Ok(None);
+    };
+    let trials: Vec<&Trial> = trials.into_iter().flatten().collect();
+    let samples = length(&trials);
+    let (own, other) = (
+        Curves::new(trial, samples, t),
+        other.map(|other| Curves::new(other, samples, t)),
+    );
+    let time = linear("time / s").between(0.0, samples as f64 * t);
+    let highest = other.as_ref().map_or(1.0, Curves::highest);
+    let highest = highest.max(own.highest()).min(HIGHEST);
+    let steps = linear("output").between(0.0, 1.1 * highest);
+    let (law, pid) = ("PI^λD^μ", "PID of order 1");
+    let of_gains = |name| Panel::new(format!("{name}, half to double the gain"), time, steps);
+    let (fractional, mut integer) = (own.on(of_gains(law)), of_gains(pid));
+    let beside = other.as_ref().and_then(|other| other.as_it_is_run()[1]);
+    let axis = command_axis(&own.command, beside);
+    let outputs = Panel::new("as it is run, with its limits", time, linear("output"));
+    let mut outputs = outputs.with(law, Look::Line, 0, own.output.iter().copied());
+    let commands = Panel::new("command", time, axis);
+    let mut commands = commands.with(law, Look::Line, 0, own.command.iter().copied());
+    let mut about = vec![subtitle(plant, file)];
+    about.extend(own.left_out(law).filter(|_| own.is_stable));
+    if let Some(other) = &other {
+        let [output, command] = other
+            .as_it_is_run()
+            .map(|points| points.into_iter().flatten().copied());
+        integer = other.on(integer);
+        outputs = outputs.with(pid, Look::Dashed, 1, output);
+        commands = commands.with(pid, Look::Dashed, 1, command);
+        about.extend(other.left_out(pid));
+    }
+    let title = "A fractional PID, and the best PID of order 1";
+    let panels = [fractional, integer, outputs, commands];
+    page(title, &about.join("\n"), 2, &panels).map(Some)
+}
+
+/// Columns of the table of a design.
+pub(super) fn design_columns(candidate: &Candidate, prefix: &str) -> Vec<(String, Vec<f64>)> {
+    let Some(trial) = &candidate.trial else {
+        return Vec::new();
+    };
+    let mut columns = vec![
+        (format!("{prefix}output"), trial.step.measured.clone()),
+        (format!("{prefix}command"), trial.step.command.clone()),
+    ];
+    columns.extend(trial.robustness.iter().map(|row| {
+        let name = format!("{prefix}output_gain_{:+.0}db", decibel(row.gain));
+        (name, row.response.measured.clone())
+    }));
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// cos ωt turns ωt/π times; a ripple below a thirtieth of the height is none.
+    #[test]
+    fn turns_are_counted_as_they_are_seen() {
+        let of = |ripple: f64| -> Points {
+            let t = (0..=10_000).map(|n| f64::from(n) * 1e-3);
+            t.map(|t| {
+                (
+                    t,
+                    (20.5 * std::f64::consts::PI * t).cos() + ripple * (900.0 * t).cos(),
+                )
+            })
+            .collect()
+        };
+        // The first turn, from the beginning downwards, is at the second sample.
+        assert_eq!(turns(&of(0.0), 2.0).len(), 205);
+        assert_eq!(turns(&of(0.01), 2.0).len(), 205);
+        assert!(turns(&of(0.2), 2.0).len() > 1000);
+        assert!(Curves::is_ink(&of(0.0)));
+        let calm: Points = (0..1000)
+            .map(|n| (f64::from(n), -(-0.01 * f64::from(n)).exp_m1()))
+            .collect();
+        assert!(turns(&calm, 1.0).is_empty() && !Curves::is_ink(&calm));
+    }
+
+    #[test]
+    fn a_loop_that_grows_as_it_is_run_is_left_out_by_name() {
+        let step: Points = vec![(0.0, 0.0), (1.0, 1.0)];
+        let curves = |is_stable| Curves {
+            gains: vec![("gain +0 dB".to_owned(), step.clone())],
+            output: step.clone(),
+            command: step.clone(),
+            is_stable,
+        };
+        assert_eq!(curves(true).left_out("it"), None);
+        let words = curves(false).left_out("it").expect("it grows");
+        assert!(
+            words.contains("it at its own gain in (c) or (d)"),
+            "{words}"
+        );
+    }
 }

@@ -1,24 +1,24 @@
 //! `control identify`: a fractional transfer function from a record of input and output.
 
-mod report;
-
-use self::report::{DIGITS, Report, rounded, with_digits};
 use super::draw::draw_identified;
-use super::words::refused;
-use crate::column;
-use crate::files::PlaceOfFile;
+use super::refused;
+use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, note, warn};
-use crate::within::within;
+use crate::parse::within;
+use crate::table;
 use clap::Args;
-use fractional_control::model_search::{Found, Guess, InputOutput, candidates, identify, shifted};
-use fractional_control::{ControlError, FractionalTransferFunction};
-use haptic_experiment::Failure;
+use fractional_control::model_search::{
+    Found, Guess, InputOutput, Unexplained, candidates, identify, settles_as_well, shifted,
+};
+use fractional_control::{
+    ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Term,
+};
 use haptic_experiment::document::record_check::{check_signals, check_times};
 use haptic_experiment::document::short;
-use haptic_experiment::parameters;
 use haptic_experiment::run::{PlantFile, PlantModel};
+use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{Time, digits, written};
-use haptic_tissue::open_file;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -33,7 +33,7 @@ name what the function leaves unexplained, and the numbers that the record does 
 #[command(
     after_help = "Example: host-cli control identify record.csv --columns input=valve,output=temperature --delay 2s --out plant.toml"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// CSV with a header
     #[arg(value_name = "DATA")]
     data: PathBuf,
@@ -50,19 +50,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FUNCTION", allow_hyphen_values = true)]
     model: Option<String>,
     /// Known dead time
-    #[arg(
-        long, value_parser = within::<Time>(parameters::DEAD_TIME.range()),
-        value_name = "TIME",
-        default_value = "0",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_parser = within::<Time>(parameters::DEAD_TIME.range()), default_value = "0")]
     delay: Time,
-    /// Plant file to write, with a picture beside it
-    #[arg(long, value_name = "FILE.toml", help_heading = "Files")]
-    out: Option<PathBuf>,
-    /// Replace existing files
-    #[arg(long, help_heading = "Files")]
-    overwrite: bool,
+    #[command(flatten)]
+    file: File,
 }
 
 /// A record of more samples is said to take its time.
@@ -101,12 +92,8 @@ fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A record that cannot be read or fitted, files that cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = PlaceOfFile::look(self.out.as_deref(), self.overwrite, "plant")?;
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
+        let mut place = PlaceOfFile::look(&self.file, "plant")?;
         let record = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
@@ -135,19 +122,42 @@ impl Arguments {
                 "no function was found: give --model with other terms"
             )));
         };
-        let mut report = Report::new(&found, best, &record, self.delay.0);
-        self.write(best, &record, &mut report, &mut place);
-        for warning in &report.warnings {
+        let warnings = warnings(&found, best, &record);
+        let (plant_file, figure) = self.write(best, &record, &mut place);
+        for warning in &warnings {
             warn(warning);
         }
-        output.summary(&report)?;
+        let own = &best.identified;
+        let candidates = found.iter().map(|found| {
+            json!({
+                "function": with_digits(&found.identified.function, DIGITS).to_string(),
+                "rms_residual": found.identified.rms_residual,
+                "bic": found.bic,
+            })
+        });
+        output.summary(&json!({
+            "function": with_digits(&own.function, DIGITS).to_string(),
+            "delay_s": self.delay.0,
+            "samples": record.time_s.len(),
+            "sample_time_s": record.sample_time_s(),
+            "rms_residual": own.rms_residual,
+            "fit": own.fit,
+            "bic": best.bic,
+            // Null with a pole at s = 0 or on the imaginary axis.
+            "unstable_poles": own.function.unstable_poles(),
+            // What the record does, if it does not come to rest.
+            "unstable_poles_reason": (own.fit >= LEAST && settles_as_well(&found, &record).is_none())
+                .then(|| nature(&own.function)).flatten(),
+            "numbers": numbers(best).iter().map(Number::value).collect::<Vec<_>>(),
+            "candidates": candidates.collect::<Vec<_>>(),
+            "plant_file": plant_file,
+            "files": figure.as_slice(),
+            "warnings": warnings,
+        }))?;
         place.close(Ok(()))
     }
 
     /// The columns of time, input and output.
-    ///
-    /// # Errors
-    /// A column that stands for two things.
     fn columns(&self) -> Result<[&str; 3], Failure> {
         let mut names = SIGNALS.map(|(_, column)| column);
         for (place, name) in &self.columns {
@@ -165,76 +175,229 @@ impl Arguments {
 
     fn read(&self) -> Result<InputOutput, Failure> {
         let [time, input, output] = self.columns()?;
-        let name = self.data.display().to_string();
-        let column = |wanted: &str, signal: &str| {
-            let file = open_file(&self.data).map_err(|error| {
-                Failure::bad_input(format_args!(
-                    "cannot read the record `{name}`: {error}; give the path of a CSV file"
-                ))
-            })?;
-            column::read_named(
-                file,
-                &name,
-                wanted,
-                &format!("give --columns {signal}=NAME"),
-            )
-        };
+        let names = [time, input, output];
+        let table = table::read(&self.data, names, "see --columns")?;
+        let [time_s, from, to] = table.columns;
         let mut record = InputOutput {
-            time_s: column(time, "time")?,
-            input: column(input, "input")?,
-            output: column(output, "output")?,
+            time_s,
+            input: from,
+            output: to,
             late_s: 0.0,
         };
         check_times(&record).map_err(|error| {
-            Failure::bad_input(format_args!(
-                "{name}: {error}; the time is column {}, see --columns",
-                short(time)
-            ))
+            let time = short(time);
+            let what = format!("{error}; the time is column {time}, see --columns");
+            table::wrong(&self.data, what)
         })?;
         if self.subtract_start {
             record.subtract_start();
         }
         check_signals(&record, [input, output])
-            .map_err(|error| Failure::bad_input(format_args!("{name}: {error}; see --columns")))?;
+            .map_err(|error| table::wrong(&self.data, format_args!("{error}; see --columns")))?;
         Ok(record)
     }
 
-    /// Writes the plant file and its picture.
+    /// Writes the plant file and its picture; their names.
     fn write(
         &self,
         best: &Found,
         record: &InputOutput,
-        report: &mut Report,
         place: &mut PlaceOfFile,
-    ) {
+    ) -> (Option<String>, Option<String>) {
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
         let name = name.to_string_lossy();
+        let (own, samples) = (&best.identified, record.time_s.len());
         let file = PlantFile {
             intervals: Vec::new(),
             model: PlantModel::Function {
-                function: Box::new(with_digits(&best.identified.function, DIGITS)),
+                function: Box::new(with_digits(&own.function, DIGITS)),
                 delay_s: self.delay.0,
             },
-            program: concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned(),
+            program: PROGRAM.to_owned(),
             note: format!(
-                "identified from {name}, {} samples, rms {}",
-                report.samples,
-                digits(report.rms_residual, 4)
+                "identified from {name}, {samples} samples, rms {}",
+                digits(own.rms_residual, 4)
             ),
         };
         let picture = || {
-            draw_identified(
-                &record.time_s,
-                &record.input,
-                &record.output,
-                &best.identified.model,
-                &rounded(&best.identified.function),
-                &format!("{name} · {} samples", report.samples),
-            )
+            let source = format!("{name} · {samples} samples");
+            draw_identified(record, &own.model, &rounded(&own.function), &source)
         };
-        let text = || file.to_toml().unwrap_or_default();
-        let (plant_file, figure) = place.write(text, picture);
-        report.plant_file = plant_file;
-        report.files.extend(figure);
+        place.write(|| file.to_toml().unwrap_or_default(), picture)
+    }
+}
+
+/// A number whose standard error is above this share of it is not determined.
+const LOOSE: f64 = 0.5;
+/// A share of the variance that no useful function leaves, and one that only noise may.
+const MUCH: f64 = 0.05;
+const SOME: f64 = 0.001;
+/// Of a function that explains less than this nothing more is said.
+const LEAST: f64 = 0.5;
+/// Neighbouring samples that are so much alike are no white noise.
+const ALIKE: f64 = 0.3;
+/// Digits of a plant file: more than any record has.
+const DIGITS: usize = 9;
+
+/// The function with numbers of five digits.
+fn rounded(function: &FractionalTransferFunction) -> String {
+    with_digits(function, 5).to_string()
+}
+
+/// The function with numbers of so many digits.
+fn with_digits(function: &FractionalTransferFunction, digits: usize) -> FractionalTransferFunction {
+    let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    let terms = |polynomial: &FractionalPolynomial| {
+        let terms = polynomial.terms().iter();
+        terms
+            .map(|term| Term::new(few(term.coefficient), few(term.order)))
+            .collect::<Vec<_>>()
+    };
+    let (above, below) = (terms(function.numerator()), terms(function.denominator()));
+    FractionalTransferFunction::new(&above, &below).unwrap_or(*function)
+}
+
+/// Name and value of a number, and the factor that makes its standard error absolute.
+fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, f64, f64) {
+    let (above, below) = (function.numerator().terms(), function.denominator().terms());
+    let of = |part: &str, term: Option<&Term>, n: usize, is_order: bool| {
+        let (coefficient, order) = term.map_or((f64::NAN, f64::NAN), |t| (t.coefficient, t.order));
+        match is_order {
+            true => (format!("{part}_order_{}", n + 1), order, 1.0),
+            // Errors of coefficients are relative.
+            false => (
+                format!("{part}_coefficient_{}", n + 1),
+                coefficient,
+                coefficient.abs(),
+            ),
+        }
+    };
+    match number {
+        FreeNumber::NumeratorCoefficient(n) => of("numerator", above.get(n), n, false),
+        FreeNumber::NumeratorOrder(n) => of("numerator", above.get(n), n, true),
+        FreeNumber::DenominatorCoefficient(n) => of("denominator", below.get(n), n, false),
+        FreeNumber::DenominatorOrder(n) => of("denominator", below.get(n), n, true),
+        _ => ("number".to_owned(), f64::NAN, 1.0),
+    }
+}
+
+/// Where a function leaves much that is no noise, though little of the whole record.
+fn lacking(at: &Unexplained) -> String {
+    let part = if at.share > 1.0 {
+        format!("{} times the output", digits(at.share, 4))
+    } else {
+        format!("{} % of the output", digits(100.0 * at.share, 4))
+    };
+    format!(
+        "from {} to {} the function leaves {part}, which is not noise: look at the candidates, record a shorter time, or give --model with \
+         other terms",
+        written("from_s", at.from_s),
+        written("to_s", at.to_s)
+    )
+}
+
+/// A number of the function that was found.
+struct Number {
+    name: String,
+    value: f64,
+    standard_error: f64,
+}
+
+impl Number {
+    /// The error is at most half of the value.
+    fn is_determined(&self) -> bool {
+        self.standard_error <= LOOSE * self.value.abs()
+    }
+
+    fn value(&self) -> Value {
+        json!({
+            "name": self.name,
+            "value": self.value,
+            // Null where the record says nothing.
+            "standard_error": self.standard_error,
+            "determined": self.is_determined(),
+        })
+    }
+}
+
+fn numbers(best: &Found) -> Vec<Number> {
+    let errors = best.identified.standard_errors.iter();
+    let number = |(number, error): &(FreeNumber, f64)| {
+        let (name, value, absolute) = named(&best.identified.function, *number);
+        let standard_error = error * absolute;
+        Number {
+            name,
+            value,
+            standard_error,
+        }
+    };
+    errors.map(number).collect()
+}
+
+/// What the function leaves unexplained, and what the record does not tell.
+fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let unexplained = unexplained(best.identified.fit, best.neighbours);
+    warnings.extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
+    if best.identified.fit < LEAST {
+        return warnings;
+    }
+    let loose = numbers(best)
+        .into_iter()
+        .filter(|number| !number.is_determined());
+    let loose: Vec<String> = loose.map(|number| number.name).collect();
+    if !loose.is_empty() {
+        warnings.push(format!(
+            "the record does not determine {}: record for longer, or give --model with fewer terms",
+            loose.join(", ")
+        ));
+    }
+    if let Some(other) = settles_as_well(found, record) {
+        warnings.push(format!(
+            "the record does not tell whether the plant comes to rest: {}, which does, fits nearly as well (BIC {:+.1}): record for longer, \
+             then choose with --model",
+            rounded(&other.identified.function),
+            other.bic - best.bic
+        ));
+    }
+    warnings
+}
+
+/// What is left between function and record, where it is much.
+fn unexplained(fit: f64, neighbours: f64) -> Option<String> {
+    let left = 1.0 - fit;
+    let share = format!("{} %", digits(100.0 * left, 4));
+    // What noise leaves has nothing in common from a sample to the next.
+    if left > MUCH && neighbours.abs() < ALIKE {
+        return Some(format!(
+            "the function leaves {share} of the output's variance, uncorrelated from sample to sample: it is noise, or too fast for these samples"
+        ));
+    }
+    let what = if left > MUCH {
+        format!("the function leaves {share} of the output's variance unexplained")
+    } else if left > SOME && neighbours > ALIKE {
+        format!(
+            "the function leaves {share} of the output's variance, which is not noise (correlation of neighbouring samples {neighbours:.2})"
+        )
+    } else {
+        return None;
+    };
+    Some(format!(
+        "{what}: look at the picture; give --delay for a dead time, --subtract-start for a record that does not begin at 0, or --model with \
+         other terms"
+    ))
+}
+
+/// What to know of a function before it is used.
+fn nature(function: &FractionalTransferFunction) -> Option<&'static str> {
+    match function.unstable_poles() {
+        Some(0) => None,
+        Some(_) => Some("the record grows: close the loop with host-cli control design"),
+        None if function.denominator().lowest() == 0.0 => Some(
+            "the record oscillates without damping: close the loop with host-cli control design",
+        ),
+        None => Some(
+            "the record does not come to rest, the plant integrates: close the loop with host-cli control design",
+        ),
     }
 }

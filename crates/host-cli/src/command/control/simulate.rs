@@ -1,28 +1,22 @@
 //! `control simulate`: a step, or any record, through a loop or a plant alone.
 
-use super::controller::ControllerArguments;
 use super::draw::{draw_run, run_subtitle};
-use super::plant::{NamedPlant, PlantArguments};
-use super::reports::ShapeReport;
-use super::words::{in_degrees, refused};
-use crate::column;
-use crate::command::analyze::Files;
-use crate::files::Place;
-use crate::output::{Output, note};
-use crate::within::{number_within, within};
+use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
+use super::{in_degrees, refused, shape};
+use crate::files::{Files, Place};
+use crate::output::{Output, warn};
+use crate::parse::{number_within, within};
+use crate::table::{self, Table};
 use clap::Args;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
-use fractional_control::ControllerSetup;
-use fractional_control::run::{
-    LoopRun, SAMPLES_MOST, integer_baseline, run, run_plant, samples_for,
-};
-use fractional_control::{ControlError, Response};
+use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
+use fractional_control::{ControlError, ControllerSetup, Response};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_quantity::{Time, digits};
-use haptic_tissue::open_file;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -50,10 +44,7 @@ fn baseline(
         ControlError::Range(range) => range.to_string(),
         error => in_degrees(&error),
     };
-    note(
-        "warning",
-        format_args!("no PID of order 1 to compare with: {why}"),
-    );
+    warn(&format!("no PID of order 1 to compare with: {why}"));
     Ok(None)
 }
 
@@ -81,46 +72,22 @@ fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
 #[command(
     after_help = "Example: host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller design/controller.toml --out run"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     plant: PlantArguments,
     #[command(flatten)]
     controller: ControllerArguments,
     /// Length [default: 60 times 1/crossover]
-    #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::DURATIONS))]
     duration: Option<Time>,
     /// Height of the step [default: 1]
-    #[arg(long, value_parser = number_within(range::NUMBERS), allow_hyphen_values = true)]
+    #[arg(long, value_parser = number_within(range::NUMBERS))]
     step: Option<f64>,
     /// CSV with `time_s` and `reference`, instead of a step
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
     reference: Option<PathBuf>,
     #[command(flatten)]
     files: Files,
-}
-
-/// The result.
-#[derive(Serialize)]
-struct Report {
-    plant: String,
-    controller: Option<String>,
-    sample_time_s: f64,
-    scheme: Option<String>,
-    /// Null where nothing is proved, as in `analyze`.
-    stable: Option<bool>,
-    shape: Option<ShapeReport>,
-    limited_share: f64,
-    integer: Option<IntegerReport>,
-    step: Vec<Row>,
-    files: Vec<String>,
-}
-
-/// The PID of order 1.
-#[derive(Serialize)]
-struct IntegerReport {
-    controller: String,
-    shape: Option<ShapeReport>,
-    limited_share: f64,
 }
 
 /// A sample.
@@ -145,30 +112,18 @@ fn rows(response: &Response, sample_time_s: f64) -> Vec<Row> {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A plant or controller that is wrong, a record that cannot be read, files that cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let plant = self.plant.resolve()?;
-        if self.step == Some(0.0) {
-            return Err(Failure::bad_input(
-                "a step of height 0 moves nothing: give --step another height",
-            ));
-        }
-        let mut place = self.files.look("response")?;
+        check_step(self.step.unwrap_or(1.0))?;
+        let mut place = self.files.look("response", &[])?;
         let report = match self.controller.resolve()? {
             Some(file) => self.closed(&plant, &file, &mut place)?,
             None => self.open(&plant, &mut place)?,
         };
-        match report.stable {
+        match report["stable"].as_bool() {
             Some(true) => {}
-            Some(false) => note(
-                "warning",
-                "the loop is unstable: see host-cli control analyze",
-            ),
-            None => note(
-                "warning",
+            Some(false) => warn("the loop is unstable: see host-cli control analyze"),
+            None => warn(
                 "the loop is too fast for the sampled model of this plant, which may behave differently: see host-cli control analyze",
             ),
         }
@@ -181,7 +136,7 @@ impl Arguments {
         plant: &NamedPlant,
         file: &ControllerSetup,
         place: &mut Place,
-    ) -> Result<Report, Failure> {
+    ) -> Result<Value, Failure> {
         let crossover = || {
             let sampled = file.sampled(&plant.plant).ok()?;
             let margins = file.closed_with(&sampled).ok()?.margins();
@@ -198,26 +153,27 @@ impl Arguments {
         let files = place.table_and_picture(rows.iter(), || {
             draw_run(&own.response, beside, "A loop, simulated", &subtitle, t)
         });
-        let shape = |run: &LoopRun| run.shape.as_ref().map(|shape| ShapeReport::new(shape, t));
-        Ok(Report {
-            plant: plant.words.clone(),
-            controller: Some(file.law.to_string()),
-            sample_time_s: t,
-            scheme: Some(file.scheme.to_string()),
-            stable: own.coarse.is_none().then_some(own.verdict.stable),
-            shape: shape(&own),
-            limited_share: own.limited_share,
-            integer: integer.as_ref().map(|(file, run)| IntegerReport {
-                controller: file.law.to_string(),
-                shape: shape(run),
-                limited_share: run.limited_share,
-            }),
-            step: rows,
-            files,
-        })
+        let shape = |run: &LoopRun| run.shape.as_ref().map(|own| shape(own, t));
+        Ok(json!({
+            "plant": plant.words,
+            "controller": file.law.to_string(),
+            "sample_time_s": t,
+            "scheme": file.scheme.to_string(),
+            // Null where nothing is proved, as in `analyze`.
+            "stable": own.coarse.is_none().then_some(own.verdict.stable),
+            "shape": shape(&own),
+            "limited_share": own.limited_share,
+            "integer": integer.as_ref().map(|(file, run)| json!({
+                "controller": file.law.to_string(),
+                "shape": shape(run),
+                "limited_share": run.limited_share,
+            })),
+            "step": rows,
+            "files": files,
+        }))
     }
 
-    fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Report, Failure> {
+    fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Value, Failure> {
         let t = match (self.controller.sample_time_s(), self.duration) {
             (Some(t), _) => t,
             (None, Some(duration)) => sample_time_of(duration.0)?,
@@ -234,18 +190,18 @@ impl Arguments {
             let subtitle = run_subtitle(plant, None);
             draw_run(&response, None, "A plant alone, simulated", &subtitle, t)
         });
-        Ok(Report {
-            plant: plant.words.clone(),
-            controller: None,
-            sample_time_s: t,
-            scheme: None,
-            stable: Some(true),
-            shape: None,
-            limited_share: 0.0,
-            integer: None,
-            step: rows,
-            files,
-        })
+        Ok(json!({
+            "plant": plant.words,
+            "controller": null,
+            "sample_time_s": t,
+            "scheme": null,
+            "stable": true,
+            "shape": null,
+            "limited_share": 0.0,
+            "integer": null,
+            "step": rows,
+            "files": files,
+        }))
     }
 
     /// Height of the step, if it is one.
@@ -260,21 +216,14 @@ impl Arguments {
     fn signal(
         &self,
         sample_time_s: f64,
-        samples: impl FnOnce() -> f64,
+        or_else: impl FnOnce() -> f64,
     ) -> Result<Vec<f64>, Failure> {
         let record = self.reference.as_deref().map(Record::read).transpose()?;
-        let samples = match (self.duration, &record) {
-            (Some(duration), _) => (duration.0 / sample_time_s).round() + 1.0,
-            (None, Some(record)) => (record.length_s() / sample_time_s).floor() + 1.0,
-            (None, None) => samples(),
-        };
-        if !(2.0..=SAMPLES_MOST).contains(&samples) {
-            return Err(Failure::bad_input(format_args!(
-                "{} samples of {sample_time_s} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
-                digits(samples, 4)
-            )));
-        }
-        let times = (0..samples as usize).map(|n| n as f64 * sample_time_s);
+        let samples = samples(self.duration, sample_time_s, || match &record {
+            Some(record) => (record.length_s() / sample_time_s).floor() + 1.0,
+            None => or_else(),
+        })?;
+        let times = (0..samples).map(|n| n as f64 * sample_time_s);
         Ok(match (&record, self.height()) {
             (Some(record), _) => times.map(|t| record.at(t)).collect(),
             (None, height) => times.map(|_| height.unwrap_or(1.0)).collect(),
@@ -290,39 +239,26 @@ struct Record {
 
 impl Record {
     fn read(path: &Path) -> Result<Self, Failure> {
-        let name = path.display().to_string();
-        let column = |wanted: &str| {
-            let file = open_file(path).map_err(|error| {
-                Failure::bad_input(format_args!(
-                    "cannot read `{name}`: {error}; give --reference a CSV with time_s and reference"
-                ))
-            })?;
-            column::read_named(file, &name, wanted, "give --reference a file that has it")
-        };
-        let record = Self {
-            time_s: column("time_s")?,
-            value: column("reference")?,
-        };
-        match record.time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
-            None => record.within_range(&name),
-            Some(row) => Err(Failure::bad_input(format_args!(
-                "{name}: line {}: the time does not grow: sort the rows",
-                row + 3
-            ))),
+        let names = ["time_s", "reference"];
+        let Table { lines, columns } =
+            table::read(path, names, "give --reference a file with both")?;
+        let [time_s, value] = columns;
+        if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let line = lines[row + 1];
+            let what = format!("line {line}: the time does not grow: sort the rows");
+            return Err(table::wrong(path, what));
         }
-    }
-
-    fn within_range(self, name: &str) -> Result<Self, Failure> {
         let outside = |value: &f64| !range::NUMBERS.contains(*value);
-        match self.value.iter().position(outside) {
-            None => Ok(self),
-            Some(row) => Err(Failure::bad_input(format_args!(
-                "{name}: line {}: {} in column reference is not {}: give the column in another unit",
-                row + 2,
-                Shown(self.value[row]),
+        if let Some(row) = value.iter().position(outside) {
+            let what = format_args!(
+                "line {}: {} in column reference is not {}: give the column in another unit",
+                lines[row],
+                Shown(value[row]),
                 range::NUMBERS
-            ))),
+            );
+            return Err(table::wrong(path, what));
         }
+        Ok(Self { time_s, value })
     }
 
     fn length_s(&self) -> f64 {

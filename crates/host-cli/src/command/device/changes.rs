@@ -1,8 +1,8 @@
 //! What `device set` changes: `KEY=VALUE`, read before the device is asked.
 
 use super::key_value::{self, in_range, key_and_value, keys_help, refused};
-use crate::command::words::parse_scheme;
 use crate::output::note;
+use crate::parse::parse_scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
 use haptic_experiment::document::advice::single;
@@ -92,7 +92,7 @@ pub(super) fn help() -> String {
 }
 
 /// The key that is called like an option: of `force-limit` `force_limit`.
-pub fn key_like(option: &str) -> Option<&'static str> {
+pub(crate) fn key_like(option: &str) -> Option<&'static str> {
     key_value::key_like(option, KEYS.iter().map(|key| key.key))
 }
 

@@ -1,28 +1,23 @@
 //! `device emulate`.
 
-use super::emulate_haply::{Haply, hand, version};
-use super::emulate_moteus::{self, turn};
 use super::key_value::{self, in_range, key_and_value, keys_help, refused};
-use crate::choice::choice;
-use crate::command::device_model::DeviceModelArguments;
+use crate::command::conduct::stop_on_interrupt;
+use crate::options::DeviceModelArguments;
 use crate::output::{Output, note};
-use crate::whole::whole;
-use crate::within::{number_within, within};
+use crate::parse::{choice, number_within, whole, within};
 use clap::Args;
-use haptic_devices::haply::HaplyName;
-use haptic_devices::moteus::MoteusName;
-use haptic_emulator::LineFaults;
-use haptic_emulator::board::{Body, Emulated, Emulation, EmulatorError, Socket, Terminal, emulate};
-use haptic_emulator::moteus::Hand;
-use haptic_experiment::Failure;
-use haptic_experiment::Named;
+use haptic_devices::haply::{HaplyName, Model, Version};
+use haptic_devices::moteus::{MoteusName, MoteusSettings};
+use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Socket, Terminal};
+use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::range;
 use haptic_experiment::run::DeviceModel;
+use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_quantity::Time;
 use haptic_remote::serial::Line;
-use serde::Serialize;
+use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -75,7 +70,7 @@ impl Kind {
                   serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
                   host-cli relax --device haply:2diy --duration 20s\n\nKeys:{}", keys_help(KEYS))
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Device to emulate [default: own]
     #[arg(long, value_parser = choice::<Kind>())]
     kind: Option<Kind>,
@@ -91,10 +86,10 @@ pub struct Arguments {
     #[command(flatten)]
     model: DeviceModelArguments,
     /// Device seconds per second; the watchdog stays in real time
-    #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0)]
     speed: f64,
     /// Stop after this time [default: run until Ctrl-C]
-    #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::WAITS))]
     duration: Option<Time>,
     /// The line and the hand, as in drop=1%; the keys are below
     #[arg(value_name = "KEY=VALUE")]
@@ -124,7 +119,7 @@ const KEYS: [(&str, &str); 12] = [
 ];
 
 /// The key that is called like an option.
-pub fn key_like(option: &str) -> Option<&'static str> {
+pub(crate) fn key_like(option: &str) -> Option<&'static str> {
     key_value::key_like(option, KEYS.map(|(key, _)| key))
 }
 
@@ -133,9 +128,10 @@ pub fn key_like(option: &str) -> Option<&'static str> {
 struct Details {
     faults: LineFaults,
     seed: u64,
-    haply: Haply,
+    hardware: Option<Version>,
+    held: Option<Held>,
     servo_id: Option<u8>,
-    turn: Option<Hand>,
+    turn: Option<moteus::Hand>,
 }
 
 impl Details {
@@ -146,7 +142,8 @@ impl Details {
                 ..LineFaults::default()
             },
             seed: 1,
-            haply: Haply::default(),
+            hardware: None,
+            held: None,
             servo_id: None,
             turn: None,
         };
@@ -177,8 +174,8 @@ impl Details {
                     .parse()
                     .map_err(|_| "is not a whole number, 0 or more")?;
             }
-            "hardware" => self.haply.hardware = Some(version(text)?),
-            "hand" => self.haply.hand = Some(hand(text)?),
+            "hardware" => self.hardware = Some(version(text)?),
+            "hand" => self.held = Some(hand(text)?),
             "servo_id" => {
                 let id = text
                     .parse()
@@ -230,66 +227,60 @@ impl Port {
     }
 }
 
-#[derive(Serialize)]
-struct Started {
-    path: String,
-    device: String,
-    /// Chances of the line, and its seed; none of a good one.
-    line: Vec<String>,
-}
-
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A pseudo-terminal that cannot be had; values outside their ranges.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let kind = self.kind.unwrap_or_default();
         let details = Details::read(&self.values)?;
         self.check_kind(kind, &details)?;
         let body = self.model.read()?.as_ref().map(body);
-        let servo = emulate_moteus::servo(details.servo_id, details.turn)?;
+        let servo = servo(details.servo_id, details.turn)?;
         let duration = (self.duration).map(|time| Duration::from_secs_f64(time.0));
         let (faults, seed) = (details.faults, details.seed);
-        let stop = crate::command::stop::stop_on_interrupt()?;
+        let stop = stop_on_interrupt()?;
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
-        let started = Started {
-            path: port.path().display().to_string(),
-            device: format!("{}:{}", kind.scheme(), port.path().display()),
-            line: self.values.clone(),
-        };
-        output.report(&started)?;
+        let path = port.path().display().to_string();
+        output.report(&json!({
+            "path": path,
+            "device": format!("{}:{path}", kind.scheme()),
+            // Chances of the line, and its seed; none of a good one.
+            "line": self.values,
+        }))?;
         let line = port.line().map_err(failed)?;
-        let damage = (faults, seed);
-        if kind == Kind::Haply2Diy {
-            return details
-                .haply
-                .run(line, damage, duration, stop, output.quiet);
-        }
-        if kind == Kind::Moteus {
-            return emulate_moteus::run(line, servo, damage, duration, stop, output.quiet);
-        }
-        let emulation = Emulation {
-            axes: self.axes.unwrap_or(1),
-            body,
-            speed: self.speed,
-            faults,
-            seed,
-            duration,
+        let done = match kind {
+            Kind::Own => {
+                let emulation = Emulation {
+                    axes: self.axes.unwrap_or(1),
+                    body,
+                    speed: self.speed,
+                    faults,
+                    seed,
+                    duration,
+                };
+                words_of_own(&board::emulate(line, &emulation, stop).map_err(failed)?)
+            }
+            Kind::Haply2Diy => {
+                let model = details.hardware.unwrap_or_default().model();
+                let hand = details.held.unwrap_or(Held::Strokes).on(&model);
+                let mut board = haply::Board::new(model, haply::Body::at_home(&model, hand));
+                let damage = emulate(line, &mut board, (faults, seed), duration, stop);
+                words_of_haply(&board, &damage.map_err(Failure::input)?)
+            }
+            Kind::Moteus => {
+                let mut adapter = moteus::EmulatedAdapter::new(servo);
+                let damage = emulate(line, &mut adapter, (faults, seed), duration, stop);
+                words_of_moteus(&adapter, &damage.map_err(Failure::input)?)
+            }
         };
-        let done = emulate(line, &emulation, stop).map_err(failed)?;
         if !output.quiet {
-            note("emulated", in_words(&done));
+            note("emulated", done);
         }
         Ok(())
     }
-}
 
-impl Arguments {
     /// Refuses options of another kind.
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
         let refusal = if kind != Kind::Haply2Diy
-            && (details.haply.hardware.is_some() || details.haply.hand.is_some())
+            && (details.hardware.is_some() || details.held.is_some())
         {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
         } else if kind != Kind::Moteus && (details.servo_id.is_some() || details.turn.is_some()) {
@@ -336,7 +327,7 @@ fn failed(error: EmulatorError) -> Failure {
     }
 }
 
-fn in_words(done: &Emulated) -> String {
+fn words_of_own(done: &Emulated) -> String {
     format!(
         "{} ticks, {} frames from the host, {} to it; the line lost {}, damaged {}, repeated {}, put {} out \
          of order, stood still {} times; {} were not fetched",
@@ -349,5 +340,118 @@ fn in_words(done: &Emulated) -> String {
         done.reordered,
         done.stalls,
         done.unread
+    )
+}
+
+/// What a stroking hand does: from here, this far, in this time.
+const STROKES: (f64, f64, f64) = (0.085, 0.015, 4.0);
+
+/// A hand as it is named; the middle of the workspace is that of the hardware.
+#[derive(Clone, Copy, Debug)]
+enum Held {
+    Strokes,
+    Free,
+    At([f64; 2]),
+    Fixed([f64; 2]),
+}
+
+fn version(text: &str) -> Result<Version, String> {
+    let found = Version::ALL
+        .into_iter()
+        .find(|version| version.number().to_string() == text);
+    found.ok_or_else(|| "is not a version of a 2DIY: give 2 or 3".to_owned())
+}
+
+fn hand(text: &str) -> Result<Held, String> {
+    let place = |text: &str| -> Result<Option<[f64; 2]>, String> {
+        let end = |text| in_range("place_m", range::ARM_PLACES, text);
+        let both = text.split_once(':');
+        both.map(|(x, y)| Ok([end(x)?, end(y)?])).transpose()
+    };
+    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+    let held = match (kind, rest) {
+        ("strokes", "") => Some(Held::Strokes),
+        ("free", "") => Some(Held::Free),
+        ("at", rest) => place(rest)?.map(Held::At),
+        ("fixed", rest) => place(rest)?.map(Held::Fixed),
+        _ => None,
+    };
+    held.ok_or_else(|| {
+        ("is not a hand: give strokes, free, at:X:Y or fixed:X:Y, as in fixed:19mm:90mm").to_owned()
+    })
+}
+
+impl Held {
+    fn on(self, model: &Model) -> haply::Hand {
+        match self {
+            Self::Free => haply::Hand::Free,
+            Self::At(place) => haply::Hand::At(place),
+            Self::Fixed(place) => haply::Hand::Fixed(place),
+            Self::Strokes => {
+                let (from_m, depth_m, time_s) = STROKES;
+                haply::Hand::Strokes {
+                    from: [0.5 * model.pantograph.base_m(), from_m],
+                    depth_m,
+                    time_s,
+                }
+            }
+        }
+    }
+}
+
+fn words_of_haply(board: &haply::Board, Damage { to_device, to_host }: &Damage) -> String {
+    let place_m = board.body().place_m();
+    let (x, y) = (1e3 * place_m.x, 1e3 * place_m.y);
+    let [first, second] = board.torques_nm();
+    let lost = to_device.dropped + to_host.dropped;
+    let damaged = to_device.corrupted + to_host.corrupted;
+    let board = board.counted();
+    format!(
+        "{} configurations, {} frames of torques, {} resets, {} bytes skipped; handle at {x:.3} mm, {y:.3} mm; torques \
+         {first:.6} N·m, {second:.6} N·m, the largest asked for {:.6} N·m; the line lost {lost} bytes, damaged {damaged}",
+        board.configured, board.torques, board.resets, board.skipped, board.largest_nm
+    )
+}
+
+/// Ticks: longer than a force takes to rise to its full size at 1 kHz.
+const WAIT_COMMANDS: u32 = 600;
+
+/// A hand that turns the shaft: `LENGTH:TIME`.
+fn turn(text: &str) -> Result<moteus::Hand, String> {
+    let (length, time) = text
+        .split_once(':')
+        .ok_or("is not LENGTH:TIME, as in 2mm:0.5s")?;
+    Ok(moteus::Hand {
+        wait_commands: WAIT_COMMANDS,
+        turn_rev: in_range("turn_m", range::ARM_PLACES, length)?
+            / MoteusSettings::DEFAULT.metres_per_revolution(),
+        ramp_time_s: in_range("turn_s", range::DURATIONS, time)?,
+    })
+}
+
+/// A servo with this number on its bus, and this hand.
+fn servo(id: Option<u8>, hand: Option<moteus::Hand>) -> Result<moteus::EmulatedServo, Failure> {
+    let shaft = moteus::Shaft {
+        hand,
+        ..moteus::Shaft::LEVER
+    };
+    let id = id.unwrap_or(MoteusSettings::DEFAULT.id);
+    moteus::EmulatedServo::new(id, shaft).map_err(Failure::input)
+}
+
+fn words_of_moteus(adapter: &moteus::EmulatedAdapter, Damage { to_device, to_host }: &Damage) -> String {
+    let (served, servo) = (adapter.served(), &adapter.servo);
+    let lost = to_device.dropped + to_host.dropped;
+    let damaged = to_device.corrupted + to_host.corrupted;
+    format!(
+        "{} frames, {} answers, {} lines refused; mode {} at the end, shaft at {:.6} revolutions, torque {:.6} N·m, the \
+         largest {:.6} N·m; the line lost {lost} bytes, damaged {damaged}",
+        served.frames,
+        served.answers,
+        served.refused,
+        u8::from(servo.mode()),
+        servo.position_rev(),
+        servo.torque_nm(),
+        servo.torque_peak_nm()
     )
 }

@@ -1,6 +1,6 @@
 //! `device flash`: program a board through probe-rs.
 
-use super::port::PortArguments;
+use crate::command::device::PortArguments;
 use crate::output::{Output, note, warn};
 use clap::Args;
 use haptic_experiment::Failure;
@@ -15,7 +15,7 @@ then answers with the image's board and version.";
 
 /// A board of `firmware/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Board {
+pub(crate) enum Board {
     /// NUCLEO-F446RE.
     NucleoF446re,
 }
@@ -46,7 +46,7 @@ impl Board {
 #[command(
     after_help = "Example: host-cli device flash --board nucleo-f446re --device serial:/dev/ttyACM0"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The board
     #[arg(long, value_enum, default_value = "nucleo-f446re")]
     board: Board,
@@ -69,11 +69,7 @@ struct Flashed {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Exit code 3: no probe-rs, no probe, a build or programming that failed, no device afterwards.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         require_probe_rs()?;
         let image = match &self.image {
             Some(image) => image.clone(),
@@ -196,13 +192,10 @@ fn read_identity(board: Board, image: &Path) -> Result<Option<Identity>, Failure
     })?;
     let identity = Identity::find(&bytes);
     match &identity {
-        None => note(
-            "warning",
-            format_args!(
-                "`{}` does not say what it is, so board and version are not checked: rebuild it",
-                image.display()
-            ),
-        ),
+        None => warn(&format!(
+            "`{}` does not say what it is, so board and version are not checked: rebuild it",
+            image.display()
+        )),
         Some(identity) if identity.board != board.name() => {
             return Err(Failure::bad_input(format_args!(
                 "`{}` is for {identity}, not for {}: give the --image of that board, or omit --image",

@@ -1,30 +1,119 @@
-//! `device info`.
+//! `device info` and `device list`.
 
-use super::port::PortArguments;
-use crate::output::Output;
+use super::PortArguments;
+use crate::output::{Output, note};
+use crate::parse::whole;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::RoundTrip;
 use haptic_experiment::run::device::{at_port, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
-use haptic_remote::serial::SerialLink;
+use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
 use serde::Serialize;
+use serde_json::json;
 use std::time::Duration;
 
-/// Arguments of `device info`.
+/// Arguments of `device list`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: host-cli device info --device serial:/dev/ttyACM0")]
-pub struct Arguments {
-    #[command(flatten)]
-    port: PortArguments,
+#[command(after_help = "Example: host-cli device list --probe")]
+pub(crate) struct List {
+    /// Ask what is at each port; opening a port resets some foreign boards
+    #[arg(long)]
+    probe: bool,
+    /// Baud rate to ask at [default: 460800, then 921600]
+    #[arg(long, value_name = "BAUD", value_parser = whole::<u32>(1200..=12_000_000))]
+    baud: Option<u32>,
+}
+
+impl List {
+    pub(super) fn run(self, output: Output) -> Result<(), Failure> {
+        let options = ConnectOptions {
+            baud: self.baud,
+            ..ConnectOptions::default()
+        };
+        let listed = ports().into_iter().map(|port| {
+            let link = self.probe.then(|| SerialLink::connect(&port.path, options));
+            let link = link.transpose();
+            let answer = link.as_ref().ok().and_then(Option::as_ref);
+            json!({
+                "path": port.path,
+                "description": port.description,
+                // Vendor and product, as `lsusb` writes them.
+                "usb": port.usb.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}")),
+                "usb_vendor_id": port.usb.map(|(vendor, _)| vendor),
+                "usb_product_id": port.usb.map(|(_, product)| product),
+                "latency_ms": port.latency_ms,
+                // Of the device there; null without `--probe`.
+                "board": answer.map(|link| link.capabilities().board()),
+                "firmware": answer.map(|link| firmware_version(link.hello())),
+                // Why no device answered.
+                "problem": link.as_ref().err().map(ToString::to_string),
+            })
+        });
+        let listed: Vec<_> = listed.collect();
+        if listed.is_empty() {
+            note(
+                "ports",
+                "none: plug in a device, or emulate one with host-cli device emulate",
+            );
+        }
+        output.report(&json!({"ports": listed}))
+    }
+}
+
+/// What a device is, and its counters.
+pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> {
+    let link = port.connect_any()?;
+    let problem = |error| at_port(link.path(), &error);
+    let measured = link.measure_round_trip(Duration::from_millis(250));
+    let (round_trip_us, round_trip_reason) = RoundTrip::of(&measured);
+    let statistics = link.statistics().map_err(problem)?;
+    let set = link.configuration().map_err(problem)?.0.limits;
+    let (status, can) = (link.status(), link.capabilities());
+    output.report(&Info {
+        device: link.name(),
+        board: can.board(),
+        firmware: firmware_version(link.hello()),
+        simulated: can.simulated,
+        axes: can.axes,
+        sample_time_min_s: f64::from(can.tick_period_min_us) * 1e-6,
+        sample_time_max_s: f64::from(can.tick_period_max_us) * 1e-6,
+        force_limit_n: set.force_n,
+        force_rate_limit_n_per_s: set.force_rate_n_per_s,
+        force_max_n: can.force_max_n,
+        force_rate_max_n_per_s: can.force_rate_max_n_per_s,
+        position_resolution_m: can.position_resolution_m,
+        coefficients_max: can.coefficients_max,
+        modes_max: can.modes_max,
+        degree_max: can.degree_max,
+        flight_samples: can.flight_samples,
+        state: status.state.to_string(),
+        fault: fault_in_words(status),
+        fault_reason: trouble(&link).filter(|_| status.fault > 0),
+        faults: status.faults,
+        latency_ms: link.latency_ms(),
+        round_trip_us,
+        round_trip_reason,
+        statistics,
+    })
+}
+
+/// Whole words for a latched fault; `None` if there is none.
+pub(super) fn fault_in_words(status: Status) -> Option<String> {
+    (status.fault > 0).then(|| {
+        Fault::from_code(status.fault).map_or_else(
+            || format!("unknown fault {}", status.fault),
+            |fault| fault.to_string(),
+        )
+    })
 }
 
 /// Facts about a device.
 #[derive(Serialize)]
-struct Info {
+struct Info<'a> {
     device: String,
-    board: String,
+    board: &'a str,
     firmware: String,
     simulated: bool,
     axes: u8,
@@ -83,61 +172,4 @@ struct Counted {
     strangers: u32,
     unanswered: u32,
     forces_not_taken: u32,
-}
-
-impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Exit code 3: no port, no device, no answer.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
-        let link = self.port.connect_any()?;
-        output.report(&info(&link)?)
-    }
-}
-
-/// Whole words for a latched fault; `None` if there is none.
-pub fn fault_in_words(status: Status) -> Option<String> {
-    (status.fault > 0).then(|| {
-        Fault::from_code(status.fault).map_or_else(
-            || format!("unknown fault {}", status.fault),
-            |fault| fault.to_string(),
-        )
-    })
-}
-
-fn info(link: &SerialLink) -> Result<Info, Failure> {
-    let problem = |error| at_port(link.path(), &error);
-    let measured = link.measure_round_trip(Duration::from_millis(250));
-    let (round_trip_us, round_trip_reason) = RoundTrip::of(&measured);
-    let statistics = link.statistics().map_err(problem)?;
-    let set = link.configuration().map_err(problem)?.0.limits;
-    let status = link.status();
-    let can = link.capabilities();
-    Ok(Info {
-        device: link.name(),
-        board: can.board().to_owned(),
-        firmware: firmware_version(link.hello()),
-        simulated: can.simulated,
-        axes: can.axes,
-        sample_time_min_s: f64::from(can.tick_period_min_us) * 1e-6,
-        sample_time_max_s: f64::from(can.tick_period_max_us) * 1e-6,
-        force_limit_n: set.force_n,
-        force_rate_limit_n_per_s: set.force_rate_n_per_s,
-        force_max_n: can.force_max_n,
-        force_rate_max_n_per_s: can.force_rate_max_n_per_s,
-        position_resolution_m: can.position_resolution_m,
-        coefficients_max: can.coefficients_max,
-        modes_max: can.modes_max,
-        degree_max: can.degree_max,
-        flight_samples: can.flight_samples,
-        state: status.state.to_string(),
-        fault: fault_in_words(status),
-        fault_reason: trouble(link).filter(|_| status.fault > 0),
-        faults: status.faults,
-        latency_ms: link.latency_ms(),
-        round_trip_us,
-        round_trip_reason,
-        statistics,
-    })
 }

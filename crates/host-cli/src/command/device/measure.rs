@@ -1,27 +1,24 @@
 //! `device measure`: what a device is made of, by a motion that it makes.
 
-mod draw;
-
-use crate::command::conduct::progress_bar;
-use crate::command::stop::stop_on_interrupt;
-use crate::files::PlaceOfFile;
-use crate::keys;
-use crate::options::Options;
-use crate::output::{Output, note, warn};
-use crate::within::within;
+use crate::command::conduct::{progress_bar, stop_on_interrupt};
+use crate::files::{File, PROGRAM, PlaceOfFile};
+use crate::options::{Options, keys};
+use crate::output::{Output, warn};
+use crate::page::{Panel, linear, page};
+use crate::parse::within;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{MEASUREMENT, range};
-use haptic_experiment::question::measurement::Measurement;
 use haptic_experiment::question::measurement::{
-    MeasurePlan, Measured, MotionRecord, SerialMotion, estimate, on_serial, on_simulated,
+    MeasurePlan, Measured, Measurement, MotionRecord, SerialMotion, estimate, on_serial,
+    on_simulated,
 };
 use haptic_experiment::run::DeviceModel;
+use haptic_figure::{FigureError, Look, Picture};
 use haptic_log::record::StartTime;
 use haptic_quantity::{Time, digits, written};
 use serde::Serialize;
-use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 const LONG_ABOUT: &str = "\
@@ -43,18 +40,14 @@ not explain. The delay of a serial device is its own, without the line.";
                   host-cli zwidth --device-model device.toml --sample-time 1ms\n  host-cli device measure --device sim --device-model laboratory --mass 80g   \
                   # how well would it find this one?"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     options: Options<keys::Measure>,
     /// Keep trying for this long if the device is absent [default: 0s]
-    #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::WAITS))]
     wait: Option<Time>,
-    /// Device file to write, with a picture beside it
-    #[arg(long, value_name = "FILE.toml", help_heading = "Files")]
-    out: Option<PathBuf>,
-    /// Replace existing files
-    #[arg(long, help_heading = "Files")]
-    overwrite: bool,
+    #[command(flatten)]
+    file: File,
 }
 
 /// The result.
@@ -80,12 +73,8 @@ struct Motion {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A device that cannot be used or measured, files that cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = PlaceOfFile::look(self.out.as_deref(), self.overwrite, "device")?;
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
+        let mut place = PlaceOfFile::look(&self.file, "device")?;
         let document = self.options.over(Document::new(MEASUREMENT))?;
         let mut asked = Measurement::open(&document).map_err(Failure::input)?;
         if let (Some(remote), Some(wait)) = (&mut asked.remote, self.wait) {
@@ -95,7 +84,7 @@ impl Arguments {
         let motion = motion(&asked, output)?;
         let found = estimate(&motion.record, plan.hand).map_err(Failure::input)?;
         for warning in &found.warnings {
-            note("warning", warning);
+            warn(warning);
         }
         let (model, figure) = write(&motion, &plan, &found, &mut place);
         let (reach_low_m, reach_high_m) = motion.record.reach_m();
@@ -176,7 +165,33 @@ fn write(
         if plan.hand { "on" } else { "off" },
         written("residual_m", found.residual_rms_m)
     );
-    let program = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
-    let text = || DeviceModel::measured(found, program, &words).to_toml();
-    place.write(text, || draw::draw(&found.curve, &words))
+    let text = || DeviceModel::measured(found, PROGRAM, &words).to_toml();
+    place.write(text, || draw(&found.curve, &words))
+}
+
+/// The motion over the model, s and m, and below it what the model does not explain.
+fn draw(curve: &[[f64; 3]], words: &str) -> Result<Picture, FigureError> {
+    let over_time = |scale: f64, value: fn(&[f64; 3]) -> f64| {
+        let points = curve.iter();
+        points.map(move |point| (point[0], scale * value(point)))
+    };
+    let time = match (curve.first(), curve.last()) {
+        (Some(first), Some(last)) => linear("time / s").between(first[0], last[0]),
+        _ => linear("time / s"),
+    };
+    let motion = Panel::new(
+        "position read, and of the model",
+        time,
+        linear("position / mm"),
+    )
+    .with("read", Look::Broad, 6, over_time(1e3, |point| point[1]))
+    .with("model", Look::Dashed, 1, over_time(1e3, |point| point[2]));
+    let left = over_time(1e6, |point| point[2] - point[1]);
+    let left = Panel::new("model less position read", time, linear("residual / µm")).with(
+        "residual",
+        Look::Line,
+        0,
+        left,
+    );
+    page("A device, measured", words, 1, &[motion, left])
 }

@@ -1,29 +1,23 @@
 //! `device monitor`: watch a device, whatever happens to its line.
 
-mod session_log;
-
-use super::info::fault_in_words;
-use super::port::PortArguments;
-use crate::command::live::LiveArguments;
-use crate::command::stop::stop_on_interrupt;
-use crate::files::folder;
-use crate::output::{Output, note};
-use crate::whole::whole;
-use crate::within::within;
+use crate::command::conduct::{LiveArguments, stop_on_interrupt};
+use crate::command::device::PortArguments;
+use crate::command::device::info::fault_in_words;
+use crate::files::RunFiles;
+use crate::output::{Output, note, warn};
+use crate::parse::{whole, within};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
-use haptic_experiment::run::Recorder;
 use haptic_experiment::run::device::trouble;
+use haptic_experiment::run::{Recorder, Stopped};
 use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};
-use haptic_log::record::{StartTime, TickMessage};
+use haptic_log::record::{RecordError, StartTime, TickMessage};
 use haptic_quantity::Time;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
-use session_log::{Closed, SessionLog};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -37,23 +31,19 @@ is back.";
 #[command(
     after_help = "Example: host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     port: PortArguments,
     /// Send every Nth tick
     #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
     /// Stop after this time [default: run until Ctrl-C]
-    #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::DURATIONS))]
     duration: Option<Time>,
     #[command(flatten)]
     live: LiveArguments,
-    /// Folder for the logs [default: next free results/monitor-0001]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Replace files of an earlier run
-    #[arg(long)]
-    overwrite: bool,
+    #[command(flatten)]
+    files: RunFiles,
 }
 
 /// Summary of a session of `device monitor`.
@@ -84,9 +74,6 @@ impl Watched {
     }
 
     /// Says what was seen.
-    ///
-    /// # Errors
-    /// Exit code 3 if the device is not there any more, 4 if samples were lost.
     fn report(&self, output: Output) -> Result<(), Failure> {
         let missing = self.samples_lost + self.dropped_samples;
         output.summary(self)?;
@@ -118,15 +105,11 @@ fn metadata(device: &str, link: &SerialLink) -> BTreeMap<String, String> {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Exit code 3 if the device is not there at the beginning or at the end, 4 if samples were lost.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let stop = stop_on_interrupt()?;
         let live = self.live.open(true, output)?;
         let mut link = self.port.connect()?;
-        let folder = folder(self.out.clone(), "monitor", self.overwrite).prepare()?;
+        let folder = self.files.folder("monitor")?.prepare()?;
         let mut watch = Watch {
             every: self.every,
             until: (self.duration).map(|time| Instant::now() + Duration::from_secs_f64(time.0)),
@@ -376,6 +359,87 @@ impl Watch<'_> {
             ));
         }
     }
+}
+
+/// A log while it can be written, and then nothing.
+struct SessionLog {
+    recorder: Option<Recorder>,
+    /// What was handed over and is not in the log.
+    dropped: u64,
+    unwritten: Option<Failure>,
+    bar: ProgressBar,
+}
+
+impl SessionLog {
+    fn new(recorder: Result<Recorder, RecordError>, bar: &ProgressBar) -> Self {
+        let mut log = Self {
+            recorder: None,
+            dropped: 0,
+            unwritten: None,
+            bar: bar.clone(),
+        };
+        match recorder {
+            Ok(recorder) => log.recorder = Some(recorder),
+            Err(error) => log.lose(error),
+        }
+        log
+    }
+
+    /// Hands something over, if somebody writes.
+    fn keep(&mut self, hand: impl FnOnce(&mut Recorder) -> Result<(), Stopped>) {
+        let Some(mut recorder) = self.recorder.take() else {
+            self.dropped += 1;
+            return;
+        };
+        match hand(&mut recorder) {
+            Ok(()) => self.recorder = Some(recorder),
+            // The writer has ended, and tells why.
+            Err(Stopped) => {
+                self.dropped += 1 + recorder.dropped();
+                if let Err(error) = recorder.finish() {
+                    self.lose(error);
+                }
+            }
+        }
+    }
+
+    fn lose(&mut self, error: RecordError) {
+        let failure = Failure::from(error);
+        let words = format!("{failure}; from here on nothing is kept");
+        self.bar.suspend(|| note("warning", words));
+        self.unwritten = Some(failure);
+    }
+
+    /// Closes the log.
+    fn close(mut self) -> Closed {
+        let mut file = None;
+        if let Some(recorder) = self.recorder.take() {
+            self.dropped += recorder.dropped();
+            match recorder.finish() {
+                Ok(recorded) => {
+                    let warnings = recorded.warnings.iter();
+                    warnings.for_each(|warning| warn(warning));
+                    file = Some(recorded.log.path.display().to_string());
+                }
+                Err(error) => self.unwritten = Some(error.into()),
+            }
+        }
+        Closed {
+            file,
+            dropped: self.dropped,
+            unwritten: self.unwritten,
+        }
+    }
+}
+
+/// What became of the log of a session.
+struct Closed {
+    /// Its file, if it is whole.
+    file: Option<String>,
+    /// What was handed over and is not in it.
+    dropped: u64,
+    /// Why it was not written to its end.
+    unwritten: Option<Failure>,
 }
 
 #[cfg(test)]

@@ -1,15 +1,13 @@
 //! `device selftest`: what a device promises, tried, as a table.
 
-use super::changes::watchdog_ms;
-use super::port::PortArguments;
-use crate::choice::choice;
-use crate::command::stop::stop_on_interrupt;
-use crate::output::{Output, note};
-use crate::within::within;
+use crate::command::conduct::stop_on_interrupt;
+use crate::command::device::PortArguments;
+use crate::command::device::changes::watchdog_ms;
+use crate::output::{Output, note, warn};
+use crate::parse::{choice, within};
 use clap::Args;
-use haptic_experiment::Failure;
-use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
+use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{Force, Time, written};
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _};
@@ -31,17 +29,17 @@ the test, or a promise could not be judged: this machine was too busy, or a limi
     long_about = LONG_ABOUT,
     after_help = "Example: host-cli device selftest --device serial:/dev/ttyACM0"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     port: PortArguments,
     /// Force limit during the test
-    #[arg(long, value_parser = within::<Force>(range::FORCE_LIMITS), value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(range::FORCE_LIMITS), value_name = "FORCE")]
     force_limit: Option<Force>,
     /// Silence after which the device must let go
-    #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()))]
     watchdog: Option<Time>,
     /// Sample time; longer for a slow line
-    #[arg(long, value_parser = within::<Time>(parameters::MEASURE_SAMPLE_TIME.range()), default_value = parameters::MEASURE_SAMPLE_TIME.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::MEASURE_SAMPLE_TIME.range()), default_value = parameters::MEASURE_SAMPLE_TIME.shown)]
     sample_time: Time,
     /// Emergency stop [default: none if simulated, else pressed]
     #[arg(long, value_parser = choice::<EmergencyStop>())]
@@ -49,11 +47,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Exit code 1 if a promise was not kept, 3 if there is no device, the link was lost or this machine was too busy to judge.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut test = SelfTest::DEFAULT;
         if let Some(force) = self.force_limit {
             test.force_limit_n = force.0;
@@ -86,13 +80,10 @@ fn is_watched(output: Output) -> bool {
 fn say(notice: Notice, output: Output) {
     let patience_s = SelfTest::PATIENCE.as_secs();
     match notice {
-        Notice::MayMove(force_n) => note(
-            "warning",
-            format_args!(
-                "the device moves by itself, with at most {}: let it move freely",
-                written("force_n", force_n.into())
-            ),
-        ),
+        Notice::MayMove(force_n) => warn(&format!(
+            "the device moves by itself, with at most {}: let it move freely",
+            written("force_n", force_n.into())
+        )),
         Notice::Trying(promise) if is_watched(output) => note("trying", promise),
         Notice::Trying(_) => {}
         Notice::PressEmergencyStop => note(
@@ -106,19 +97,16 @@ fn say(notice: Notice, output: Output) {
     }
 }
 
-/// # Errors
-/// A link that was lost, a fault or Ctrl-C that ended the test, else a promise that was not kept, else one that this machine was too busy to judge.
+/// A link that was lost, a fault or Ctrl-C that ended the test, else a promise that was not kept, else one that could not be judged.
 fn judge(report: &SelfTestReport) -> Result<(), Failure> {
+    let device = &report.device;
     if let Some(error) = &report.link_lost {
-        return Err(Failure::Device(anyhow::anyhow!(
-            "{}: {error}; the self-test ended",
-            report.device
-        )));
+        let words = anyhow::anyhow!("{device}: {error}; the self-test ended");
+        return Err(Failure::Device(words));
     }
     if let Some(fault) = &report.ended_by_fault {
         return Err(Failure::Device(anyhow::anyhow!(
-            "{}: {fault}; the self-test ended: fix the cause, then test again",
-            report.device
+            "{device}: {fault}; the self-test ended: fix the cause, then test again"
         )));
     }
     if report.interrupted {
@@ -126,37 +114,31 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
             "interrupted: the device was disarmed"
         )));
     }
-    let named = |which: &dyn Fn(&Check) -> bool| -> Vec<String> {
+    let named = |which: fn(&Check) -> bool, why: &str, remedy: &str| {
         let checks = report.checks.iter().filter(|check| which(check));
-        checks.map(|check| check.check.to_string()).collect()
+        let names: Vec<String> = checks.map(|check| check.check.to_string()).collect();
+        let (count, of) = (names.len(), report.checks.len());
+        let names = names.join(", ");
+        (count > 0).then(|| anyhow::anyhow!("{count} of {of} promises {why}: {names}; {remedy}"))
     };
-    let (broken, late, limited) = (
-        named(&|check| check.ok == Some(false)),
-        named(&|check| check.host_late),
-        named(&|check| check.not_judged && !check.host_late),
+    let broken = named(
+        |check| check.ok == Some(false),
+        "were broken",
+        "do not use this device until that is fixed",
     );
-    let of = report.checks.len();
-    if !broken.is_empty() {
-        return Err(Failure::Run(anyhow::anyhow!(
-            "{} of {of} promises were broken: {}; do not use this device until that is fixed",
-            broken.len(),
-            broken.join(", ")
-        )));
+    let limited = named(
+        |check| check.not_judged && !check.host_late,
+        "could not be judged, as a limit of the device ended their trials",
+        "the table says what to do",
+    );
+    let late = named(
+        |check| check.host_late,
+        "could not be judged, as this machine was too busy",
+        "close other programs (see `host-cli rt-check`), then test again",
+    );
+    match (broken, limited.or(late)) {
+        (Some(broken), _) => Err(Failure::Run(broken)),
+        (None, Some(unknown)) => Err(Failure::Device(unknown)),
+        (None, None) => Ok(()),
     }
-    if !limited.is_empty() {
-        return Err(Failure::Device(anyhow::anyhow!(
-            "{} of {of} promises could not be judged, as a limit of the device ended their trials: {}; the table says what to do",
-            limited.len(),
-            limited.join(", ")
-        )));
-    }
-    if late.is_empty() {
-        return Ok(());
-    }
-    Err(Failure::Device(anyhow::anyhow!(
-        "{} of {of} promises could not be judged, as this machine was too busy: {}; close other programs (see \
-         `host-cli rt-check`), then test again",
-        late.len(),
-        late.join(", ")
-    )))
 }

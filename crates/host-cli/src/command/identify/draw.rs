@@ -1,125 +1,70 @@
 //! The record over the candidates, and the residuals below.
 
-use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use crate::page::{Panel, Points, linear, page};
+use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_quantity::{digits, written};
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
-
-/// Points of a curve or of the record.
-type Points = Vec<(f64, f64)>;
 
 /// Residuals are drawn of models up to so many times the rms of the chosen one.
 const GOOD: f64 = 5.0;
 /// Colour of the record: black.
 const RECORD: usize = 5;
 
-/// Labels and scales of a kind of record.
-struct Words {
-    x: &'static str,
-    y: &'static str,
-    residual: &'static str,
-    scale: Scale,
-}
-
-const fn words(kind: RecordKind) -> Words {
-    let (x, y, residual, scale) = match kind {
-        RecordKind::Creep => (
-            "time / s",
-            "creep compliance / Pa⁻¹",
-            "residual / %",
-            Scale::Log,
-        ),
-        RecordKind::Oscillation => (
+/// Labels of time or frequency, of the record, and of residuals, and the scale of the first two.
+const fn words(kind: RecordKind) -> [&'static str; 3] {
+    match kind {
+        RecordKind::Creep => ["time / s", "creep compliance / Pa⁻¹", "residual / %"],
+        RecordKind::Oscillation => [
             "angular frequency / rad·s⁻¹",
             "storage and loss modulus / Pa",
             "residual / %",
-            Scale::Log,
-        ),
-        RecordKind::History => ("time / s", "stress / Pa", "residual / Pa", Scale::Linear),
-        _ => (
-            "time / s",
-            "relaxation modulus / Pa",
-            "residual / %",
-            Scale::Log,
-        ),
-    };
-    Words {
-        x,
-        y,
-        residual,
-        scale,
+        ],
+        RecordKind::History => ["time / s", "stress / Pa", "residual / Pa"],
+        _ => ["time / s", "relaxation modulus / Pa", "residual / %"],
     }
 }
 
 /// Draws an identification; `source` is the file of the record.
-///
-/// # Errors
-/// If there is nothing to draw.
 pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, FigureError> {
-    let words = words(found.kind);
-    let record = pairs(&found.x, &found.measured);
+    let [x, y, residual] = words(found.kind);
+    let scale = match found.kind {
+        RecordKind::History => Scale::Linear,
+        _ => Scale::Log,
+    };
+    let across = across(AxisSpec::new(x, scale), &found.x);
     // An oscillation has all frequencies twice: a gap keeps its two curves apart.
     let half = (found.kind == RecordKind::Oscillation).then_some(found.x.len() / 2);
-    let curves: Vec<(String, usize, Points, Points)> = (found.fits.iter().enumerate())
-        .map(|(n, fit)| {
-            let colour = if n >= RECORD { n + 1 } else { n };
-            let residuals = residuals(found, fit);
-            (
-                name(found.kind, fit),
-                colour,
-                gap(pairs(&found.x, &fit.predicted), half),
-                residuals,
-            )
-        })
-        .collect();
-    // The chosen one on top.
-    let mut upper = vec![Series::new("record", &record, Look::MarkersApart, RECORD)];
-    let chosen_last = curves.iter().enumerate().rev();
-    upper.extend(chosen_last.map(|(n, (name, colour, curve, _))| {
-        // Broad, or the record would cover it where it is right.
+    let colour = |n: usize| if n >= RECORD { n + 1 } else { n };
+    let record = pairs(&found.x, &found.measured);
+    let upper = Panel::new("record and models", across, AxisSpec::new(y, scale));
+    let mut upper = upper.with("record", Look::MarkersApart, RECORD, record);
+    // The chosen one on top, and broad, or the record would cover it where it is right.
+    for (n, fit) in found.fits.iter().enumerate().rev() {
         let look = if n == 0 { Look::Broad } else { Look::Line };
-        Series::new(name, curve, look, *colour)
-    }));
-    // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
-    let least = found.fits[0].rms;
-    let fits = found.fits.iter().zip(&curves);
-    let good = fits.filter(|(fit, _)| fit.rms <= GOOD * least);
-    let lower = good.map(|(_, (name, colour, _, residuals))| {
-        Series::new(name, residuals, Look::MarkersApart, *colour)
-    });
-    let across = across(&words, &found.x);
-    ChartPage {
-        title: &format!("Identified from a record: {}", found.fits[0].kind.name()),
-        subtitle: &format!(
-            "{source} · {} · {} samples",
-            found.kind.name(),
-            found.samples
-        ),
-        columns: 1,
-        charts: vec![
-            Chart {
-                caption: "record and models",
-                x: across,
-                y: AxisSpec::new(words.y, words.scale),
-                series: upper,
-            },
-            Chart {
-                caption: "model less record, of models within 5 times the rms of the first",
-                x: across,
-                y: AxisSpec::new(words.residual, Scale::Linear),
-                series: lower.collect(),
-            },
-        ],
+        let curve = gap(pairs(&found.x, &fit.predicted), half);
+        upper = upper.with(name(found.kind, fit), look, colour(n), curve);
     }
-    .draw()
+    // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
+    let caption = "model less record, of models within 5 times the rms of the first";
+    let mut lower = Panel::new(caption, across, linear(residual));
+    let least = found.fits[0].rms;
+    let fits = found.fits.iter().enumerate();
+    for (n, fit) in fits.filter(|(_, fit)| fit.rms <= GOOD * least) {
+        let name = name(found.kind, fit);
+        lower = lower.with(name, Look::MarkersApart, colour(n), residuals(found, fit));
+    }
+    let title = format!("Identified from a record: {}", found.fits[0].kind.name());
+    let (kind, samples) = (found.kind.name(), found.samples);
+    let subtitle = format!("{source} · {kind} · {samples} samples");
+    page(&title, &subtitle, 1, &[upper, lower])
 }
 
 /// The axis of the record; a logarithmic one ends a little beyond it, not at the next power of ten.
-fn across(words: &Words, x: &[f64]) -> AxisSpec<'static> {
+fn across<'a>(axis: AxisSpec<'a>, x: &[f64]) -> AxisSpec<'a> {
     const BEYOND: f64 = 1.3;
-    let axis = AxisSpec::new(words.x, words.scale);
     let low = x.iter().copied().fold(f64::INFINITY, f64::min);
     let high = x.iter().copied().fold(0.0, f64::max);
-    match words.scale {
+    match axis.scale {
         Scale::Log => axis.between(low / BEYOND, BEYOND * high),
         _ => axis,
     }

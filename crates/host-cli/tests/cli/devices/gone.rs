@@ -1,7 +1,7 @@
 //! A device that goes away in the middle of a run or while it is watched: the same exit code whatever its kind.
 
 use super::Emulated;
-use crate::process::{Ended, PATIENCE, Place, binary, number, signal};
+use crate::process::{Ended, PATIENCE, Place, binary, holds, number, says, signal};
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -83,9 +83,9 @@ fn unplugged_after(mut run: Child, device: &mut Emulated, words: &str) -> Ended 
 /// It says in one line that the device is gone, what to look at, and no number.
 fn says_that_it_is_gone(ended: &Ended) {
     let words = ["plug", "is it this port", "may still push"];
-    assert!(
+    holds(
         words.iter().any(|word| ended.error().contains(word)),
-        "{ended}"
+        &ended,
     );
     assert!(!ended.error().contains("implausible"), "{ended}");
     says_only_what_can_be(ended.error());
@@ -95,9 +95,9 @@ fn says_that_it_is_gone(ended: &Ended) {
 fn says_only_what_can_be(words: &str) {
     if words.contains("its port is gone") {
         assert!(!words.contains("was told"), "{words}");
-        assert!(
+        holds(
             words.contains("it may still push: switch its supply off"),
-            "{words}"
+            &words,
         );
     }
 }
@@ -151,10 +151,7 @@ fn a_touch_keeps_its_log(kind: &str, name: &str) {
         testkit::skip_for_load(&format!("no log of a run: {}", ended.error()));
         return;
     }
-    assert!(
-        ended.error().contains("the log is run/touch.mcap"),
-        "{ended}"
-    );
+    holds(ended.error().contains("the log is run/touch.mcap"), &ended);
     assert!(number(&ended.json(), "peak_force_n") <= 1.0, "{ended}");
 }
 
@@ -257,4 +254,96 @@ fn a_monitor_goes_on(kind: &str, name: &str) {
     }
     assert_eq!(samples, number(&watched, "samples"), "{kind}: {watched}");
     assert!(samples > 0.0, "{kind}: {watched}");
+}
+
+/// Each kind of device: how it is emulated, and its name.
+const WATCHED: [(&str, &str); 3] = [
+    ("", "serial:device"),
+    ("--kind moteus", "moteus:device"),
+    ("--kind haply-2diy hand=free", "haply:device"),
+];
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_monitor_says_that_its_device_is_silent_or_gone_and_ends_so_whatever_its_kind() {
+    std::thread::scope(|scope| {
+        for (kind, name) in WATCHED {
+            for away in [Emulated::hang as fn(&mut _), Emulated::kill] {
+                scope.spawn(move || watched(kind, name, away));
+            }
+        }
+    });
+}
+
+fn watched(kind: &str, name: &str, away: fn(&mut Emulated)) {
+    let mut device = Emulated::new(kind);
+    let line = format!("device monitor --device {name} --out watch --json");
+    let mut monitor = device.place.start(&line);
+    let mut stderr = BufReader::new(monitor.stderr.take().expect("piped"));
+    // A machine that is too busy to hold the line has closed it already, or could not open it.
+    let logs = ["watch/monitor.mcap.part", "watch/monitor.mcap"];
+    while !logs.iter().any(|log| device.place.path(log).exists())
+        && monitor.try_wait().expect("can be asked").is_none()
+    {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    away(&mut device);
+    let mut said = String::new();
+    while !said.contains("link: ") {
+        let count = stderr.read_line(&mut said).expect("is text");
+        assert!(count > 0, "{kind}: {said}");
+    }
+    signal(&monitor, "INT");
+    stderr.read_to_string(&mut said).expect("is text");
+    let mut output = monitor.wait_with_output().expect("ends");
+    output.stderr = said.into_bytes();
+    let ended = Ended::new(line, &output);
+    assert_eq!(ended.code, Some(3), "{kind}: {ended}");
+    let error = ended.error();
+    assert!(error.contains("it did not come back"), "{kind}: {ended}");
+    assert_eq!(ended.json()["reconnected"], 0, "{kind}: {ended}");
+}
+
+#[test]
+fn a_monitor_whose_log_finds_no_space_says_so_at_once_and_goes_on() {
+    let device = Emulated::new("");
+    // No file above 20 kB: a quarter of a second.
+    let line = "trap '' XFSZ; ulimit -f 40 && exec \"$0\" device monitor --device serial:device --out watch --json";
+    let mut monitor = Command::new("sh")
+        .args(["-c", line])
+        .arg(binary())
+        .current_dir(device.place.path(""))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut stderr = BufReader::new(monitor.stderr.take().expect("piped"));
+    let mut said = String::new();
+    let count = stderr.read_line(&mut said).expect("is text");
+    assert!(count > 0 && !said.contains("ulimit"), "{said}");
+    says(
+        &said,
+        &[
+            "warning: ",
+            "watch/monitor.mcap.part",
+            "samples are safe",
+            "nothing is kept",
+        ],
+    );
+    assert!(monitor.try_wait().expect("can be asked").is_none());
+    signal(&monitor, "INT");
+    stderr.read_to_string(&mut said).expect("is text");
+    let mut output = monitor.wait_with_output().expect("ends");
+    output.stderr = said.into_bytes();
+    let ended = Ended::new(line.to_owned(), &output).failed(4);
+    says(
+        ended.error(),
+        &["watch/monitor.mcap.part", "samples are safe"],
+    );
+    let report = ended.json();
+    assert!(number(&report, "dropped_samples") > 0.0, "{report}");
+    holds(
+        number(&report, "samples") >= number(&report, "dropped_samples"),
+        &report,
+    );
 }

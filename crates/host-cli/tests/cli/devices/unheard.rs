@@ -1,14 +1,16 @@
 //! Requests whose answers are lost, and stops that the device does not hear.
 
 use super::middle::Middle;
-use super::untold::{logged_as_told, witnessed};
-use super::{Emulated, number};
-use crate::process::{Ended, PATIENCE, signal};
-use haptic_link::Report;
+use super::{Emulated, at};
+use crate::faults::metadata;
+use crate::process::{Ended, PATIENCE, holds, number, signal};
+use haptic_link::{Report, Request, Sample, Start};
+use haptic_loop::Limiters;
+use std::collections::BTreeMap;
 use std::process::Child;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// A wall that the device is pushed through, out of its workspace.
@@ -67,9 +69,9 @@ fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
     let ended = ended(line, child).failed(1);
     assert!(ended.error().contains("heard nothing"), "{ended}");
     assert!(!ended.error().contains("lacks"), "{ended}");
-    assert_eq!(number(&ended.json(), "/dropped_samples"), 0.0, "{ended}");
+    assert_eq!(at(&ended.json(), "/dropped_samples"), 0.0, "{ended}");
     let check = device.place.run("log check run/relax.mcap --json").json();
-    assert_eq!(number(&check, "/missing_samples"), 0.0, "{check}");
+    assert_eq!(at(&check, "/missing_samples"), 0.0, "{check}");
 }
 
 /// Samples are lost, and all else comes: the stop goes out at once, not when the silence is noticed.
@@ -88,10 +90,7 @@ fn a_stop_without_samples_goes_out_at_once() {
     lost.store(true, Ordering::Relaxed);
     signal(&child, "INT");
     let ended = ended(line, child).failed(1);
-    assert!(
-        ended.error().contains("interrupted: the run ended"),
-        "{ended}"
-    );
+    holds(ended.error().contains("interrupted: the run ended"), &ended);
     assert_eq!(ended.json()["ended_early"], "interrupted");
 }
 
@@ -123,15 +122,12 @@ fn is_told_as_it_was(options: &str) {
         "heard nothing from the host",
         "the device pushed on until",
     ];
-    assert!(
+    holds(
         words.iter().all(|part| ended.error().contains(part)),
-        "{ended}"
+        &ended,
     );
-    let last = (1e3 * number(&ended.json(), "/duration_s")).round();
-    assert!(
-        device.place.path("run/relax-fault.mcap").exists(),
-        "{ended}"
-    );
+    let last = (1e3 * at(&ended.json(), "/duration_s")).round();
+    holds(device.place.path("run/relax-fault.mcap").exists(), &ended);
     // Those behind the samples that count.
     let behind = logged_as_told(&device, &told, last as u32);
     assert!(behind.iter().any(|(_, force_n)| *force_n < -0.01));
@@ -139,5 +135,201 @@ fn is_told_as_it_was(options: &str) {
     assert!(last_n.abs() < 1e-12, "{last_n} N at the end");
     let check = device.place.run("log check run/relax.mcap --json").json();
     assert_eq!(check["end"]["ended"], "fault", "{check}");
-    assert_eq!(number(&check, "/missing_samples"), 0.0, "{check}");
+    assert_eq!(at(&check, "/missing_samples"), 0.0, "{check}");
+}
+
+/// Samples that a device told, by tick.
+pub(super) type Told = Arc<Mutex<BTreeMap<u32, Sample>>>;
+
+/// A line that keeps what the device tells, and loses the messages for which this is true.
+pub(super) fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middle, Told) {
+    let told = Told::default();
+    let telling = Arc::clone(&told);
+    let start = Request::Start(Start::ENDLESS).number();
+    let line = Middle::before(device, move |report| {
+        let mut told = telling.lock().expect("nobody panicked");
+        match report {
+            Report::Sample(sample) => drop(told.insert(sample.tick, sample.clone())),
+            // The samples of a run before are none of this one.
+            Report::Ack(ack) if ack.request == start => told.clear(),
+            _ => {}
+        }
+        loses(report)
+    });
+    (line, told)
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_fault_whose_frame_is_lost_has_its_own_tick() {
+    for options in ["", "--loop host max_age_ticks=500"] {
+        let device = Emulated::new("");
+        let (_line, told) = witnessed(&device, |report| matches!(report, Report::Fault(_)));
+        device.place.write("wall.toml", LEAVES);
+        let line = format!("run wall.toml --device serial:line {options} --out run --json");
+        let ended = device.place.run(&line).failed(1);
+        assert!(ended.error().contains("left its workspace"), "{ended}");
+        let told = told.lock().expect("nobody panicked");
+        let faulted = |sample: &&Sample| sample.axes[0].limiters & Limiters::FAULT.bits() != 0;
+        let first = told.values().find(faulted).expect("a fault").tick;
+        let report = ended.json();
+        assert_eq!(at(&report, "/dropped_samples"), 0.0, "{report}");
+        // The tick of the fault is none of the result.
+        let last = (1e3 * at(&report, "/duration_s")).round();
+        assert_eq!(last, f64::from(first) - 1.0, "{report}");
+        let info = device.json("log info run/wall-fault.mcap");
+        let fault = metadata(&info, "fault");
+        assert_eq!(fault["tick"], first.to_string(), "{fault}");
+        assert_eq!(fault["code"], "6", "{fault}");
+    }
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn forces_that_did_not_arrive_are_in_no_log() {
+    let device = Emulated::new("");
+    device.loosen();
+    let (middle, told) = witnessed(&device, |_| false);
+    let line = "relax --device serial:line --loop host max_age_ticks=500 watchdog=500ms late_ticks=0 --contact rigid \
+                --ramp-time 2s --duration 60s --out run --quiet --json";
+    // It loses all that goes to the device while the indenter moves.
+    let child = under_way(&device, line);
+    let newest = |told: &Told| {
+        *told
+            .lock()
+            .expect("nobody panicked")
+            .keys()
+            .last()
+            .expect("samples")
+    };
+    middle.deafen();
+    std::thread::sleep(Duration::from_millis(20));
+    let lost = newest(&told);
+    let ended = ended(line, child).failed(1);
+    assert!(ended.error().contains("heard nothing"), "{ended}");
+    logged_as_told(&device, &told, lost);
+}
+
+/// The log of `run/relax` behind this tick, some hundred ticks and forces, N. Each tick of all has the force that the device itself told.
+pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<(u32, f64)> {
+    device
+        .place
+        .run("log export run/relax.mcap ticks.csv")
+        .succeeded();
+    let told = told.lock().expect("nobody panicked");
+    let mut rows = csv(&device.place.text("ticks.csv"));
+    let other = |(tick, force_n): &&(u32, f64)| {
+        (force_n - f64::from(told[tick].axes[0].force_n)).abs() > 1e-9
+    };
+    let other = rows.iter().find(other);
+    assert_eq!(other, None, "{:?}", other.map(|(tick, _)| &told[tick]));
+    rows.retain(|(tick, _)| *tick > after);
+    assert!(rows.len() > 400, "{}", rows.len());
+    rows
+}
+
+/// Ticks and forces, N, of an exported log.
+fn csv(text: &str) -> Vec<(u32, f64)> {
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let column = |name| {
+        header
+            .iter()
+            .position(|column| *column == name)
+            .expect("a column")
+    };
+    let (tick, force) = (column("tick"), column("applied_force_n"));
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let force_n = cells[force].parse().expect("a number");
+        (cells[tick].parse().expect("a tick"), force_n)
+    };
+    lines.map(row).collect()
+}
+
+/// The tick that lies.
+const LIE: u32 = 700;
+
+type Lie = fn(&mut Sample);
+
+const LIES: [(&str, Lie); 2] = [
+    ("a position of NaN m", |sample| {
+        sample.axes[0].position_m = f32::NAN;
+    }),
+    ("a force of -1000000 N", |sample| {
+        sample.axes[0].force_n = -1e6;
+    }),
+];
+
+/// A run on a device that lies once. What else cannot be is named by `haptic-remote`.
+fn lies((words, lie): (&str, Lie), options: &str) {
+    let device = Emulated::new("");
+    device.loosen();
+    let _line = Middle::changing(&device, move |report| {
+        Some(match report {
+            Report::Sample(mut sample) if sample.tick == LIE => {
+                lie(&mut sample);
+                Report::Sample(sample)
+            }
+            report => report,
+        })
+    });
+    let line = format!(
+        "relax --device serial:line {options} watchdog=1s late_ticks=0 --contact rigid --ramp-time 0.5s --duration 60s --out run \
+         --quiet --json"
+    );
+    let ended = device.place.run(&line).failed(1);
+    let said = ended.error();
+    holds(
+        said.contains("reported the impossible") && said.contains(words),
+        &ended,
+    );
+    let report = ended.json();
+    // It is no part of the result.
+    holds(
+        number(&report, "duration_s") < 1e-3 * f64::from(LIE) - 5e-4,
+        &report,
+    );
+    assert!(number(&report, "peak_force_n") < 100.0, "{report}");
+    holds(device.place.path("run/relax-fault.mcap").exists(), &ended);
+    let check = device
+        .place
+        .run("log check run/relax.mcap --json")
+        .failed(4);
+    let check = check.json();
+    assert_eq!(number(&check, "impossible"), 1.0, "{check}");
+    assert_eq!(number(&check, "missing_samples"), 0.0, "{check}");
+    assert_eq!(check["end"]["ended"], "fault", "{check}");
+    // It was told to let go: its own watchdog did not have to see to that.
+    let info = device.json("device info --device serial:device");
+    assert_eq!(
+        (&info["state"], &info["fault"]),
+        (&"idle".into(), &().into()),
+        "{info}"
+    );
+}
+
+#[test]
+fn a_sample_that_cannot_be_ends_a_run_as_a_fault_of_the_device() {
+    std::thread::scope(|scope| {
+        for (lie, options) in LIES.into_iter().zip(["", "--loop host max_age_ticks=1000"]) {
+            scope.spawn(move || lies(lie, options));
+        }
+    });
+}
+
+#[test]
+fn abilities_that_are_no_numbers_are_refused_before_anything_moves() {
+    let device = Emulated::new("");
+    let _line = Middle::changing(&device, move |report| {
+        Some(match report {
+            Report::Capabilities(mut told) => {
+                told.force_max_n = f32::NAN;
+                Report::Capabilities(told)
+            }
+            report => report,
+        })
+    });
+    let ended = device.place.run("device info --device serial:line");
+    ended.refused(3, &["largest force, N, of NaN", "flash its firmware again"]);
 }

@@ -6,7 +6,7 @@ use haptic_experiment::parameters::{
     self, CONTROLLER_LOOP, CONTROLLER_SOURCE, CRONE, DEVICE_PLANT, LEAD_LAG, MEASURED_PLANT, PID,
     PLANT_SOURCE, Parameter, Range, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
 };
-use host_cli::command::run::TABLES;
+use host_cli::TABLES;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use testkit::book;

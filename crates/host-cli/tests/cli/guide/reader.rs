@@ -13,7 +13,6 @@
 //! typed by hand.
 
 use crate::process::{Ended, PATIENCE, Place, binary};
-use clap::CommandFactory as _;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -233,7 +232,7 @@ impl Reader<'_> {
             if command.starts_with("host-cli ") && known {
                 let end = command.find(['|', '>', '&']).unwrap_or(command.len());
                 let words = command[..end].split_whitespace();
-                let parsed = host_cli::cli::Cli::command().try_get_matches_from(words);
+                let parsed = host_cli::parser().try_get_matches_from(words);
                 assert!(parsed.is_ok(), "{}: {command}: {parsed:?}", self.file);
             }
         }

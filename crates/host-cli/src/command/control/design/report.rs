@@ -1,108 +1,26 @@
-//! The report of a design.
+//! The report of a design: its numbers, and what they mean in sentences.
 
-mod said;
-
-use super::super::draw::over_time;
-use super::super::reports::{MarginReport, PidReport, ShapeReport};
-use super::super::words::{decibel, in_degrees};
-use fractional_control::PidParameters;
-use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName};
+use crate::command::analyze::decibel;
+use crate::command::control::{in_degrees, margins, pid, shape};
+use crate::output::joined;
+use fractional_control::design::{
+    Candidate, ControlAnswer, ControlDesign, ROBUST_GAINS, Trial, Wish, WishName,
+};
 use haptic_experiment::Failure;
 use haptic_quantity::digits;
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::LN_10;
 
-/// Result of `control design`.
-#[derive(Serialize)]
-pub(super) struct Report {
-    plant: String,
-    sample_time_s: f64,
-    scheme: String,
-    controller: PidReport,
-    specification: Vec<WishReport>,
-    /// Null for a plant that was measured, which does not run, and where nothing is proved of the plant.
-    stable: Option<bool>,
-    /// Verdict and comparison in sentences.
-    notes: Vec<String>,
-    #[serde(flatten)]
-    trial: Option<TrialReport>,
-    integer: Option<IntegerReport>,
-    integer_reason: Option<String>,
-    step: Vec<Sample>,
-    pub(super) controller_file: Option<String>,
-    pub(super) files: Vec<String>,
+/// What was asked, and the answer.
+pub(super) struct Report<'a> {
+    pub(super) design: &'a ControlDesign,
+    pub(super) answer: &'a ControlAnswer,
 }
 
-/// A wish.
-#[derive(Serialize)]
-struct WishReport {
-    name: &'static str,
-    /// For people.
-    #[serde(skip)]
-    words: &'static str,
-    wanted: f64,
-    reached: f64,
-    met: bool,
-    integer_reached: Option<f64>,
-}
-
-/// The loop of a controller.
-#[derive(Serialize)]
-struct TrialReport {
-    /// None of an unstable loop: they would mean nothing.
-    margins: Option<MarginReport>,
-    /// As in `analyze`.
-    coarse: Option<f64>,
-    /// The gains of the plant, over the nominal one, between which it is proved stable.
-    stable_gain_low: Option<f64>,
-    stable_gain_high: Option<f64>,
-    /// They reach from half to double.
-    robust: bool,
-    /// The same of the rule that stands for the plant, whether or not that is proved of the plant.
-    #[serde(skip)]
-    stable_by_model: bool,
-    #[serde(skip)]
-    gains_by_model: Option<[f64; 2]>,
-    #[serde(skip)]
-    robust_by_model: bool,
-    overshoot_spread: f64,
-    robustness: Vec<GainReport>,
-    shape: ShapeReport,
-    limited_share: f64,
-}
-
-#[derive(Serialize)]
-struct GainReport {
-    gain_db: f64,
-    stable: bool,
-    shape: ShapeReport,
-}
-
-#[derive(Serialize)]
-struct IntegerReport {
-    controller: PidReport,
-    stable: Option<bool>,
-    #[serde(flatten)]
-    trial: Option<TrialReport>,
-}
-
-#[derive(Serialize)]
-struct Sample {
-    time_s: f64,
-    output: f64,
-    command: f64,
-}
-
-/// Name and unit of a wish, and its value in that unit.
-struct Row {
-    key: &'static str,
-    words: &'static str,
-    in_unit: fn(f64) -> f64,
-}
-
-fn row(name: WishName) -> Row {
+/// Key and words of a wish, and its value in the unit of the key.
+fn row(name: WishName) -> (&'static str, &'static str, fn(f64) -> f64) {
     let same: fn(f64) -> f64 = |value| value;
-    let (key, words, in_unit): (_, _, fn(f64) -> f64) = match name {
+    match name {
         WishName::Crossover => ("crossover_rad_s", "crossover / rad/s", same),
         WishName::PhaseMargin => ("phase_margin_deg", "phase margin / °", f64::to_degrees),
         WishName::IsoDamping => (
@@ -114,110 +32,93 @@ fn row(name: WishName) -> Row {
         WishName::ComplementaryPeak => ("complementary_peak", "largest |T|", same),
         WishName::Noise => ("noise", "|T| above the noise's frequency", same),
         _ => ("disturbance", "|S| below the disturbance's frequency", same),
-    };
-    Row {
-        key,
-        words,
-        in_unit,
     }
 }
 
-fn trial_report(trial: &Trial, t: f64) -> TrialReport {
-    let proved = trial.coarse.is_none();
-    let proved_gains = trial.stable_gains.filter(|_| proved);
-    TrialReport {
-        margins: (proved && trial.verdict.stable).then(|| (&trial.margins).into()),
-        coarse: trial.coarse,
-        stable_by_model: trial.verdict.stable,
-        gains_by_model: trial.stable_gains,
-        robust_by_model: trial.is_robust(),
-        stable_gain_low: proved_gains.map(|[low, _]| low),
-        stable_gain_high: proved_gains.map(|[_, high]| high),
-        robust: proved && trial.is_robust(),
-        overshoot_spread: trial.overshoot_spread(),
-        robustness: trial
-            .robustness
-            .iter()
-            .map(|row| GainReport {
-                gain_db: decibel(row.gain),
-                stable: row.stable,
-                shape: ShapeReport::new(&row.shape, t),
-            })
-            .collect(),
-        shape: ShapeReport::new(&trial.shape, t),
-        limited_share: trial.limited_share,
-    }
-}
-
-fn pid_of(candidate: &Candidate) -> PidParameters {
-    candidate.tuned.parameters
-}
-
+/// The verdict on a loop; null for a plant that was measured, which does not run, and where nothing is proved of the plant.
 fn stable(candidate: &Candidate) -> Option<bool> {
-    let proved = candidate
-        .trial
-        .as_ref()
-        .filter(|trial| trial.coarse.is_none());
+    let trial = candidate.trial.as_ref();
+    let proved = trial.filter(|trial| trial.coarse.is_none());
     proved.map(|trial| trial.verdict.stable)
 }
 
-fn reached(candidate: &Candidate, name: WishName) -> Option<f64> {
-    let found = candidate.wishes.iter().find(|wish| wish.name == name);
-    found.map(|wish| wish.reached)
+/// The loop of a controller.
+fn trial(candidate: &Candidate, t: f64) -> Value {
+    let Some(trial) = &candidate.trial else {
+        return json!({});
+    };
+    let proved = trial.coarse.is_none();
+    let gains = trial.stable_gains.filter(|_| proved);
+    let robustness = trial.robustness.iter().map(|row| {
+        let gain_db = decibel(row.gain);
+        json!({"gain_db": gain_db, "stable": row.stable, "shape": shape(&row.shape, t)})
+    });
+    json!({
+        // None of an unstable loop: they would mean nothing.
+        "margins": (proved && trial.verdict.stable).then(|| margins(&trial.margins)),
+        "coarse": trial.coarse,
+        // Over the nominal gain of the plant.
+        "stable_gain_low": gains.map(|[low, _]| low),
+        "stable_gain_high": gains.map(|[_, high]| high),
+        "robust": proved && trial.is_robust(),
+        "overshoot_spread": trial.overshoot_spread(),
+        "robustness": robustness.collect::<Vec<_>>(),
+        "shape": shape(&trial.shape, t),
+        "limited_share": trial.limited_share,
+    })
 }
 
-impl Report {
-    pub(super) fn new(plant_words: &str, design: &ControlDesign, answer: &ControlAnswer) -> Self {
-        let (own, integer) = (&answer.fractional, answer.integer.as_ref());
-        let t = design.sample_time.0;
+impl Report<'_> {
+    fn own(&self) -> &Candidate {
+        &self.answer.fractional
+    }
+
+    fn integer(&self) -> Option<&Candidate> {
+        self.answer.integer.as_ref().ok()
+    }
+
+    /// All of it, for JSON.
+    pub(super) fn value(&self, plant: &str, controller: Option<&str>, files: &[String]) -> Value {
+        let (own, integer, t) = (self.own(), self.integer(), self.design.sample_time.0);
         let wish = |wish: &Wish| {
-            let row = row(wish.name);
-            let integer = integer.ok().and_then(|other| reached(other, wish.name));
-            WishReport {
-                name: row.key,
-                words: row.words,
-                wanted: (row.in_unit)(wish.wanted),
-                reached: (row.in_unit)(wish.reached),
-                met: wish.is_met(),
-                integer_reached: integer.map(row.in_unit),
-            }
+            let (name, _, in_unit) = row(wish.name);
+            let of = |other: &Candidate| other.wishes.iter().find(|w| w.name == wish.name).copied();
+            json!({
+                "name": name,
+                "wanted": in_unit(wish.wanted),
+                "reached": in_unit(wish.reached),
+                "met": wish.is_met(),
+                "integer_reached": integer.and_then(of).map(|other| in_unit(other.reached)),
+            })
         };
-        let report = |candidate: &Candidate| {
-            let trial = candidate.trial.as_ref();
-            trial.map(|trial| trial_report(trial, t))
-        };
-        let step = own.trial.as_ref().map(|trial| &trial.step);
-        let samples = step.map(|step| {
-            let output = over_time(&step.measured, t);
-            let rows = output.into_iter().zip(&step.command);
-            let rows = rows.map(|((time_s, output), command)| Sample {
-                time_s,
-                output,
-                command: *command,
+        let step = own.trial.as_ref().map(|trial| {
+            let samples = trial.step.measured.iter().zip(&trial.step.command);
+            let samples = samples.enumerate().map(|(n, (output, command))| {
+                json!({"time_s": n as f64 * t, "output": output, "command": command})
             });
-            rows.collect()
+            samples.collect::<Vec<_>>()
         });
-        let mut report = Self {
-            plant: plant_words.to_owned(),
-            sample_time_s: t,
-            scheme: design.scheme.to_string(),
-            controller: pid_of(own).into(),
-            specification: own.wishes.iter().map(wish).collect(),
-            trial: report(own),
-            stable: stable(own),
-            integer: integer.ok().map(|other| IntegerReport {
-                controller: pid_of(other).into(),
-                trial: report(other),
-                stable: stable(other),
+        let asked = json!({
+            "plant": plant,
+            "sample_time_s": t,
+            "scheme": self.design.scheme.to_string(),
+            "controller": pid(own.tuned.parameters),
+            "specification": own.wishes.iter().map(wish).collect::<Vec<_>>(),
+            "stable": stable(own),
+            "notes": self.sentences(),
+        });
+        let beside = json!({
+            "integer": integer.map(|other| {
+                let controller = pid(other.tuned.parameters);
+                let verdict = json!({"controller": controller, "stable": stable(other)});
+                joined([verdict, trial(other, t)])
             }),
-            integer_reason: (integer.err()).map(in_degrees),
-            step: samples.unwrap_or_default(),
-            notes: Vec::new(),
-            controller_file: None,
-            files: Vec::new(),
-        };
-        report.notes = report.sentences();
-        report
+            "integer_reason": self.answer.integer.as_ref().err().map(in_degrees),
+            "step": step.unwrap_or_default(),
+            "controller_file": controller,
+            "files": files,
+        });
+        joined([asked, trial(own, t), beside])
     }
 
     /// Wishes that are not met, and a loop that is not robust, for the controller file.
@@ -230,23 +131,24 @@ impl Report {
 
     /// Which wishes are missed, and by how much.
     fn unmet(&self) -> String {
-        let missed = self.specification.iter().filter(|wish| !wish.met);
+        let missed = self.own().wishes.iter().filter(|wish| !wish.is_met());
         let words = missed.map(|wish| {
-            let (wanted, reached) = (digits(wish.wanted, 4), digits(wish.reached, 4));
-            let by = if wish.wanted == 0.0 {
-                String::new()
-            } else {
-                let share = 100.0 * (wish.reached / wish.wanted - 1.0);
-                format!(" ({share:+.0} %)")
+            let (_, words, in_unit) = row(wish.name);
+            let [wanted, reached] = [wish.wanted, wish.reached].map(in_unit);
+            let by = match wanted {
+                0.0 => String::new(),
+                _ => format!(" ({:+.0} %)", 100.0 * (reached / wanted - 1.0)),
             };
-            format!("{} {reached} instead of {wanted}{by}", wish.words)
+            let [reached, wanted] = [reached, wanted].map(|value| digits(value, 4));
+            format!("{words} {reached} instead of {wanted}{by}")
         });
         words.collect::<Vec<_>>().join(", ")
     }
 
     /// The end of the command: an error if a wish is not met, or the loop is not stable.
     pub(super) fn judge(&self) -> Result<(), Failure> {
-        if self.trial.as_ref().is_some_and(|own| !own.stable_by_model) {
+        let trial = self.own().trial.as_ref();
+        if trial.is_some_and(|trial| !trial.verdict.stable) {
             return Err(Failure::Run(anyhow::anyhow!(
                 "the loop is not stable: lower --crossover or shorten --sample-time"
             )));
@@ -255,15 +157,119 @@ impl Report {
         if unmet.is_empty() {
             return Ok(());
         }
-        let flat = row(WishName::IsoDamping).key;
-        let is_flat = self.specification.iter().any(|wish| wish.name == flat);
-        let remedies = if is_flat {
-            "move --crossover, change --phase-margin, or give --not-flat"
-        } else {
-            "move --crossover, or change --phase-margin"
+        let remedies = match self.design.wishes.iso_damping {
+            true => "move --crossover, change --phase-margin, or give --not-flat",
+            false => "move --crossover, or change --phase-margin",
         };
         Err(Failure::Run(anyhow::anyhow!(
             "not met: {unmet}; this is the best found: allow more, {remedies}"
         )))
+    }
+
+    /// The gains of the plant for which the loop is proved stable, if they do not reach from half to double.
+    fn fragile(&self) -> Option<String> {
+        let own = self.own().trial.as_ref().filter(|own| !own.is_robust())?;
+        let [low, high] = own.stable_gains?;
+        let verdict = match own.coarse {
+            None => "proved stable",
+            Some(_) => "stable by the sampled model, not proved,",
+        };
+        Some(format!(
+            "the sampled loop is {verdict} only from {} to {} times the plant's gain, not from half to double",
+            digits(low, 3),
+            digits(high, 3)
+        ))
+    }
+
+    /// The verdict, for which gains it is proved, and the remedy.
+    fn verdict(&self, own: &Trial) -> String {
+        if !own.verdict.stable {
+            return "The sampled loop is not stable.".to_owned();
+        }
+        let sturdier = match own.stable_gains {
+            Some([low, _]) if low > ROBUST_GAINS[0] => {
+                "Raise --crossover: a smaller gain does not hold this plant"
+            }
+            _ => "Lower --crossover, raise --phase-margin or shorten --sample-time",
+        };
+        // Why the verdict of a loop is not that of its plant.
+        let too_fast = own.coarse.map(|times| {
+            format!(
+                "which does not prove it for the plant: the loop is too fast for the sampled model of this fractional plant; shorten \
+                 --sample-time at least {} times",
+                digits(times, 4)
+            )
+        });
+        match (self.fragile(), too_fast) {
+            (None, Some(too_fast)) => format!(
+                "Warning: the sampled model is stable for half to double the plant's gain, {too_fast}."
+            ),
+            (Some(fragile), Some(too_fast)) => {
+                format!("Warning: {fragile}, {too_fast}. {sturdier}.")
+            }
+            (None, None) => {
+                "The sampled loop is proved stable for half to double the plant's gain.".to_owned()
+            }
+            (Some(fragile), None) => format!("Warning: {fragile}. {sturdier}."),
+        }
+    }
+
+    /// The verdict and the comparison.
+    fn sentences(&self) -> Vec<String> {
+        let Some(own) = &self.own().trial else {
+            return vec![
+                "Tuned to a measured response: stable by Nyquist's count at the measured frequencies, if the plant is stable; not proved. Identify \
+                 a transfer function (host-cli control identify) for a proof and steps."
+                    .to_owned(),
+            ];
+        };
+        let mut said = vec![self.verdict(own)];
+        let other = self.integer().and_then(|other| other.trial.as_ref());
+        match other {
+            Some(other) if own.is_robust() && other.is_robust() => {
+                let (fractional, integer) = (own.overshoot_spread(), other.overshoot_spread());
+                said.push(format!(
+                    "Over these gains its overshoot varies by {} %, that of the PID of order 1 by {} %: {}.",
+                    digits(100.0 * fractional, 3),
+                    digits(100.0 * integer, 3),
+                    compared(fractional, integer)
+                ));
+            }
+            Some(_) if own.is_robust() => {
+                said.push("The PID of order 1 is not stable at all these gains.".to_owned());
+            }
+            Some(_) => {}
+            None => said.push(format!(
+                "No PID of order 1 has this crossover and margin: {}.",
+                (self.answer.integer.as_ref().err())
+                    .map_or("none was found".to_owned(), in_degrees)
+            )),
+        }
+        let order = self.own().tuned.parameters.integral_order;
+        if own.verdict.stable && own.shape.settled.is_none() && order < 1.0 {
+            let crossover = self.own().wishes.first().map_or(1.0, |wish| wish.wanted);
+            said.push(format!(
+                "It does not settle in the time shown: an integral of order {} fades as t^-{0}. Limit the error at low frequency, as with \
+                 --disturbance {}rad/s:0.05.",
+                digits(order, 4),
+                digits(0.05 * crossover, 4)
+            ));
+        }
+        if self.unmet().is_empty() {
+            said.push("Every wish is met within 1 %.".to_owned());
+        }
+        said
+    }
+}
+
+/// One spread against another.
+fn compared(fractional: f64, integer: f64) -> String {
+    let least = 1e-3;
+    if fractional < least && integer < least {
+        "no difference".to_owned()
+    } else if fractional <= integer {
+        format!("{:.1} times less", integer / fractional.max(1e-6))
+    } else {
+        "the fractional one is not better".to_owned()
     }
 }

@@ -1,0 +1,20 @@
+//! The commands: arguments, and what they do.
+
+pub(crate) mod analyze;
+pub(crate) mod conduct;
+pub(crate) mod control;
+pub(crate) mod design;
+pub(crate) mod device;
+pub(crate) mod export_c;
+pub(crate) mod identify;
+pub(crate) mod log;
+pub(crate) mod materials;
+pub(crate) mod operator;
+pub(crate) mod reproduce;
+pub(crate) mod rt_check;
+pub(crate) mod run;
+#[cfg(feature = "serve")]
+pub(crate) mod serve;
+pub(crate) mod shell;
+pub(crate) mod teleoperate;
+pub(crate) mod zwidth;

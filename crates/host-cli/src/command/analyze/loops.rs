@@ -1,0 +1,247 @@
+//! A wall on a device: `stability`, `stability-region`, `passivity` and `sensitivity`.
+
+use super::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
+use crate::options::{Options, WithFiles, keys};
+use crate::output::{Output, joined};
+use crate::page::{Panel, Points, linear, logarithmic as axis, page};
+use haptic_analysis::{AnalysisError, Largest, OnePort, StabilityRegion};
+use haptic_experiment::Failure;
+use haptic_experiment::parameters::analysis::SENSITIVITY_POINTS;
+use haptic_figure::{FigureError, Look, Picture};
+use serde_json::json;
+use std::f64::consts::PI;
+
+/// Is this wall stable on this device, and by how much?
+pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<(), Failure> {
+    let resolved = resolve(&options.given()?, Wall::Needed)?;
+    let parameters = resolved.parameters;
+    // Without any spring there is a pole at z = 1, which is no instability: the device stays where it is left.
+    let sampled = resolved.sampled()?;
+    let (drifts, sampled) = (sampled.drifts(), sampled.beside_rest());
+    let verdict = sampled.verdict();
+    // Only a stable loop has margins; the edge is not stable.
+    let margins = verdict.stable.then(|| sampled.margins().ok()).flatten();
+    let without_units = json!({
+        "alpha": parameters.alpha,
+        "beta": parameters.beta,
+        "delta": parameters.delta,
+        "gamma": parameters.gamma,
+    });
+    let found = json!({
+        "stable": verdict.stable,
+        "stable_reason": match (verdict.unstable_poles, drifts) {
+            (None, _) => Some("on the boundary"),
+            (_, true) => Some("without a spring the device stays where it is left"),
+            _ => None,
+        },
+        "drifts": drifts,
+        // Largest |z| of a pole; null if P is irrational or the polynomial too long.
+        "spectral_radius": verdict.spectral_radius,
+        // Poles with |z| > 1; null on the boundary.
+        "encirclements": verdict.unstable_poles,
+        // By how much the wall could grow, and how much more delay it could bear; null for any, or if unstable.
+        "gain_margin": margins.and_then(|margins| margins.gain_up).map(|at| at.value),
+        "delay_margin_samples": margins.and_then(|margins| margins.delay).map(|at| at.value),
+        "peak_sensitivity_db": margins.map(|margins| decibel(margins.sensitivity.value)),
+    });
+    output.report(&joined(
+        resolved.result(without_units).into_iter().chain([found]),
+    ))
+}
+
+/// The damping that a wall needs to be passive.
+pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<(), Failure> {
+    let resolved = resolve(&options.given()?, Wall::Needed)?;
+    let parameters = resolved.parameters;
+    let port = OnePort::new(&resolved.operator, resolved.order)
+        .and_then(|port| port.through(resolved.path))
+        .map_err(Failure::input)?
+        .with_memory(resolved.operator.memory());
+    let required = port.required_delta(parameters.alpha, parameters.beta);
+    let required = required.map_err(Failure::input)?;
+    let delta = resolved.delta_given.then_some(parameters.delta);
+    let largest = |found: Result<Largest, AnalysisError>| match found.map_err(Failure::input)? {
+        Largest::Below { value, .. } => Ok::<_, Failure>(Some(value)),
+        Largest::Any | Largest::Empty => Ok(None),
+    };
+    let (mut alpha, mut beta) = (None, None);
+    if let Some(delta) = delta {
+        alpha = largest(port.largest_alpha(delta, parameters.beta))?;
+        beta = largest(port.largest_beta(delta, parameters.alpha))?;
+    }
+    let [stiffness, dissipation] = resolved.with_units(alpha, beta);
+    let without_units = json!({"alpha": parameters.alpha, "beta": parameters.beta, "delta": delta});
+    let found = json!({
+        // Least δ by Theorem 1 for the operator really used, and by Corollary 1 for the exact one without delay.
+        "required_delta": required.delta,
+        "corollary_delta": required.corollary_delta,
+        "worst_theta": required.worst_theta,
+        "passive": delta.map(|delta| required.passive(delta)),
+        "passive_reason": match (required.negative_at_rest, delta) {
+            (true, _) => Some("at rest a negative spring, alpha + beta P(1) < 0: no damping is enough"),
+            (false, None) => Some("give --delta or --damping to know"),
+            _ => None,
+        },
+        "negative_at_rest": required.negative_at_rest,
+        // Passive with the given δ and the other; null without a δ, or if none or any is.
+        "largest_alpha": alpha,
+        "largest_beta": beta,
+        "largest_stiffness_n_per_m": stiffness,
+        "largest_dissipation_n_s_mu_per_m": dissipation,
+        // δ = bT/m
+        "required_damping_n_s_per_m": resolved.units.map(|(m, t)| required.delta * m / t),
+        "worst_rad_s": resolved.units.map(|(_, t)| required.worst_theta / t),
+    });
+    output.report(&joined(
+        resolved.result(without_units).into_iter().chain([found]),
+    ))
+}
+
+/// Points on the boundary of a region.
+const POINTS: usize = 1000;
+
+/// All walls that are stable on a device.
+pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(), Failure> {
+    let mut place = asked.files.look("region", &[])?;
+    let resolved = resolve(&asked.options.given()?, Wall::Sought)?;
+    let parameters = resolved.parameters;
+    let region = StabilityRegion::new(resolved.plant()?, &resolved.operator, 0, POINTS);
+    let region = region.map_err(Failure::input)?;
+    let area = region.bounded();
+    let parts: Vec<Vec<_>> = (area.iter().flat_map(|area| &area.polygons))
+        .map(|polygon| polygon.points.iter().collect())
+        .collect();
+    let rows = parts.iter().enumerate().flat_map(|(part, points)| {
+        points.iter().map(move |p| RegionRow {
+            part,
+            alpha: p.alpha,
+            beta: p.beta,
+            theta_rad: p.theta,
+        })
+    });
+    let files = match area {
+        Some(_) => place.table_and_picture(rows, || {
+            // Closed outlines.
+            let outlines = parts.iter().map(|points| {
+                let closed = points.iter().chain(points.first());
+                closed.map(|p| (p.beta, p.alpha)).collect()
+            });
+            draw_region(&outlines.collect::<Vec<_>>(), &resolved)
+        }),
+        None => Vec::new(),
+    };
+    let mut outlines = parts.iter().map(|points| {
+        let points = points
+            .iter()
+            .map(|p| json!({"alpha": p.alpha, "beta": p.beta}));
+        points.collect::<Vec<_>>()
+    });
+    let [stiffness, dissipation] = resolved.with_units(
+        area.map(|area| area.alpha_max),
+        area.map(|area| area.beta_at_alpha_max),
+    );
+    let found = json!({
+        "empty": region.bounded().is_none(),
+        "area": area.map_or(0.0, |area| area.area),
+        "alpha_max": area.map(|area| area.alpha_max),
+        "beta_at_alpha_max": area.map(|area| area.beta_at_alpha_max),
+        "beta_max": area.map(|area| area.beta_max),
+        "stiffness_max_n_per_m": stiffness,
+        "dissipation_at_stiffness_max_n_s_mu_per_m": dissipation,
+        // Outline of the largest part; others follow in `further_parts`.
+        "boundary": outlines.next().unwrap_or_default(),
+        "further_parts": outlines.collect::<Vec<_>>(),
+        "files": files,
+    });
+    let without_units = json!({"delta": parameters.delta, "gamma": parameters.gamma});
+    output.report(&joined(
+        resolved.result(without_units).into_iter().chain([found]),
+    ))?;
+    place.close(Ok(()))
+}
+
+/// A row of the region's CSV.
+#[derive(serde::Serialize)]
+struct RegionRow {
+    part: usize,
+    alpha: f64,
+    beta: f64,
+    theta_rad: Option<f64>,
+}
+
+fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
+    let mut panel = Panel::new(
+        "",
+        linear("dissipation β = BT^{2−μ}/m"),
+        linear("stiffness α = KT²/m"),
+    );
+    for (n, part) in parts.iter().enumerate() {
+        let name = if n == 0 { "stable" } else { "" };
+        panel = panel.with(name, Look::Area, 0, part.iter().copied());
+    }
+    let subtitle = format!(
+        "order μ = {} · scheme {} · δ = {:.5} · γ = {:.5} · {}",
+        resolved.order,
+        resolved.scheme,
+        resolved.parameters.delta,
+        resolved.parameters.gamma,
+        resolved.path_words()
+    );
+    page("Stable walls", &subtitle, 1, &[panel])
+}
+
+/// How much a loop amplifies errors of its model at each frequency.
+pub(super) fn sensitivity(
+    asked: WithFiles<keys::Sensitivity>,
+    output: Output,
+) -> Result<(), Failure> {
+    let mut place = asked.files.look("sensitivity", &[])?;
+    let given = asked.options.given()?;
+    let count = given.count(&SENSITIVITY_POINTS, 2..=100_000)? as usize;
+    let resolved = resolve(&given, Wall::Needed)?;
+    let sampled = resolved.sampled()?;
+    let peak = sampled.sensitivity_peak().map_err(Failure::input)?;
+    let curve: Vec<(f64, f64)> = logarithmic(1e-3 * PI, PI, count)
+        .map(|theta| (theta, decibel(sampled.sensitivity(theta))))
+        .collect();
+    let points = curve.iter().map(|&(theta, magnitude_db)| SensitivityPoint {
+        theta,
+        magnitude_db,
+    });
+    let files = place.table_and_picture(points.clone(), || draw_sensitivity(&curve, &resolved));
+    let found = json!({
+        "peak_db": decibel(peak.value),
+        "theta_at_peak": peak.theta,
+        "points": points.collect::<Vec<_>>(),
+        "files": files,
+    });
+    output.report(&joined(
+        resolved.result(json!({})).into_iter().chain([found]),
+    ))?;
+    place.close(Ok(()))
+}
+
+#[derive(Clone, serde::Serialize)]
+struct SensitivityPoint {
+    theta: f64,
+    magnitude_db: f64,
+}
+
+fn draw_sensitivity(curve: &[(f64, f64)], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
+    let subtitle = format!(
+        "order μ = {} · scheme {} · α = {} · β = {} · δ = {:.5} · {}",
+        resolved.order,
+        resolved.scheme,
+        resolved.parameters.alpha,
+        resolved.parameters.beta,
+        resolved.parameters.delta,
+        resolved.path_words()
+    );
+    let panel = Panel::new("", axis("digital frequency θ / rad"), linear("|S| / dB")).with(
+        "|1/(1 + GH)|",
+        Look::Line,
+        0,
+        curve.iter().copied(),
+    );
+    page("Sensitivity", &subtitle, 1, &[panel])
+}

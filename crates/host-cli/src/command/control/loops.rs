@@ -1,0 +1,275 @@
+//! Plant and controller, as the commands of `control` ask for them.
+
+use super::{in_degrees, refused};
+use crate::output::warn;
+use crate::parse::{in_range, parse_scheme, within};
+use clap::Args;
+use fracdiff::parameter::Shown;
+use fracdiff::{Scheme, Seconds};
+use fractional_control::run::SAMPLES_MOST;
+use fractional_control::{
+    ControllerParameters, ControllerSetup, FractionalTransferFunction, PidParameters, Plant,
+    SetPoint, factor_after_division,
+};
+use haptic_experiment::document::{ControllerFile, short};
+use haptic_experiment::parameters::range;
+use haptic_experiment::run::{DeviceValues, PlantFile, PlantModel, read_response};
+use haptic_experiment::{Failure, parameters};
+use haptic_quantity::{Damping, Mass, Stiffness, Time, digits, parse_number};
+use std::path::Path;
+
+/// Options of the plant.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Plant")]
+pub(super) struct PlantArguments {
+    #[arg(
+        long,
+        value_name = "FUNCTION|FILE",
+        allow_hyphen_values = true,
+        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or measured response (*.csv with omega_rad_s, gain \
+                and phase_deg)"
+    )]
+    plant: Option<String>,
+    /// Mass of a device instead of --plant: force in, position out
+    #[arg(long, value_parser = within::<Mass>(parameters::MASS.range()), conflicts_with = "plant")]
+    mass: Option<Mass>,
+    /// Viscous damping of the device
+    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), requires = "mass")]
+    damping: Option<Damping>,
+    /// Stiffness of the hand
+    #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), requires = "mass")]
+    hand_stiffness: Option<Stiffness>,
+    /// Time constant of the actuator's current
+    #[arg(long, value_parser = within::<Time>(parameters::CURRENT_LAG.range()), requires = "mass")]
+    current_lag: Option<Time>,
+    /// Additional dead time
+    #[arg(long, value_parser = within::<Time>(parameters::DEAD_TIME.range()))]
+    delay: Option<Time>,
+}
+
+/// A plant and its name.
+#[derive(Debug)]
+pub(super) struct NamedPlant {
+    pub(super) plant: Plant,
+    pub(super) words: String,
+}
+
+impl NamedPlant {
+    /// True if it was measured: it can be tuned for, not run.
+    pub(super) fn is_measured(&self) -> bool {
+        self.plant.band().1.is_finite()
+    }
+}
+
+impl PlantArguments {
+    /// The plant.
+    pub(super) fn resolve(&self) -> Result<NamedPlant, Failure> {
+        let delay_s = self.delay.map_or(0.0, |delay| delay.0);
+        let model = match (&self.plant, self.mass) {
+            (Some(text), _) => named(text)?,
+            (None, Some(mass)) => PlantModel::Device(DeviceValues {
+                hand_stiffness_n_per_m: self.hand_stiffness.map_or(0.0, |hand| hand.0),
+                delay_s,
+                current_lag_s: self.current_lag.map_or(0.0, |lag| lag.0),
+                ..DeviceValues::ideal(mass.0, self.damping.map_or(0.0, |damping| damping.0))
+            }),
+            (None, None) => {
+                return Err(Failure::bad_input(
+                    "no plant: give --plant, as in '1/(0.8s^2.2+0.5s^0.9+1)' or plant.toml, or a device with --mass",
+                ));
+            }
+        };
+        let plant = model.plant().map_err(|error| match self.plant {
+            Some(_) => refused(error),
+            None => Failure::input_with_advice(error, "change --mass or --current-lag"),
+        })?;
+        let words = model.in_words();
+        if self.plant.is_none() || delay_s == 0.0 {
+            return Ok(NamedPlant { plant, words });
+        }
+        let plant = plant.delayed(delay_s);
+        Ok(NamedPlant {
+            plant: plant.map_err(|error| Failure::input_with_advice(error, "change --delay"))?,
+            words: format!("{words}, {} s more dead time", Shown(delay_s)),
+        })
+    }
+}
+
+/// A plant by notation, or in a file.
+fn named(text: &str) -> Result<PlantModel, Failure> {
+    let path = Path::new(text);
+    let ends = |extension: &str| {
+        path.extension()
+            .is_some_and(|own| own.eq_ignore_ascii_case(extension))
+    };
+    if ends("csv") {
+        return read_response(path)
+            .map(PlantModel::Measured)
+            .map_err(Failure::bad_input);
+    }
+    if ends("toml") || path.is_file() {
+        let file = PlantFile::read(path).map_err(Failure::input)?;
+        return Ok(file.model);
+    }
+    let model = text.parse().map_err(|error| {
+        let (text, error) = (short(text), in_degrees(&error));
+        Failure::bad_input(format_args!("plant \"{text}\": {error}; change --plant"))
+    })?;
+    say_loose_factor("plant", text);
+    Ok(model)
+}
+
+/// Says how a factor was understood that follows a division.
+fn say_loose_factor(what: &str, text: &str) {
+    let Some(place) = factor_after_division(text) else {
+        return;
+    };
+    let (before, factor) = text.split_at(place);
+    warn(&format!(
+        "{what} \"{}\": what follows \"{}\" multiplies; if \"{}\" belongs to the denominator, put brackets around all of it",
+        short(text),
+        short(before.trim_end()),
+        short(factor)
+    ));
+}
+
+/// Options of the controller.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Controller")]
+pub(super) struct ControllerArguments {
+    /// Controller file (*.toml), or notation, as in '2+3/s^0.9+0.1s^0.5'
+    #[arg(long, value_name = "FILE|FUNCTION", allow_hyphen_values = true)]
+    controller: Option<String>,
+    /// Sample time [default: that of the controller file]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
+    sample_time: Option<Time>,
+    /// Scheme: full or full-bdf2, each with :TOLERANCE [default: that of the controller file, else full-bdf2]
+    #[arg(long, value_parser = controller_scheme)]
+    scheme: Option<Scheme>,
+    /// Limits of the command [default: those of the controller file, else none]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits)]
+    output_limits: Option<Limits>,
+}
+
+/// Lowest and highest command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limits {
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+impl ControllerArguments {
+    /// The sample time that was given.
+    pub(super) fn sample_time_s(&self) -> Option<f64> {
+        self.sample_time.map(|time| time.0)
+    }
+
+    /// The controller, if one is given.
+    pub(super) fn resolve(&self) -> Result<Option<ControllerSetup>, Failure> {
+        let sample_time_s = self.sample_time_s();
+        let Some(text) = &self.controller else {
+            let option = match (self.output_limits, self.scheme) {
+                (None, None) => return Ok(None),
+                (Some(_), None) => "--output-limits has",
+                (None, Some(_)) => "--scheme has",
+                (Some(_), Some(_)) => "--output-limits and --scheme have",
+            };
+            return Err(Failure::bad_input(format_args!(
+                "{option} no effect without a controller: give --controller too, or omit it"
+            )));
+        };
+        let path = Path::new(text);
+        let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();
+        let mut file = if is_file {
+            ControllerFile::read(path).map_err(Failure::input)?.setup
+        } else {
+            let law = law(text)?;
+            let sample_time_s = sample_time_s.ok_or_else(|| {
+                Failure::bad_input(
+                    "a controller in notation has no sample time: give --sample-time, as in 1ms",
+                )
+            })?;
+            let mut file = ControllerSetup::new(law, Seconds(sample_time_s));
+            // On the error, as it is written.
+            file.set_point = SetPoint::ERROR;
+            file
+        };
+        file.sample_time_s = sample_time_s.unwrap_or(file.sample_time_s);
+        file.scheme = self.scheme.unwrap_or(file.scheme);
+        if let Some(limits) = self.output_limits {
+            (file.output_low, file.output_high) = (Some(limits.low), Some(limits.high));
+        }
+        file.check().map_err(refused)?;
+        Ok(Some(file))
+    }
+}
+
+/// A PI^λD^μ, or any proper function.
+fn law(text: &str) -> Result<ControllerParameters, Failure> {
+    if let Ok(pid) = text.parse::<PidParameters>() {
+        return Ok(pid.into());
+    }
+    let function = text.parse::<FractionalTransferFunction>();
+    say_loose_factor("controller", text);
+    function.map(Into::into).map_err(|error| {
+        let (text, error) = (short(text), in_degrees(&error));
+        Failure::bad_input(format_args!(
+            "controller \"{text}\": {error}; change --controller, as in 2+3/s^0.9+0.1s^0.5"
+        ))
+    })
+}
+
+/// Reads a SCHEME that a controller may have.
+pub(super) fn controller_scheme(text: &str) -> Result<Scheme, String> {
+    let scheme = parse_scheme(text)?;
+    match scheme {
+        Scheme::FullBdf2 { .. } => Ok(scheme),
+        Scheme::Full { .. } if text.starts_with("full") => Ok(scheme),
+        _ => Err(format!(
+            "scheme \"{scheme}\" is not for a controller: give full or full-bdf2"
+        )),
+    }
+}
+
+/// Reads two limits of a command.
+pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
+    let wrong = || format!("\"{}\" is not LOW:HIGH, as in -10:10", short(text));
+    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
+    let end = |text| in_range(parse_number(text).map_err(|_| wrong())?, range::NUMBERS);
+    let (low, high) = (end(low)?, end(high)?);
+    if low < high {
+        return Ok(Limits { low, high });
+    }
+    Err(format!(
+        "the low limit {} is not below the high limit {}",
+        digits(low, 4),
+        digits(high, 4)
+    ))
+}
+
+/// Refuses a step that is none.
+pub(super) fn check_step(height: f64) -> Result<(), Failure> {
+    match height {
+        0.0 => Err(Failure::bad_input(
+            "a step of height 0 moves nothing: give --step another height",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Samples of a run of this length, or else so many.
+pub(super) fn samples(
+    duration: Option<Time>,
+    sample_time_s: f64,
+    or_else: impl FnOnce() -> f64,
+) -> Result<usize, Failure> {
+    let samples = duration.map_or_else(or_else, |time| (time.0 / sample_time_s).round() + 1.0);
+    if (2.0..=SAMPLES_MOST).contains(&samples) {
+        return Ok(samples as usize);
+    }
+    Err(Failure::bad_input(format_args!(
+        "{} samples of {} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
+        digits(samples, 4),
+        Shown(sample_time_s)
+    )))
+}

@@ -1,0 +1,180 @@
+//! From the file to a record.
+
+use crate::parse::within;
+use crate::table;
+use clap::Args;
+use haptic_experiment::Failure;
+use haptic_experiment::parameters::range;
+use haptic_log::record::{Entry, LogReader, TickMessage};
+use haptic_quantity::Time;
+use haptic_tissue::identify::table::{
+    Choice, Column, Columns, Loading, Reader, Reading, Understood, read_table,
+};
+use haptic_tissue::identify::{RecordKind, SAMPLES_MOST};
+use std::path::Path;
+
+/// Options of the table.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Table")]
+pub(super) struct TableArguments {
+    /// Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress, force, position, omega, storage,
+    /// loss
+    #[arg(long, value_name = "QUANTITY=COLUMN", value_delimiter = ',', value_parser = parse_column)]
+    columns: Vec<(Column, Choice)>,
+    /// Units that headers lack, as in time=ms,stress=kPa
+    #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
+    units: Vec<(Column, String)>,
+    /// First time, or angular frequency of an oscillation, rad/s
+    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES))]
+    from: Option<Time>,
+    /// Last time or angular frequency
+    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES))]
+    to: Option<Time>,
+}
+
+impl TableArguments {
+    /// The record in a file.
+    pub(super) fn read(
+        &self,
+        path: &Path,
+        kind: Option<RecordKind>,
+        loading: Loading,
+    ) -> Result<Understood, Failure> {
+        if path.to_string_lossy().ends_with(".mcap.part") {
+            return Err(Failure::bad_input(format_args!(
+                "{} is the log of an interrupted run: give what host-cli log recover saves of it",
+                path.display()
+            )));
+        }
+        let columns = if path.extension().is_some_and(|e| e == "mcap") {
+            self.log(path, &loading)?
+        } else {
+            let reader = Reader {
+                columns: self.columns.clone(),
+                units: self.units.clone(),
+                from: self.from.map(|time| time.0),
+                to: self.to.map(|time| time.0),
+            };
+            let read = read_table(&table::bytes(path)?);
+            read.and_then(|table| reader.read(table))
+                .map_err(|error| table::wrong(path, error))?
+        };
+        let understood = columns.record(&Reading { kind, loading });
+        understood.map_err(|error| table::wrong(path, error))
+    }
+
+    /// Time, position and reaction force of a log; the force on the device is the other way round.
+    fn log(&self, path: &Path, loading: &Loading) -> Result<Columns, Failure> {
+        if !self.columns.is_empty() || !self.units.is_empty() {
+            return Err(Failure::bad_input(
+                "--columns and --units apply only to tables: omit them for a log",
+            ));
+        }
+        if loading.area_m2.is_none() || loading.thickness_m.is_none() {
+            return Err(Failure::bad_input(
+                "a log has positions and forces: give the specimen, as in --area 4cm2 --thickness 20mm",
+            ));
+        }
+        let (from, to) = (self.from.map(|time| time.0), self.to.map(|time| time.0));
+        let mut read = LogColumns::default();
+        let mut log = LogReader::open(path)?;
+        for entry in &mut log {
+            let Entry::Tick(tick) = entry? else { continue };
+            let early = from.is_some_and(|from| tick.time_s < from);
+            if early || to.is_some_and(|to| tick.time_s > to) {
+                read.outside += 1;
+            } else if !read.take(&tick) {
+                return Err(Failure::bad_input(format_args!(
+                    "{}: more than {SAMPLES_MOST} samples: give --from and --to, or export it and omit rows",
+                    path.display()
+                )));
+            }
+        }
+        Ok(read.columns(log.condition().complete))
+    }
+}
+
+/// A log as it is read.
+#[derive(Debug, Default)]
+struct LogColumns {
+    time_s: Vec<f64>,
+    position_m: Vec<f64>,
+    force_n: Vec<f64>,
+    /// Samples that were left out.
+    outside: u64,
+    limited: u64,
+}
+
+impl LogColumns {
+    /// `false` if there is no room for it.
+    fn take(&mut self, tick: &TickMessage) -> bool {
+        // The force of the safety chain, not of the tissue; at rest it is both.
+        if tick.limiters != 0 && !(self.time_s.is_empty() && tick.commanded_force_n[0] == 0.0) {
+            self.limited += 1;
+            return true;
+        }
+        if self.time_s.len() == SAMPLES_MOST {
+            return false;
+        }
+        self.time_s.push(tick.time_s);
+        self.position_m.push(tick.position_m[0]);
+        self.force_n.push(-tick.commanded_force_n[0]);
+        true
+    }
+
+    fn columns(self, complete: bool) -> Columns {
+        let Self {
+            outside, limited, ..
+        } = self;
+        let mut notes =
+            vec!["stress is the force against the motion, −commanded_force_n".to_owned()];
+        if outside > 0 {
+            notes.push(format!("{outside} samples outside the given range omitted"));
+        }
+        if limited > 0 {
+            notes.push(format!(
+                "{limited} samples omitted, whose force was limited by the safety chain"
+            ));
+        }
+        if !complete {
+            notes.push(
+                "the log is cut off or damaged (host-cli log check): the record is what could be read"
+                    .to_owned(),
+            );
+        }
+        Columns {
+            lines: Vec::new(),
+            values: vec![
+                (Column::Time, "time_s".to_owned(), self.time_s),
+                (Column::Position, "position_m".to_owned(), self.position_m),
+                (Column::Force, "commanded_force_n".to_owned(), self.force_n),
+            ],
+            notes,
+            ..Columns::default()
+        }
+    }
+}
+
+fn quantity(text: &str) -> Result<(Column, &str), String> {
+    let split = text
+        .split_once('=')
+        .and_then(|(name, value)| Some((Column::named(name.trim())?, value.trim())));
+    split.ok_or_else(|| {
+        let names: Vec<&str> = Column::ALL.iter().map(|column| column.name()).collect();
+        format!("is not NAME=VALUE with a name of {}", names.join(", "))
+    })
+}
+
+fn parse_column(text: &str) -> Result<(Column, Choice), String> {
+    let (column, value) = quantity(text)?;
+    let choice = match value.parse() {
+        Ok(number) => Choice::Number(number),
+        Err(_) => Choice::Name(value.to_owned()),
+    };
+    Ok((column, choice))
+}
+
+fn parse_unit(text: &str) -> Result<(Column, String), String> {
+    let (column, value) = quantity(text)?;
+    Ok((column, value.to_owned()))
+}

@@ -1,0 +1,215 @@
+//! `weights`: the impulse response of an operator; `differintegrate`: a column of a table to a fractional order.
+
+use crate::output::Output;
+use crate::parse::{order, parse_scheme, rate, sample_time_of, whole, within};
+use crate::table;
+use clap::Args;
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch, grunwald_weights};
+use haptic_experiment::Failure;
+use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
+use serde::Serialize;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `weights`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli weights --order 0.5 --scheme grunwald:5 --count 5\n\
+                  The response is that of P in D^mu = T^(-mu) P, without a unit."
+)]
+pub(crate) struct Weights {
+    /// Order mu, -2 to 2
+    #[arg(long, value_parser = order())]
+    order: Order,
+    /// Fractional operator, see `host-cli --help`
+    #[arg(long, value_parser = parse_scheme, default_value = "exact")]
+    scheme: Scheme,
+    /// Number of weights
+    #[arg(long, default_value_t = 10, value_parser = whole::<u64>(1..=10_000_000))]
+    count: u64,
+    /// Sample time, for a scheme with frequencies in Hz
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
+    sample_time: Option<Time>,
+}
+
+/// The result.
+#[derive(Serialize)]
+struct Response {
+    order: f64,
+    scheme: String,
+    weights: Vec<f64>,
+}
+
+impl Weights {
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
+        let mu = self.order;
+        let count = usize::try_from(self.count).map_err(Failure::input)?;
+        let weights = if self.scheme == Scheme::Exact {
+            grunwald_weights(mu).take(count).collect()
+        } else {
+            let t = sample_time_of(self.scheme, self.sample_time.map(|t| t.0))?;
+            let rate = rate(t, mu)?;
+            let operator: Operator<f64> = self
+                .scheme
+                .build(mu, t, 1.05 * self.count as f64)
+                .map_err(Failure::input)?;
+            let mut channel = Channel::new(operator);
+            let impulse = std::iter::once(1.0).chain(std::iter::repeat(0.0));
+            impulse
+                .take(count)
+                .map(|x| channel.step(x) / rate)
+                .collect()
+        };
+        let result = Response {
+            order: mu.get(),
+            scheme: self.scheme.to_string(),
+            weights,
+        };
+        output.text(&result, |out| {
+            writeln!(out, "lag,weight")?;
+            for (lag, weight) in result.weights.iter().enumerate() {
+                writeln!(out, "{lag},{weight}")?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Arguments of `differintegrate`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv\n\
+                  The file needs a header. The signal is zero before its first sample, unless --caputo is given."
+)]
+pub(crate) struct Differintegrate {
+    /// Order mu, -2 to 2: positive differentiates, negative integrates
+    #[arg(long, value_parser = order())]
+    order: Order,
+    /// Time between two rows
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
+    sample_time: Time,
+    /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history
+    #[arg(long, value_parser = parse_scheme, default_value = "full")]
+    scheme: Scheme,
+    /// Subtract the first value: the Caputo derivative for an order between 0 and 1
+    #[arg(long)]
+    caputo: bool,
+    /// Column to take
+    #[arg(long, value_name = "NAME", default_value = "x")]
+    column: String,
+    /// CSV file; `-` for standard input, the default
+    file: Option<PathBuf>,
+}
+
+/// The result.
+#[derive(Serialize)]
+struct Signals {
+    order: f64,
+    scheme: String,
+    sample_time_s: f64,
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl Differintegrate {
+    /// Runs the command. The whole input is read and checked before anything is printed.
+    pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
+        let mu = self.order;
+        let t = Seconds(self.sample_time.0);
+        rate(t, mu)?;
+        let path = self.file.as_deref().unwrap_or(Path::new("-"));
+        let table = table::read(
+            path,
+            [self.column.as_str()],
+            "give --column the column to take",
+        )?;
+        let [x] = table.columns;
+        let y = differintegrate(self.scheme, mu, t, &x, if self.caputo { x[0] } else { 0.0 });
+        let y = y.map_err(Failure::input)?;
+        if let Some(n) = y.iter().position(|y| !y.is_finite()) {
+            return Err(Failure::bad_input(format_args!(
+                "the result of row {} is beyond 1.8e308: scale the column down, or give a longer --sample-time",
+                n + 1
+            )));
+        }
+        let result = Signals {
+            order: mu.get(),
+            scheme: self.scheme.to_string(),
+            sample_time_s: t.0,
+            x,
+            y,
+        };
+        output.text(&result, |out| {
+            let mut table = csv::Writer::from_writer(out);
+            table.write_record(["x", "y"]).map_err(as_io)?;
+            for row in result.x.iter().zip(&result.y) {
+                table.serialize(row).map_err(as_io)?;
+            }
+            table.flush()
+        })
+    }
+}
+
+/// The error of the system below one of the table writer, so that a full disk or a closed pipe is known as such.
+fn as_io(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}
+
+/// Memories of more samples than this are summed by FFT, all at once: from here on that is faster.
+const DIRECT_MOST: usize = 512;
+
+/// D^μ of x − reference.
+fn differintegrate(
+    scheme: Scheme,
+    order: Order,
+    sample_time: Seconds,
+    x: &[f64],
+    reference: f64,
+) -> Result<Vec<f64>, SchemeError> {
+    let by_fft = match scheme {
+        // No filter is exact, but the sum over a whole record is.
+        Scheme::Exact => true,
+        Scheme::Grunwald { length } => length.min(x.len()) > DIRECT_MOST,
+        _ => false,
+    };
+    if by_fft && let Some(sum) = scheme.batch(order, sample_time)? {
+        return Ok(sum.relative_to(reference).run(x));
+    }
+    let operator: Operator<f64> = scheme.build(order, sample_time, 1.05 * x.len() as f64)?;
+    let mut channel = Channel::new(operator);
+    channel.reset_to(reference);
+    Ok(x.iter().map(|&x| channel.step(x)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_memories_by_fft_are_the_operator_run_over_the_record() {
+        let x: Vec<f64> = (0..6000)
+            .map(|n| 1.0 + (f64::from(n) * 0.1).sin())
+            .collect();
+        let (order, t) = (Order::new(0.4).expect("valid"), Seconds(1e-3));
+        for (length, direct) in [(DIRECT_MOST + 1, DIRECT_MOST + 1), (10_000, 6000)] {
+            let scheme = Scheme::Grunwald { length };
+            let have = differintegrate(scheme, order, t, &x, x[0]).expect("valid");
+            let operator = fracdiff::ShortMemoryVec::<f64>::new(order, direct, t).expect("valid");
+            let mut channel = Channel::new(operator);
+            channel.reset_to(x[0]);
+            let exact = differintegrate(Scheme::Exact, order, t, &x, x[0]).expect("valid");
+            for (n, &x) in x.iter().enumerate() {
+                let want = channel.step(x);
+                // Of the largest output, about 16·1.
+                assert!((have[n] - want).abs() < 1e-11, "{n}: {} {want}", have[n]);
+                let exact = direct < 6000 || (exact[n] - want).abs() < 1e-11;
+                assert!(exact, "{n}: {want}");
+            }
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! Values of options: numbers in a range, which stands with the parameter, names, which stand with their types, orders, schemes.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::ErrorKind;
+use clap::{Arg, Command, Error};
+use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_experiment::parameters::Range;
+use haptic_experiment::{Failure, Named};
+use haptic_log::record::ROLL_LEAST;
+use haptic_quantity::{Bytes, Quantity, QuantityError, parse_number};
+use std::ffi::OsStr;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+/// What was read, if it is in a range; else value and range, for people.
+pub(crate) fn in_range<Q: Quantity>(quantity: Q, range: Range) -> Result<Q, String> {
+    if range.contains(quantity.si()) {
+        return Ok(quantity);
+    }
+    let space = if Q::UNIT.is_empty() { "" } else { " " };
+    let (value, unit) = (Shown(quantity.si()), Q::UNIT);
+    Err(format!("{value}{space}{unit} is not {range}{space}{unit}"))
+}
+
+/// Reads a value and judges it: what does not read is told as clap does, what is judged wrong with the option to change.
+#[derive(Clone, Debug)]
+struct Judged<F>(F);
+
+impl<T, E, F> TypedValueParser for Judged<F>
+where
+    T: Clone + Send + Sync + 'static,
+    E: Into<Box<dyn std::error::Error + Send + Sync + 'static>>,
+    F: Fn(&str) -> Result<Result<T, String>, E> + Clone + Send + Sync + 'static,
+{
+    type Value = T;
+
+    fn parse_ref(&self, all: &Command, own: Option<&Arg>, value: &OsStr) -> Result<T, Error> {
+        self.0.parse_ref(all, own, value)?.map_err(|refused| {
+            let option = own.and_then(Arg::get_long).unwrap_or_default();
+            let name = option.replace('-', " ");
+            let refused = format!("{name} {refused}: change --{option}\n");
+            Error::raw(ErrorKind::ValueValidation, refused)
+        })
+    }
+}
+
+/// A parser of a quantity in a range.
+pub(crate) fn within<Q: Quantity + FromStr<Err = QuantityError>>(
+    range: Range,
+) -> impl TypedValueParser<Value = Q> {
+    Judged(move |text: &str| text.parse().map(|quantity: Q| in_range(quantity, range)))
+}
+
+/// A parser of a plain number in a range.
+pub(crate) fn number_within(range: Range) -> impl TypedValueParser<Value = f64> {
+    Judged(move |text: &str| parse_number(text).map(|number| in_range(number, range)))
+}
+
+/// A parser of a whole number in a range: `1000`, or `1e3`.
+pub(crate) fn whole<T>(range: RangeInclusive<T>) -> impl TypedValueParser<Value = T>
+where
+    T: TryFrom<u64> + PartialOrd + std::fmt::Display + Clone + Send + Sync + 'static,
+{
+    Judged(move |text: &str| {
+        let number = read_whole(text).and_then(|number| T::try_from(number).ok());
+        Ok::<_, String>(number.filter(|n| range.contains(n)).ok_or_else(|| {
+            let shown = if text.is_empty() { "\"\"" } else { text };
+            let (least, most) = (range.start(), range.end());
+            format!("{shown} is not a whole number from {least} to {most}")
+        }))
+    })
+}
+
+/// A whole number, however it is written.
+fn read_whole(text: &str) -> Option<u64> {
+    /// Whole numbers up to this one are exact as an `f64`.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    let text = text.trim();
+    let is_whole = |number: &f64| number.fract() == 0.0 && (0.0..=EXACT).contains(number);
+    let written = || text.parse().ok().filter(is_whole).map(|n| n as u64);
+    text.parse().ok().or_else(written)
+}
+
+/// A parser of one of several names: what it is, its name, and a few words for people.
+pub(crate) fn one_of<T: Clone + Send + Sync + 'static>(
+    choices: Vec<(T, &'static str, &'static str)>,
+) -> impl TypedValueParser<Value = T> {
+    let names = choices.iter().map(|(_, name, help)| match *help {
+        "" => PossibleValue::new(*name),
+        help => PossibleValue::new(*name).help(help),
+    });
+    PossibleValuesParser::new(names).try_map(move |name| {
+        let found = choices.iter().find(|choice| choice.1 == name);
+        found
+            .map(|choice| choice.0.clone())
+            .ok_or("not one of the names")
+    })
+}
+
+/// A parser of one of the names of `T`.
+pub(crate) fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    one_of(T::CHOICES.to_vec())
+}
+
+/// A parser of an order from −2 to 2.
+pub(crate) fn order() -> impl TypedValueParser<Value = Order> {
+    Judged(|text: &str| {
+        let range = Range::Within(Order::MIN, Order::MAX);
+        let number = parse_number(text)
+            .map_err(|error| format!("{error} in [{}, {}]", Order::MIN, Order::MAX));
+        number.map(|mu| Order::new(in_range(mu, range)?).map_err(|error| error.to_string()))
+    })
+}
+
+/// Reads a SCHEME.
+pub(crate) fn parse_scheme(text: &str) -> Result<Scheme, String> {
+    text.parse()
+        .map_err(|error: fracdiff::SchemeError| error.to_string())
+}
+
+/// The size that `--roll` gives, if it does.
+pub(crate) fn roll_bytes(size: Option<Bytes>) -> Result<Option<u64>, Failure> {
+    /// No disk has more.
+    const MOST: f64 = 1e15;
+    let least = ROLL_LEAST as f64;
+    match size {
+        None => Ok(None),
+        Some(Bytes(bytes)) if (least..=MOST).contains(&bytes) => Ok(Some(bytes as u64)),
+        Some(Bytes(bytes)) => Err(Failure::bad_input(format_args!(
+            "size {bytes} bytes is not in [{least:e}, {MOST:e}]: give --roll, as in 1GB",
+            bytes = Shown(bytes)
+        ))),
+    }
+}
+
+/// The sample time for an operator without units, which matters only to a scheme with frequencies in Hz.
+pub(crate) fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
+    match (scheme, given_s) {
+        (Scheme::Oustaloup { .. }, None) => Err(Failure::bad_input(format_args!(
+            "scheme {scheme} has frequencies in Hz, which mean nothing without a sample time: give --sample-time, as in 1ms"
+        ))),
+        _ => Ok(Seconds(given_s.unwrap_or(1.0))),
+    }
+}
+
+/// T^(−μ), if the sample time is in the range that operators take.
+pub(crate) fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
+    sample_time
+        .rate_to_the(mu)
+        .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::parser;
+    use std::any::TypeId;
+    use std::path::PathBuf;
+
+    /// Options whose number is judged elsewhere, in words of its own: an angle in degrees, rates and durations of `rt-check` and
+    /// sizes of files by what they are for.
+    const ELSEWHERE: [&str; 4] = ["phase-margin", "rate", "roll", "rt-check --duration"];
+
+    /// Every option of a command and of those below it that takes a value, with the words that lead there.
+    fn options(command: &Command, way: &[String], all: &mut Vec<(Vec<String>, Arg)>) {
+        let takes = command.get_arguments().filter(|argument| {
+            argument.get_long().is_some() && argument.get_action().takes_values()
+        });
+        all.extend(takes.map(|argument| (way.to_vec(), argument.clone())));
+        for sub in command.get_subcommands() {
+            let way = [way, &[sub.get_name().to_owned()]].concat();
+            options(sub, &way, all);
+        }
+    }
+
+    fn is_of(argument: &Arg, kinds: &[TypeId]) -> bool {
+        let kind = argument.get_value_parser().type_id();
+        kinds.iter().any(|known| kind == *known)
+    }
+
+    /// The words in which the parser itself refuses the value.
+    fn refused(all: &mut Command, way: &[String], option: &str, value: &str) -> Option<String> {
+        let given = format!("--{option}={value}");
+        let words = [&["host-cli".to_owned()], way, &[given]].concat();
+        let error = all.try_get_matches_from_mut(words).err()?;
+        let is_value =
+            [ErrorKind::ValueValidation, ErrorKind::InvalidValue].contains(&error.kind());
+        is_value.then(|| error.to_string())
+    }
+
+    #[test]
+    fn a_whole_number_is_read_however_it_is_written() {
+        for (text, want) in [
+            ("7", Some(7)),
+            (" 1e3 ", Some(1000)),
+            ("18446744073709551615", Some(u64::MAX)),
+            ("1e16", None),
+            ("2.5", None),
+            ("-1", None),
+            ("", None),
+            ("NaN", None),
+        ] {
+            assert_eq!(read_whole(text), want, "{text}");
+        }
+    }
+
+    #[test]
+    fn no_option_takes_a_number_that_nothing_real_has() {
+        let (mut command, mut all) = (parser(), Vec::new());
+        options(&command, &[], &mut all);
+        let texts = [TypeId::of::<String>(), TypeId::of::<PathBuf>()];
+        let (mut numbers, mut endless) = (0, Vec::new());
+        for (way, argument) in all.iter().filter(|(_, argument)| !is_of(argument, &texts)) {
+            let option = argument.get_long().unwrap_or_default();
+            let words = format!("{} --{option}", way.join(" "));
+            if ELSEWHERE.contains(&option) || ELSEWHERE.contains(&words.as_str()) {
+                continue;
+            }
+            let mut takes = |value| refused(&mut command, way, option, value).is_none();
+            numbers += usize::from(takes("1") || takes("0.1"));
+            for value in ["1e300", "-1e300", "1e300:1e300", "0:1e300", "inf", "NaN"] {
+                if takes(value) {
+                    endless.push(format!("{words}={value}"));
+                }
+            }
+        }
+        assert!(endless.is_empty(), "{endless:#?}");
+        assert!(numbers > 60, "{numbers}");
+        for (line, value) in [
+            ("control design --noise", "1e300rad/s:-20dB"),
+            ("control design --disturbance", "1rad/s:1e300"),
+            ("control design --output-limits", "-1e300:1"),
+        ] {
+            let (way, option) = line.rsplit_once(" --").expect("an option");
+            let way: Vec<String> = way.split(' ').map(str::to_owned).collect();
+            assert!(
+                refused(&mut command, &way, option, value).is_some(),
+                "{line}={value}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_refusal_has_value_range_unit_and_option() {
+        let (mut command, mut all) = (parser(), Vec::new());
+        options(&command, &[], &mut all);
+        let counts = [
+            TypeId::of::<u8>(),
+            TypeId::of::<u16>(),
+            TypeId::of::<u32>(),
+            TypeId::of::<u64>(),
+            TypeId::of::<usize>(),
+        ];
+        let counts = all.iter().filter(|(_, argument)| is_of(argument, &counts));
+        let mut counted = 0;
+        for (way, argument) in counts {
+            let option = argument.get_long().unwrap_or_default();
+            let said = refused(&mut command, way, option, "1.5").expect(option);
+            let asks = said.contains(" 1.5 is not a whole number from ");
+            assert!(
+                asks && said.contains(&format!("change --{option}")),
+                "{said}"
+            );
+            counted += 1;
+        }
+        assert!(counted > 10, "{counted}");
+        let said = refused(&mut command, &["teleoperate".to_owned()], "patience", "1e9");
+        assert_eq!(
+            said.expect("too long").trim_end(),
+            "error: patience 1e9 s is not from 0 to 86400 s: change --patience"
+        );
+    }
+}

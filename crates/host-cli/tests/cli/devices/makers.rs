@@ -1,0 +1,513 @@
+//! A moteus servo: the emulated one held to the maker's own client, and experiments on it.
+
+use super::{Emulated, at};
+use crate::process::{Ended, Place, holds, number, says};
+use haptic_devices::haply::Version;
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Child, Command};
+use std::time::Duration;
+use testkit::skip;
+
+/// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
+const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
+
+/// What the maker's Python package reads from an emulated servo.
+fn read_by_the_maker(device: &Emulated, id: u8) -> Option<Value> {
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let script =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/conformance/moteus_servo.py");
+    let run = Command::new(python)
+        .arg(script)
+        .arg(device.place.path("device"))
+        .arg(id.to_string())
+        .output();
+    let Ok(output) = run else {
+        skip("there is no Python");
+        return None;
+    };
+    let errors = String::from_utf8_lossy(&output.stderr);
+    if output.status.code() == Some(3) {
+        skip(&errors);
+        return None;
+    }
+    assert!(output.status.success(), "{errors}");
+    Some(serde_json::from_slice(&output.stdout).expect("JSON"))
+}
+
+#[test]
+fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
+    let device = Emulated::at_terminal("device", "--kind moteus servo_id=5");
+    let Some(seen) = read_by_the_maker(&device, 5) else {
+        return;
+    };
+    let is = |path: &str, value: f64| {
+        let found = at(&seen, path);
+        assert!(
+            (found - value).abs() < 1e-6,
+            "{path} is {found}, not {value}: {seen}"
+        );
+    };
+    for step in [
+        "stopped",
+        "driven",
+        "turning",
+        "stopped_again",
+        "silent",
+        "last",
+    ] {
+        is(&format!("/{step}/fault"), 0.0);
+        is(&format!("/{step}/voltage_v"), 24.0);
+        is(&format!("/{step}/temperature_c"), 25.0);
+    }
+    is("/stopped/mode", 0.0);
+    is("/stopped/torque_nm", 0.0);
+    is("/driven/mode", 10.0);
+    is("/driven/torque_nm", 0.0125);
+    // The lever of 4e-5 kg·m² turns, with at most the speed that 0.0125 N·m reaches against 2e-4 N·m·s.
+    let speed = at(&seen, "/turning/velocity_rev_per_s");
+    holds(
+        speed > 0.5 && speed < 0.0125 / 2e-4 / core::f64::consts::TAU,
+        &seen,
+    );
+    assert!(at(&seen, "/turning/position_rev") > 0.01, "{seen}");
+    is("/integers/mode", 10.0);
+    // 1 mN·m a step, cut off.
+    is("/integers/torque_nm", 0.012);
+    is("/registers/0x22", 0.0125);
+    is("/registers/0x25", 1.0);
+    is("/registers/0x102", 5.0);
+    for (step, mode) in [
+        ("stopped_again", 0.0),
+        ("silent", 11.0),
+        ("refused", 11.0),
+        ("last", 0.0),
+    ] {
+        is(&format!("/{step}/mode"), mode);
+        is(&format!("/{step}/torque_nm"), 0.0);
+    }
+}
+
+#[test]
+fn info_names_the_servo_and_its_largest_force() {
+    let device = Emulated::new("--kind moteus");
+    let info = device.json(&format!("device info {DEVICE}"));
+    assert_eq!(info["board"], "moteus");
+    assert_eq!(info["simulated"], false);
+    let most = at(&info, "/force_max_n");
+    assert!((most - 5.0).abs() < 1e-5, "0.1 N·m at 20 mm: {info}");
+}
+
+/// A relaxation at 500 Hz of a servo that a hand turns by 2 mm within half a second.
+fn relax(place_of_loop: &str, duration: &str) -> String {
+    format!(
+        "relax {DEVICE} --loop {place_of_loop} --contact rigid --duration {duration} --sample-time 2ms force_limit=4N \
+         watchdog=1s late_ticks=0 max_age_ticks=1000 --out run --quiet"
+    )
+}
+
+/// What a servo said at its end: mode, torque and largest torque.
+fn last_words(said: &str) -> (f64, f64, f64) {
+    let after = |words: &str| -> f64 {
+        let rest = said
+            .split(words)
+            .nth(1)
+            .and_then(|rest| rest.split([' ', ',']).next());
+        let number = rest.and_then(|number| number.parse().ok());
+        number.unwrap_or_else(|| panic!("no number after {words}: {said}"))
+    };
+    (after("mode "), after(" torque "), after("the largest "))
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
+    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
+    let ended = device
+        .place
+        .run(&format!("{} --json", relax("device", "2s")));
+    // How near the force is to the sum over the motion is held in virtual time, by the tests of `haptic-devices`.
+    let report = ended.ended_by_the_clock().json();
+    println!("{report}");
+    assert!(at(&report, "/max_relative_error").is_finite());
+    assert_eq!(report["link"]["board"], "moteus");
+    let peak_n = at(&report, "/peak_force_n");
+    // A log that lacks samples may lack the one with the largest force.
+    let lacks = at(&report, "/dropped_samples") > 0.0;
+    assert!(peak_n <= 4.0 && (lacks || peak_n > 0.01), "{report}");
+    // The last digit is rounded.
+    let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    let unlogged_nm = most_nm - 0.02 * peak_n;
+    assert!(
+        unlogged_nm > -1e-6 && (lacks || unlogged_nm < 1e-6),
+        "{most_nm} N·m for {peak_n} N"
+    );
+    assert!(most_nm <= 0.02 * 4.0, "{most_nm} N·m");
+    assert_eq!((mode, torque_nm), (0.0, 0.0));
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
+    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
+    let ended = device.place.run(&format!("{} --json", relax("host", "2s")));
+    let report = ended.ended_by_the_clock().json();
+    assert_eq!(report["link"]["loop"], "host");
+    let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    let lacks = at(&report, "/dropped_samples") > 0.0;
+    let driven = lacks || most_nm > 0.0;
+    assert!(driven && most_nm <= 0.02 * 4.0, "{most_nm} N·m");
+    assert_eq!((mode, torque_nm), (0.0, 0.0));
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
+    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
+    let mut run = under_way(&device, &relax("device", "300s"));
+    run.kill().expect("can be killed");
+    run.wait().expect("ends");
+    // Longer than the servo's watchdog, and than this machine is late.
+    std::thread::sleep(Duration::from_millis(2500));
+    let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    assert_eq!((mode, torque_nm), (11.0, 0.0), "it has let go");
+    if most_nm <= 0.0 {
+        testkit::skip_for_load("the servo was not driven before the host was killed");
+    }
+}
+
+/// A run whose log has begun.
+fn under_way(device: &Emulated, line: &str) -> Child {
+    let mut run = device.place.start(line);
+    device.place.wait_for("run/relax.mcap.part", &mut run);
+    std::thread::sleep(Duration::from_millis(1500));
+    run
+}
+
+#[test]
+fn a_name_or_servo_that_cannot_be_is_said_in_one_line() {
+    let device = Emulated::new("--kind moteus");
+    let info = |name: &str| {
+        let line = format!("device info --device {name}");
+        device.place.run(&line)
+    };
+    info("moteus:device,servo=1").refused(2, &["servo=1"]);
+    info("moteus:device,id=2").refused(3, &["servo 2 did not answer", "its number (`id`)"]);
+}
+
+#[test]
+fn what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
+    // One line in two is damaged by it.
+    let mut device = Emulated::at_terminal("device", "--kind moteus drop=1% line_seed=5");
+    let line = "relax --device moteus:device,lost=1000,watchdog=1s watchdog=1s late_ticks=0 --contact rigid --ramp-time 0.2s \
+                --duration 1s --sample-time 2ms --out run --json";
+    // A busy machine may skip ticks too.
+    let ended = device.place.run(line).ended_by_the_clock();
+    let report = ended.json();
+    let of = |key: &str| at(&report, &format!("/link/{key}"));
+    let (unanswered, not_taken) = (of("unanswered"), of("forces_not_taken"));
+    assert!(unanswered > 100.0 && not_taken >= unanswered, "{report}");
+    let told = format!("{unanswered} had no answer of its board");
+    assert!(ended.stderr.contains(&told), "{ended}");
+    // The log has the ticks of the run, the link those before and after it too.
+    let check = device
+        .place
+        .run("log check run/relax.mcap --json")
+        .failed(4);
+    assert!(check.error().contains("ticks are stale"), "{check}");
+    let check = check.json();
+    let logged = at(&check, "/unanswered");
+    assert!(logged > 100.0 && logged <= unanswered, "{check}");
+    // What the servo heard, and what it was sent: each tick one frame, and those of opening it.
+    let said = device.ends();
+    let heard: f64 = said
+        .split("emulated: ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next())
+        .and_then(|number| number.parse().ok())
+        .unwrap_or_else(|| panic!("{said}"));
+    let sent = of("ticks");
+    assert!(
+        heard + not_taken >= sent,
+        "{heard} heard, {not_taken} not taken, {sent} sent"
+    );
+}
+
+/// An emulated 2DIY in a place, as `2diy`.
+fn board(options: &str) -> Emulated {
+    Emulated::at_terminal("2diy", &format!("--kind haply-2diy {options}"))
+}
+
+/// The maker's host on such a board: what it saw, and what the board said at the end. `None` where it is not installed.
+fn makers_host(
+    version: Version,
+    hand: &str,
+    force: [f64; 2],
+) -> Option<(serde_json::Value, String)> {
+    let number = version.number();
+    let mut emulated = board(&format!("hardware={number} hand={hand}"));
+    let script = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../tests/conformance/haply_2diy.py"
+    );
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let output = Command::new(&python)
+        .arg(script)
+        .arg(emulated.place.path("2diy"))
+        .args([
+            number.to_string(),
+            force[0].to_string(),
+            force[1].to_string(),
+        ])
+        .arg("2.5")
+        .output();
+    let missing = match output {
+        Ok(output) if output.status.code() == Some(3) => {
+            String::from_utf8_lossy(&output.stderr).trim().to_owned()
+        }
+        Ok(output) => {
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success() && said.is_empty(), "{said}");
+            let seen = serde_json::from_slice(&output.stdout).expect("one JSON object");
+            return Some((seen, emulated.ends()));
+        }
+        Err(error) => format!("{}: {error}", python.display()),
+    };
+    skip(&missing);
+    None
+}
+
+/// The numbers before a word.
+fn told(said: &str, before: &str, count: usize) -> Vec<f64> {
+    let text = said
+        .split(before)
+        .nth(1)
+        .unwrap_or_else(|| panic!("no {before}: {said}"));
+    let words = text
+        .split([' ', ',', ';'])
+        .filter_map(|word| word.parse().ok());
+    words.take(count).collect()
+}
+
+fn pair(seen: &serde_json::Value, key: &str) -> [f64; 2] {
+    [0, 1].map(|i| {
+        seen[key][i]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{key}: {seen}"))
+    })
+}
+
+/// Where a hand holds the handle, m to the right of the middle and away from the base.
+const PLACES_M: [(f64, f64); 3] = [(0.0, 0.09), (-0.03, 0.11), (0.04, 0.06)];
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_makers_own_host_reads_the_place_to_a_count_and_sends_our_torques() {
+    // The hand takes its time to lead the handle there, so all at once.
+    std::thread::scope(|scope| {
+        for version in Version::ALL {
+            for place in PLACES_M {
+                scope.spawn(move || reads_and_sends(version, place));
+            }
+        }
+    });
+}
+
+fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
+    let model = version.model();
+    let place = [0.5 * model.pantograph.base_m() + x, y];
+    let force = [0.3, -0.5];
+    let hand = format!("fixed:{}:{}", place[0], place[1]);
+    let Some((seen, said)) = makers_host(version, &hand, force) else {
+        return;
+    };
+    assert!(number(&seen, "answers") > 50.0, "{seen}");
+    let truth = model.pantograph.angles(place.into()).expect("within reach");
+    let angles = pair(&seen, "angles_deg").map(f64::to_radians);
+    for joint in 0..2 {
+        let count = std::f64::consts::TAU / f64::from(model.joints[joint].counts_per_turn);
+        let turn = std::f64::consts::TAU;
+        let off = (angles[joint] - truth[joint] + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
+        // Half a count, and the rounding of a float of degrees.
+        assert!(
+            off.abs() < 0.51 * count,
+            "{version:?} {place:?}: {off} of {count}"
+        );
+    }
+    // The same kinematics from the same angles: the maker's cosines of cosines lose some digits.
+    let posture = model.pantograph.posture(angles).expect("in order");
+    let read = pair(&seen, "place_m");
+    assert!(
+        (read[0] - posture.hand_m.x).abs() < 1e-9,
+        "{seen} {posture:?}"
+    );
+    assert!(
+        (read[1] - posture.hand_m.y).abs() < 1e-9,
+        "{seen} {posture:?}"
+    );
+    let ours = posture.torques(force.into());
+    let theirs = pair(&seen, "torques_nm");
+    // The maker takes the angle of a far arm by its cosine alone: of the wrong sign where the hand is nearer to the base than
+    // an elbow. Ours is that of the golden values there too.
+    let elbow = angles
+        .iter()
+        .fold(0.0_f64, |most, angle| most.max(0.07 * angle.sin()));
+    let off = (ours.x - theirs[0]).abs().max((ours.y - theirs[1]).abs());
+    let same = posture.hand_m.y > elbow;
+    assert_eq!(off < 1e-9, same, "{version:?} {place:?}: {ours} {seen}");
+    // At the right motors.
+    let made = told(&said, "torques ", 2);
+    assert!((made[0] - theirs[0]).abs() < 1e-6, "{seen} {said}");
+    assert!((made[1] - theirs[1]).abs() < 1e-6, "{seen} {said}");
+}
+
+/// A soft tissue, felt along y, at the slowest rate: four ticks without an answer are a fault, and this machine may be busy.
+const RELAX: &str = "relax --device haply:2diy --sample-time 10ms watchdog=1s late_ticks=0 --contact rigid \
+                     --duration 3s --out run --overwrite --quiet --json";
+
+/// The report of a run that began; a machine that is too busy to hear the board's first answers in time says so instead.
+fn begun(ended: &Ended) -> Option<serde_json::Value> {
+    if !ended.stdout.is_empty() {
+        return Some(ended.json());
+    }
+    let complaint = ended.complaint(3, &["haply:2diy"]);
+    assert_eq!(complaint, None, "{ended}");
+    testkit::skip_for_load(ended.error());
+    None
+}
+
+/// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the motion is held in
+/// virtual time, by the tests of `haptic-devices`.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
+    let mut emulated = board("");
+    let ended = emulated.place.run(RELAX);
+    let Some(report) = begun(&ended) else {
+        return;
+    };
+    println!("{report}");
+    assert_eq!(report["link"]["simulated"], false);
+    assert_eq!(report["link"]["board"], "Haply 2DIY v3");
+    assert!(number(&report, "peak_force_n") <= 1.5, "{report}");
+    let mut check = emulated.place.run("log check run/relax.mcap --json");
+    if ended.code == Some(3) {
+        println!("this machine was too busy for the emulated board");
+        let ended = ended.failed(3);
+        says(
+            &ended.stderr,
+            &["no whole answer for 4 ticks", "may still push"],
+        );
+    } else {
+        let ended = ended.ended_by_the_clock();
+        assert!(number(&report, "peak_force_n") > 0.01, "{report}");
+        // What is missing in the log is what the run says; answers that come too late are no gap.
+        if ended.code == Some(0)
+            && number(&check.json(), "stale") > 0.01 * number(&report, "samples")
+        {
+            check = check.failed(4);
+        } else {
+            assert_eq!(check.code, ended.code, "{check}");
+            check = check.ended_by_the_clock();
+        }
+    }
+    let missing = number(&check.json(), "missing_samples");
+    assert_eq!(missing, number(&report, "dropped_samples"), "{check}");
+    let said = emulated.ends();
+    assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
+    // A byte in 1000, of 19 a tick: one is lost within some 50 ticks, in the run or while it is opened.
+    let mut emulated = board("drop=0.1%");
+    let ended = emulated.place.run(RELAX);
+    let ended = ended.failed(3);
+    if emulated.place.path("run/relax.mcap").exists() {
+        assert!(ended.stderr.contains("a byte was lost"), "{ended}");
+    } else {
+        println!("lost before the run began");
+    }
+    let said = emulated.ends();
+    // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
+    holds(
+        told(&said, "torques ", 2)
+            .iter()
+            .all(|torque| torque.abs() < 1e-6),
+        &said,
+    );
+}
+
+/// An edge across the way of the hand, at the slowest rate.
+const EDGE: &str = "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
+                    force_limit_n = 1\nsample_time_s = 0.01\nduration_s = 3\nmass_kg = 0.1\n";
+const BOTH: &str = "--device haply:2diy --loop host watchdog=1s late_ticks=0 max_age_ticks=200 --out run --overwrite \
+                    --quiet --json";
+
+/// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the depth is held in
+/// virtual time, by the tests of `haptic-devices`.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
+    let mut emulated = board("");
+    emulated.place.write("edge.toml", EDGE);
+    let ended = emulated.place.run(&format!("run edge.toml {BOTH}"));
+    let Some(report) = begun(&ended) else {
+        return;
+    };
+    println!("{report}");
+    assert_eq!(report["link"]["board"], "Haply 2DIY v3");
+    // The arms are lighter in one direction than in another.
+    let masses = ["effective_mass_least_kg", "effective_mass_most_kg"];
+    let [least, most] = masses.map(|key| number(&report, key));
+    assert!(least < 0.1 && 0.1 < most, "{least} to {most} kg");
+    if ended.code == Some(3) {
+        println!("this machine was too busy for the emulated board");
+        let ended = ended.failed(3);
+        holds(ended.stderr.contains("no whole answer for 4 ticks"), &ended);
+    } else {
+        ended.ended_by_the_clock();
+        assert_eq!(report["verdict"], "rendered");
+        assert!(number(&report, "peak_force_n") > 0.05, "{report}");
+        let table = emulated.place.text("run/touch.csv");
+        let mut pushed = 0;
+        for row in table.lines().skip(1) {
+            let row: Vec<f64> = row
+                .split(',')
+                .map(|x| x.parse().unwrap_or(f64::NAN))
+                .collect();
+            let [_, _, _, _, _, x, y, _] = row[..] else {
+                panic!("{row:?}");
+            };
+            // Along the normal, but for the rounding of the wire.
+            assert!((0.8 * x - 0.6 * y).abs() < 1e-6, "{row:?}");
+            pushed += u32::from(x.hypot(y) > 0.02);
+        }
+        assert!(pushed > 10, "{pushed}");
+    }
+    let said = emulated.ends();
+    assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
+}
+
+#[test]
+fn a_box_that_the_arms_do_not_reach_and_axes_that_do_not_fit_are_refused() {
+    let place = Place::new();
+    place.write(
+        "far.toml",
+        format!("{EDGE}box_low_m = [-0.05, -0.06]\nbox_high_m = [0.05, 0.1]\n"),
+    );
+    place.run(&format!("run far.toml {BOTH}")).refused(
+        2,
+        &["not within reach", "mm, from the middle", "box_high_m"],
+    );
+    place.write("edge.toml", EDGE);
+    let line = BOTH.replace("haply:2diy", "haply:2diy,axis=x");
+    place
+        .run(&format!("run edge.toml {line}"))
+        .refused(2, &["axis and zero choose a line", "leave them away"]);
+    place.write("space.toml", "[touch]\naxes = 3\n");
+    place
+        .run(&format!("run space.toml {BOTH}"))
+        .refused(2, &["it has 2 axes, and 3 are asked for"]);
+}

@@ -1,0 +1,328 @@
+//! The safety chain of a device on a serial line.
+
+use super::{Emulated, at};
+use crate::process::{Ended, Place, holds, number, says, signal};
+use serde_json::Value;
+use std::io::{BufRead as _, BufReader, Read as _};
+
+/// 8000 N/m on the dissertation's device: it shakes.
+const SHAKING: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0\n\
+                       stiffness_n_per_m = 8000\ndissipation_n_s_mu_per_m = 0\n";
+
+fn emulated() -> Emulated {
+    Emulated::new("--speed 2")
+}
+
+/// What a command on the device says.
+fn json(device: &Emulated, line: &str) -> Value {
+    device.json(&format!("{line} --device serial:device"))
+}
+
+#[test]
+fn the_chain_of_a_device_is_set_and_shown() {
+    let device = emulated();
+    let before = json(&device, "device get")["safety"].clone();
+    assert_eq!(number(&before, "start_force_n"), 1.0);
+    assert_eq!(
+        (&before["workspace_m"], &before["guard"]),
+        (&Value::Null, &Value::Null)
+    );
+    let set = "device set guard=energy-bounding workspace=-10mm:20mm speed_limit=0.75 \
+               start_force=2N rise_time=0.25s braking=4";
+    let after = json(&device, set)["safety"].clone();
+    let numbers = [
+        "start_force_n",
+        "rise_time_s",
+        "speed_limit_m_per_s",
+        "speed_soft_m_per_s",
+    ];
+    assert_eq!(
+        numbers.map(|key| number(&after, key)),
+        [2.0, 0.25, 0.75, 0.5]
+    );
+    assert_eq!(number(&after, "braking_n_s_per_m"), 4.0);
+    let ends = after["workspace_m"].as_array().expect("two ends");
+    let ends: Vec<f64> = ends.iter().filter_map(Value::as_f64).collect();
+    assert!((ends[0] + 0.01).abs() < 1e-8 && (ends[1] - 0.02).abs() < 1e-8);
+    // That of the plant that it simulates.
+    assert_eq!(after["guard"]["kind"], "energy-bounding");
+    assert_eq!(number(&after["guard"], "damping_n_s_per_m"), 3.5);
+    let line = "device set guard=off workspace=none speed_limit=0 braking=0 rise_time=0 \
+                start_force=0";
+    let off = json(&device, line)["safety"].clone();
+    assert_eq!(
+        (&off["workspace_m"], &off["guard"]),
+        (&Value::Null, &Value::Null)
+    );
+    assert_eq!(numbers.map(|key| number(&off, key)), [0.0; 4]);
+}
+
+#[test]
+fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
+    let device = emulated();
+    assert_eq!(number(&json(&device, "device get"), "watchdog_s"), 0.5);
+    let host = json(&device, "device set loop=host");
+    assert_eq!(number(&host, "watchdog_s"), 0.02);
+    let chosen = json(&device, "device set watchdog=50ms loop=device");
+    assert_eq!(number(&chosen, "watchdog_s"), 0.05);
+    // The simulated mass is known: 65 g bear 21.6 N·s/m with a tick of delay.
+    let braked = json(
+        &device,
+        "device set braking=20 stop_time=50ms brake_force=3N",
+    );
+    let safety = &braked["safety"];
+    assert_eq!(number(safety, "braking_n_s_per_m"), 20.0);
+    assert_eq!(number(safety, "brake_force_n"), 3.0);
+    assert!((number(safety, "stop_time_s") - 0.05).abs() < 1e-8);
+    let refused = device
+        .place
+        .run("device set braking=30 --device serial:device");
+    refused.refused(2, &["braking", "30"]);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn in_either_loop_the_guard_is_on_the_device() {
+    // They take the time of their device, so each has its own.
+    std::thread::scope(|scope| {
+        for side in ["device", "host"] {
+            scope.spawn(move || a_guarded_wall_is_still(side));
+        }
+    });
+}
+
+fn a_guarded_wall_is_still(side: &str) {
+    let device = emulated();
+    device.loosen();
+    device.place.write("wall.toml", SHAKING);
+    let report = json(
+        &device,
+        &format!(
+            "run wall.toml --guard energy-bounding watchdog=1s max_age_ticks=1000 --loop {side} --out run --quiet"
+        ),
+    );
+    assert_eq!(report["stable"], true, "{side}: {report}");
+    assert!(number(&report, "limited_samples") > 0.0, "{side}: {report}");
+}
+
+/// Two dissipations, in trials of half a second.
+const SEARCH: &str = "zwidth --orders 1 --points 2 --sample-time 2ms duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet";
+
+/// Faults that have latched since it was switched on.
+fn faults(device: &Emulated) -> f64 {
+    at(
+        &device.json("device info --device serial:device"),
+        "/faults",
+    )
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_z_width_can_be_found_on_a_device() {
+    let device = Emulated::new("--speed 400");
+    device.loosen();
+    let report = device.json(SEARCH);
+    // Thousands before it began from soft walls.
+    assert!(at(&report, "/runs") < 100.0, "{report}");
+    let points = report["orders"][0]["boundary"].as_array().expect("points");
+    assert_eq!(points.len(), 2, "{report}");
+    for point in points {
+        // The same wall on the simulated device: a little softer it comes to rest, a little stiffer it does not.
+        for (times, stable) in [(0.97, true), (1.03, false)] {
+            let wall = format!(
+                "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 1\nimpact_m_per_s = 0\n\
+                 duration_s = 0.5\nwindow_s = 0.2\nstiffness_n_per_m = {:?}\n\
+                 dissipation_n_s_mu_per_m = {:?}\n",
+                times * at(point, "/stiffness_max"),
+                at(point, "/dissipation")
+            );
+            device.place.write("wall.toml", wall);
+            let tried = device.json("run wall.toml --out wall --overwrite --quiet");
+            assert_eq!(tried["stable"], stable, "{times} of {point}");
+        }
+    }
+    // A person is told what is missing beside them, and where it is to be had.
+    let shown = device.place.run(&SEARCH.replace(" --quiet", ""));
+    let ended = shown.succeeded_with_warnings();
+    for words in ["no analysis, as nobody knows", "--device-model device.toml"] {
+        assert!(ended.stderr.contains(words), "{ended}");
+    }
+}
+
+#[test]
+fn a_fault_of_the_sensor_ends_a_search_at_once() {
+    let device = Emulated::new("--speed 8");
+    device.json("device set --device serial:device speed_limit=2mm/s jump=1um");
+    let words = [
+        "the position jumped by more than the speed limit allows",
+        "no more trials are made",
+    ];
+    let ended = device.place.run(&format!("{SEARCH} --json")).failed(3);
+    for word in words {
+        assert!(ended.error().contains(word), "{ended}");
+    }
+    // Each trial that ends so would have armed the device again.
+    assert_eq!(faults(&device), 1.0, "{ended}");
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn an_emulated_device_keeps_its_promises_on_a_bad_line_too() {
+    std::thread::scope(|scope| {
+        for line in ["", "drop=1% corrupt=1% duplicate=1% line_seed=3"] {
+            scope.spawn(|| keeps_its_promises(line));
+        }
+    });
+}
+
+fn keeps_its_promises(line: &str) {
+    let device = Emulated::new(line);
+    let before = device.json("device get --device serial:device");
+    let report = device.json("device selftest --device serial:device");
+    assert_eq!(report["holds"], true, "{line}: {report:#}");
+    assert_eq!(report["board"], "emulated");
+    assert!((number(&report, "force_limit_n") - 0.1).abs() < 1e-6);
+    let checks = report["checks"].as_array().expect("a list");
+    let named = |name: &str| {
+        let mut found = checks.iter().filter(|check| check["check"] == name);
+        found
+            .next()
+            .unwrap_or_else(|| panic!("no {name}: {report:#}"))
+    };
+    for name in [
+        "arm",
+        "force-limit",
+        "stop",
+        "finite-check",
+        "watchdog",
+        "flight-recorder",
+        "reconnect",
+    ] {
+        assert_eq!(named(name)["ok"], true, "{line}: {report:#}");
+    }
+    assert_eq!(named("emergency-stop")["ok"], Value::Null);
+    // It is as it was, without a fault.
+    assert_eq!(device.json("device get --device serial:device"), before);
+    let info = device.json("device info --device serial:device");
+    assert_eq!(
+        (&info["state"], &info["fault"]),
+        (&"idle".into(), &Value::Null)
+    );
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
+    let device = Emulated::new("");
+    let shown = device
+        .place()
+        .run("device selftest --device serial:device --force-limit 50mN");
+    assert_eq!(shown.code, Some(0), "{shown}");
+    says(
+        &shown.stdout,
+        &[
+            "force-limit",
+            "at most 0.05 N",
+            "no force for 200 ms is a fault",
+            "emergency-stop",
+            "not there",
+        ],
+    );
+    device
+        .place()
+        .run("device selftest --device serial:device --force-limit 20N")
+        .refused(2, &["20 N", "[0.001, 2] N", "--force-limit"]);
+    Place::new()
+        .run("device selftest --device serial:nowhere")
+        .refused(3, &["nowhere"]);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_test_that_somebody_stops_tells_what_it_has_seen() {
+    let device = Emulated::new("");
+    let line = "device selftest --device serial:device --emergency-stop pressed --json";
+    let mut test = device.place().start(line);
+    let mut stderr = BufReader::new(test.stderr.take().expect("piped"));
+    let mut said = String::new();
+    // Nobody presses it: all before it was tried.
+    while !said.contains("press the emergency stop") {
+        let count = stderr.read_line(&mut said).expect("is text");
+        assert!(count > 0, "{said}");
+    }
+    signal(&test, "INT");
+    stderr.read_to_string(&mut said).expect("is text");
+    let mut output = test.wait_with_output().expect("ends");
+    output.stderr = said.into_bytes();
+    let ended = Ended::new(line.to_owned(), &output);
+    assert_eq!(ended.code, Some(1), "{ended}");
+    says(ended.error(), &["interrupted: the device was disarmed"]);
+    let report = ended.json();
+    assert_eq!(
+        (&report["interrupted"], &report["holds"]),
+        (&true.into(), &false.into())
+    );
+    let checks = report["checks"].as_array().expect("a list");
+    let (last, before) = checks.split_last().expect("some");
+    assert!(
+        before.iter().all(|check| check["not_judged"] == false),
+        "{report:#}"
+    );
+    assert_eq!(
+        (&last["check"], &last["not_judged"]),
+        (&"emergency-stop".into(), &true.into())
+    );
+}
+
+#[test]
+fn an_image_of_another_board_is_not_programmed() {
+    let place = Place::new();
+    place.write("probe-rs", "#!/bin/sh\nexit 0\n");
+    let probe = place.path("probe-rs");
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(&probe, mode).expect("can be set");
+    let flash = |image: &str, device: &str| {
+        let mut command = place.command("device flash --image");
+        command.args([image, "--device", device]);
+        let output = command.env("PATH", place.path("")).output().expect("runs");
+        (
+            output.status.code(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    };
+    place.write(
+        "mps2",
+        "haptic-device image\0mps2-an386\0\0\0\0\0\0\0\x01\x00",
+    );
+    let (code, error) = flash("mps2", "serial:nowhere");
+    assert_eq!(code, Some(2), "{error}");
+    holds(
+        error.contains("board mps2-an386 with firmware 0.1.0"),
+        &error,
+    );
+    assert!(error.contains("nucleo-f446re"), "{error}");
+    // The right image, but what answers is another board.
+    place.write(
+        "nucleo",
+        "haptic-device image\0nucleo-f446re\0\0\0\0\x01\x00",
+    );
+    let device = Emulated::new("");
+    let port = format!("serial:{}", device.place.path("device").display());
+    let (code, error) = flash("nucleo", &port);
+    assert_eq!(code, Some(3), "{error}");
+    holds(
+        error.contains("board emulated with firmware 0.1.0 answers"),
+        &error,
+    );
+}
+
+#[test]
+fn flashing_without_probe_rs_says_how_to_get_it() {
+    let place = Place::new();
+    // A path without anything in it.
+    let mut command = place.command("device flash");
+    let output = command.env("PATH", place.path("")).output().expect("runs");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{error}");
+    assert!(error.contains("cargo install probe-rs-tools"), "{error}");
+}
