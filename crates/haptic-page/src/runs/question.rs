@@ -170,7 +170,7 @@ fn of_design(
     progress: &(dyn Fn(u64) + Sync),
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
-    let report = design.answer_unless(attendant.stop, progress)?;
+    let report = design.answer(attendant.stop, progress)?;
     folder.write_table("csv", report.candidates.iter())?;
     let DesignReport {
         best, simulated, ..
@@ -189,7 +189,7 @@ fn of_coupler(
     progress: &(dyn Fn(u64) + Sync),
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
-    let answer = design.answer_unless(attendant.stop, progress)?;
+    let answer = design.answer(attendant.stop, progress)?;
     folder.write_table("csv", answer.candidates.iter())?;
     let CouplerAnswer {
         best, simulated, ..

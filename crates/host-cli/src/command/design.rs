@@ -12,10 +12,11 @@ use clap::Args;
 use draw::draw;
 use haptic_experiment::document::Document;
 use haptic_experiment::question::Question;
-use haptic_experiment::question::design::{Design, DesignReport, Requirement};
+use haptic_experiment::question::design::{Design, DesignReport};
 use haptic_experiment::run::write_text;
 use haptic_experiment::{Failure, TrialVerdict};
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 pub(crate) const LONG_ABOUT: &str = "\
 From a device and a wish to a wall: the largest stiffness K and dissipation B for each order, and the order that does best. \
@@ -66,7 +67,7 @@ impl Arguments {
             Question::ZWidth(_) => return Err(Failure::bad_input("not a design")),
         };
         let bar = progress_bar(design.orders_to_try().len() as u64, output);
-        let answer = design.answer(&|orders| bar.inc(orders));
+        let answer = design.answer(&AtomicBool::new(false), &|orders| bar.inc(orders));
         bar.finish_and_clear();
         let mut report = answer?;
         self.write(&design, &mut report, &mut place);
@@ -126,7 +127,7 @@ fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
     match (&report.best, &report.simulated) {
         (Some(best), Some(simulated))
             if simulated.verdict == TrialVerdict::Unstable
-                && design.requirement == Requirement::Passive
+                && design.gain_margin.is_none()
                 && report.imperfections.sensors.are_ideal() =>
         {
             note(

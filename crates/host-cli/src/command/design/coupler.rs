@@ -6,6 +6,7 @@ use crate::output::Output;
 use haptic_experiment::Failure;
 use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
 use serde::Serialize;
+use std::sync::atomic::AtomicBool;
 
 /// Result of `--wish coupler`.
 #[derive(Serialize)]
@@ -26,7 +27,7 @@ impl Arguments {
         output: Output,
     ) -> Result<(), Failure> {
         let mut report = CouplerReport {
-            answer: design.answer()?,
+            answer: design.answer(&AtomicBool::new(false), &|_| {})?,
             experiment: None,
             files: Vec::new(),
         };
