@@ -17,6 +17,7 @@ use haptic_log::record::{Entry, LogReader};
 pub use input::{Rows, short, without_bulk};
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;
 use toml::de::{DeTable, DeValue};
@@ -206,6 +207,14 @@ pub(crate) fn line(table: &Table<'_>, parameter: &Parameter) -> String {
     }
 }
 
+/// Lines of a file for numbers: `{:?}` is the shortest text that reads back to the same bits.
+pub(crate) fn lines_of(numbers: impl IntoIterator<Item = (Parameter, f64)>) -> String {
+    let lines = numbers.into_iter();
+    lines
+        .map(|(parameter, value)| format!("{} = {value:?}\n", parameter.key))
+        .collect()
+}
+
 /// Kinds in words.
 pub(crate) fn choice(kinds: &[&str]) -> String {
     let names: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
@@ -268,27 +277,25 @@ impl<'a> Parsed<'a> {
         })
     }
 
-    /// The one table that is of one of these kinds, and the table `beside` it, if there is one.
-    pub(crate) fn experiment<'k>(
+    /// The one table that is of one of these kinds, and those beside it by name; `what` and `choice` say in words what such a file has.
+    pub(crate) fn one_of<'k>(
         &'a self,
         kinds: &[&'k str],
-        beside: &str,
-    ) -> Result<(&'k str, Table<'a>, Option<Table<'a>>), FileError> {
-        let choice = choice(kinds);
-        let known: Vec<&str> = kinds.iter().copied().chain([beside]).collect();
-        let (mut first, mut other) = (None, None);
-        for (name, table) in self.tables(&known, &choice)? {
-            let kind = kinds.iter().find(|kind| **kind == name);
-            match (kind, &first) {
-                (None, _) => other = Some(table),
-                (Some(kind), None) => first = Some((*kind, table)),
-                (Some(_), Some(_)) => {
-                    return Err(table.fail(format!("a second table [{name}]: {choice}")));
-                }
+        beside: &[&'k str],
+        (what, choice): (&str, &str),
+    ) -> Result<(&'k str, Table<'a>, BTreeMap<&'k str, Table<'a>>), FileError> {
+        let (mut found, mut others) = (None, BTreeMap::new());
+        for (name, table) in self.tables(&[kinds, beside].concat(), choice)? {
+            if beside.contains(&name) {
+                others.insert(name, table);
+            } else if found.is_some() {
+                return Err(table.fail(format!("a second {what} [{name}]: {choice}")));
+            } else {
+                found = Some((name, table));
             }
         }
-        let (kind, table) = first.ok_or_else(|| self.fail(format!("no experiment: {choice}")))?;
-        Ok((kind, table, other))
+        let (name, table) = found.ok_or_else(|| self.fail(format!("no {what}: {choice}")))?;
+        Ok((name, table, others))
     }
 
     /// All tables in the order of the file, each of one of these names; `choice` says in words what such a file has.

@@ -13,24 +13,27 @@
 //! Defaults are those of the commands. Whatever is wrong is refused in one line, `FILE:LINE: reason`;
 //! so are keys that are not known. Paths in a file start from the folder of the file.
 
-mod document;
 pub mod parameters;
 #[cfg(test)]
 mod tests;
 
-use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE};
-use crate::experiment::DRIVE_TABLE as DRIVE;
+use crate::document::{Document, IN_LOG, choice, line};
 use crate::experiment::trial::reading::with_devices;
-use crate::experiment::{coupler, drive, rendering, teleoperation, touch, wall};
+use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use crate::{
     CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
     WallExperiment,
 };
+use parameters::{
+    DEVICE_MODEL, DEVICE_PLANT, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind,
+    takes_device,
+};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
@@ -92,20 +95,23 @@ impl ExperimentFile {
     /// If it is wrong: in one line, with its place.
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
-        let (kind, table, drive) = document.experiment(&parameters::KINDS, DRIVE)?;
-        let table = table.with_keys(&parameters::of_kind(kind))?;
-        let table = match parameters::takes_device(kind) {
+        let words = choice(&KINDS);
+        let (kind, table, mut beside) =
+            document.one_of(&KINDS, &[DRIVE_TABLE], ("experiment", &words))?;
+        let drive = beside.remove(DRIVE_TABLE);
+        let table = table.with_keys(&of_kind(kind))?;
+        let table = match takes_device(kind) {
             true => with_devices(table)?,
             false => table,
         };
         if let Some(drive) = drive.as_ref().filter(|_| !DRIVEN.contains(&kind)) {
             let reason = format!(
-                "[{DRIVE}] holds the indenter of [relax] or [creep], which [{kind}] does not have: omit it"
+                "[{DRIVE_TABLE}] holds the indenter of [relax] or [creep], which [{kind}] does not have: omit it"
             );
             return Err(drive.fail(reason));
         }
         let drive = drive
-            .map(|drive| drive.with_keys(&[(DRIVE, drive::keys::DRIVE)]))
+            .map(|drive| drive.with_keys(&[(DRIVE_TABLE, DRIVE)]))
             .transpose()?;
         let drive = drive.as_ref();
         match kind {
@@ -218,5 +224,54 @@ impl ExperimentFile {
             Self::Touch(experiment) => experiment.pace = pace,
         }
         self
+    }
+}
+
+impl Document {
+    /// The kind of the experiment or question: the name of its table.
+    ///
+    /// # Errors
+    /// A file that is not TOML, or has no table of a kind.
+    pub fn kind(&self) -> Result<&'static str, FileError> {
+        let parsed = self.parse()?;
+        let kinds = KINDS.into_iter().chain(QUESTIONS);
+        kinds
+            .chain([MEASUREMENT])
+            .find(|kind| parsed.has(kind))
+            .ok_or_else(|| parsed.fail(format!("no experiment: {}", choice(&KINDS))))
+    }
+
+    /// The document as one file: what was given, here or in the file, and the other defaults as comments. Paths are absolute, so it may lie anywhere.
+    ///
+    /// # Errors
+    /// As those of [`kind`](Self::kind).
+    pub fn to_toml(&self) -> Result<String, FileError> {
+        let kind = self.kind()?;
+        let parsed = self.parse()?;
+        let mut text = String::new();
+        for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
+            text += &format!("[{name}]\n");
+            let known = match name {
+                DRIVE_TABLE => vec![(name, DRIVE)],
+                kind => of_kind(kind),
+            };
+            for parameter in known.iter().flat_map(|(_, parameters)| *parameters) {
+                // What a device file above it says is not read.
+                let of_device = takes_device(kind) && DEVICE_PLANT.contains(parameter);
+                if !(of_device && table.lies_below(parameter, &DEVICE_MODEL)) {
+                    text += &line(&table, parameter);
+                }
+            }
+        }
+        Ok(text)
+    }
+
+    /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it.
+    ///
+    /// # Errors
+    /// As those of [`kind`](Self::kind).
+    pub fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
+        provenance.insert(IN_LOG.1.to_owned(), self.to_toml()?);
+        Ok(())
     }
 }

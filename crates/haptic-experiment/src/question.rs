@@ -1,46 +1,37 @@
 //! Questions to a device as TOML: one table, `[zwidth]` or `[design]`, read as experiments are.
 
 pub mod analysis;
-pub(crate) mod asked_device;
+pub(crate) mod bench;
 pub mod design;
-pub(crate) mod keys;
 mod machine_check;
 pub mod measurement;
-mod reading;
 pub(crate) mod zwidth;
 
 use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::parameters::{ON_DEVICE, Parameter};
 use crate::experiment::trial::reading::with_devices;
+use bench::BENCH;
 use design::coupler::CouplerDesign;
 use design::{Design, WishName};
-use keys::{BENCH, SIMULATED};
-pub use machine_check::{FIT_SHARE, Machine, Plain, Rate, RtCheck, RtReport};
+pub use machine_check::{Machine, Plain, RtCheck};
 use std::path::Path;
 use zwidth::ZWidth;
-pub use zwidth::{BoundaryPoint, BoundaryRow, OrderBoundary};
+pub use zwidth::{BoundaryPoint, BoundaryRow};
 
 /// Questions to a device, the names of their tables.
 pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
-
-/// The question that lets a device move.
-pub const MEASUREMENT: &str = "measure";
 
 /// Tables of a question, or of a measurement: heading and parameters.
 pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     match kind {
         "zwidth" => vec![
-            ("Z-width", zwidth::keys::ZWIDTH),
+            ("Z-width", zwidth::ZWIDTH),
             ("bench", BENCH),
             ("device", ON_DEVICE),
         ],
-        "design" => vec![("design", design::keys::DESIGN), ("bench", BENCH)],
-        _ => vec![
-            (MEASUREMENT, measurement::keys::MEASURE),
-            ("simulated", SIMULATED),
-            ("device", measurement::keys::MEASURED),
-        ],
+        "design" => vec![("design", design::DESIGN), ("bench", BENCH)],
+        _ => measurement::TABLES.to_vec(),
     }
 }
 
@@ -85,24 +76,18 @@ impl Question {
     /// If it is wrong: in one line, with its place.
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
-        let choice = "a question has one of [zwidth], [design]";
-        let mut found = document.tables(&QUESTIONS, choice)?.into_iter();
-        let (Some((kind, table)), None) = (found.next(), found.next()) else {
-            return Err(document.fail(format!("not one table: {choice}")));
-        };
+        let words = ("question", "a question has one of [zwidth], [design]");
+        let (kind, table, _) = document.one_of(&QUESTIONS, &[], words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
         match kind {
-            "zwidth" => zwidth::reading::zwidth(&table).map(Self::ZWidth),
-            _ => {
-                let asked = design::reading::asked(&table)?;
-                match asked.wish {
-                    WishName::Coupler => design::reading::coupler(&table, asked).map(Self::Coupler),
-                    _ => {
-                        let design = design::reading::design(&table, asked)?;
-                        Ok(Self::Design(Box::new(design)))
-                    }
+            "zwidth" => ZWidth::of(&table).map(Self::ZWidth),
+            _ => match design::reading::wish(&table)? {
+                WishName::Coupler => design::reading::coupler(&table).map(Self::Coupler),
+                wish => {
+                    let design = design::reading::design(&table, wish)?;
+                    Ok(Self::Design(Box::new(design)))
                 }
-            }
+            },
         }
     }
 
@@ -119,7 +104,6 @@ impl Question {
 
 #[cfg(test)]
 mod tests {
-    use super::design::Requirement;
     use super::design::coupler::CouplerCriterion;
     use super::*;
 
@@ -140,7 +124,7 @@ mod tests {
             panic!("a design");
         };
         assert_eq!((design.device.plant, design.orders.len()), (device, 9));
-        assert_eq!(design.requirement, Requirement::Stable { gain_margin: 2.0 });
+        assert_eq!(design.gain_margin, Some(2.0));
         assert!(matches!(
             read("[design]\nwish = \"coupler\"\nrequire = \"passive\"\norders = [1]"),
             Ok(Question::Coupler(CouplerDesign {
@@ -169,8 +153,8 @@ mod tests {
     #[test]
     fn what_has_no_effect_or_no_meaning_is_refused_in_a_line() {
         for (text, want) in [
-            ("", "not one table"),
-            ("[zwidth]\n[design]", "not one table"),
+            ("", "no question"),
+            ("[zwidth]\n[design]", "a second question"),
             ("[zwidth]\npoints = 1", "is not in [2, 1000]"),
             ("[zwidth]\norders = [3]", "form:2: orders has 3"),
             ("[zwidth]\norders = []", "no order was given"),

@@ -7,7 +7,7 @@ use crate::json::to_python;
 use crate::refused::{OrRefused as _, refused};
 use crate::tissue::PyMaterial;
 use fracdiff::Order;
-use haptic_experiment::question::design::{Design, Device, Requirement, Wish};
+use haptic_experiment::question::design::{Design, Device, Wish};
 use haptic_experiment::{ExperimentFile, ModelledTissue, WallExperiment, ZWidth};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
@@ -146,14 +146,12 @@ pub(crate) fn design<'py>(
         },
         scheme: wall.scheme,
         orders: orders_of(orders)?,
-        requirement: gain_margin.map_or(Requirement::Passive, |gain_margin| Requirement::Stable {
-            gain_margin,
-        }),
+        gain_margin,
         wish,
         force_noise_limit_n,
     };
     let report = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
-        let report = design.answer_unless(conduct.stop(), &|orders| conduct.add(orders));
+        let report = design.answer(conduct.stop(), &|orders| conduct.add(orders));
         report.map_err(|failure| failed(&failure))
     })?;
     to_python(py, &report)

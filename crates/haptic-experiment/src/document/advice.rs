@@ -6,6 +6,7 @@ use crate::document::parameters::{
     FRICTION, HAND_STIFFNESS, JUMP, MASS, Parameter, SAFETY, SAMPLE_TIME, SPEED_LIMIT,
     WORKSPACE_HIGH, WORKSPACE_LOW,
 };
+use fracdiff::parameter::Shown;
 use haptic_loop::ParameterError;
 use haptic_quantity::without_unit;
 
@@ -61,6 +62,22 @@ fn advice(error: &ParameterError) -> Option<String> {
         }
         _ => return None,
     })
+}
+
+/// Refuses a number outside the range of its parameter.
+///
+/// # Errors
+/// The parameter, the value and the range.
+pub(crate) fn check(parameter: &Parameter, value: f64) -> Result<(), Failure> {
+    let range = parameter.range();
+    if range.contains(value) {
+        return Ok(());
+    }
+    Err(Failure::bad_input(format_args!(
+        "{} = {} is not {range}: change {parameter}",
+        parameter.key,
+        Shown(value)
+    )))
 }
 
 /// A number as a device has it, in single precision.

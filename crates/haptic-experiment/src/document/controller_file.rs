@@ -17,14 +17,75 @@
 //! plant = "1/(0.8s^2.2+0.5s^0.9+1)"
 //! ```
 
-mod content;
-mod read;
-mod write;
-
-pub use content::{ControllerFile, ControllerOrigin};
-
 use crate::document::error::{FileError, text_of};
+use crate::document::parameters as p;
+use crate::document::parameters::Parameter;
+use crate::document::reader::Table;
+use crate::document::{Parsed, lines_of};
+use fracdiff::{Scheme, Seconds};
+use fractional_control::{
+    ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,
+    LeadLagParameters, PidParameters, SetPoint, TidParameters, rule_of_scheme,
+};
 use std::path::Path;
+
+#[cfg(test)]
+mod tests;
+
+/// A controller and where it comes from.
+///
+/// ```
+/// use haptic_experiment::document::ControllerFile;
+/// use std::path::Path;
+///
+/// let text = "[pid]\nproportional_gain = 2\n[loop]\nsample_time_s = 0.01";
+/// let file = ControllerFile::parse(Path::new("lab/pid.toml"), text)?;
+/// assert_eq!(file.setup.pid().map(|pid| pid.proportional), Some(2.0));
+/// assert_eq!(ControllerFile::parse(Path::new("again.toml"), &file.to_toml())?, file);
+/// let wrong = ControllerFile::parse(Path::new("lab/pid.toml"), "[pid]\nproportional_gian = 2");
+/// assert!(wrong.unwrap_err().to_string().starts_with("lab/pid.toml:2: unknown key"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControllerFile {
+    /// The controller and how it runs.
+    pub setup: ControllerSetup,
+    /// Where it comes from.
+    pub origin: ControllerOrigin,
+}
+
+/// Where a controller comes from, in words; empty where that is not known.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ControllerOrigin {
+    /// The plant it was made for.
+    pub plant: String,
+    /// The wishes it was made for.
+    pub wishes: String,
+    /// The program that made it.
+    pub program: String,
+    /// Anything else.
+    pub note: String,
+}
+
+impl From<ControllerSetup> for ControllerFile {
+    fn from(setup: ControllerSetup) -> Self {
+        Self {
+            setup,
+            origin: ControllerOrigin::default(),
+        }
+    }
+}
+
+/// Tables with a controller, and their keys.
+const LAWS: [(&str, &[Parameter]); 5] = [
+    ("pid", p::PID),
+    ("tid", p::TID),
+    ("crone", p::CRONE),
+    ("lead_lag", p::LEAD_LAG),
+    ("transfer_function", p::TRANSFER_CONTROLLER),
+];
+const CHOICE: &str = "a controller file has one of [pid], [tid], [crone], [lead_lag], [transfer_function], then [loop] and perhaps \
+                      [source]";
 
 impl ControllerFile {
     /// Reads and checks a file.
@@ -40,15 +101,201 @@ impl ControllerFile {
     /// # Errors
     /// If it is wrong: in one line, with file and line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        read::parse(path, text)
+        let document = Parsed::of(path, text)?;
+        let words = ("controller", CHOICE);
+        let laws = LAWS.map(|(name, _)| name);
+        let (name, law, mut beside) = document.one_of(&laws, &["loop", "source"], words)?;
+        let known = LAWS.iter().find(|(law, _)| *law == name);
+        let law = law.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
+        let running = beside.remove("loop").ok_or_else(|| {
+            let key = p::CONTROLLER_SAMPLE_TIME.key;
+            document.fail(format!("missing table [loop]: give it with `{key}`"))
+        })?;
+        let running = running.with_keys(&[("loop", p::CONTROLLER_LOOP)])?;
+        let mut setup = in_loop(read_law(name, &law)?, &running)?;
+        if matches!(name, "pid" | "tid") {
+            setup.set_point.derivative = law.number(&p::DERIVATIVE_SET_POINT_WEIGHT)?;
+        }
+        if name == "pid" {
+            setup.set_point.proportional = law.number(&p::SET_POINT_WEIGHT)?;
+        }
+        let mut origin = ControllerOrigin::default();
+        if let Some(table) = beside.remove("source") {
+            let table = table.with_keys(&[("source", p::CONTROLLER_SOURCE)])?;
+            let text = |parameter| table.text(parameter).map(str::to_owned);
+            origin = ControllerOrigin {
+                plant: text(&p::SOURCE_PLANT)?,
+                wishes: text(&p::SOURCE_WISHES)?,
+                program: text(&p::SOURCE_PROGRAM)?,
+                note: text(&p::SOURCE_NOTE)?,
+            };
+        }
+        setup.check().map_err(|error| law.fail(error.to_string()))?;
+        Ok(Self { setup, origin })
     }
 
     /// The text of a file that reads back to the same.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        write::toml(self)
+        let Self { setup, origin } = self;
+        let running = [
+            (p::MEMORY, setup.memory_s),
+            (p::OUTPUT_LOW, setup.output_low),
+            (p::OUTPUT_HIGH, setup.output_high),
+            (p::FADE_TIME, Some(setup.fade_time_s)),
+        ];
+        let running = running
+            .into_iter()
+            .filter_map(|(parameter, value)| Some((parameter, value?)));
+        let source = source([
+            (p::SOURCE_PLANT, &origin.plant),
+            (p::SOURCE_WISHES, &origin.wishes),
+            (p::SOURCE_PROGRAM, &origin.program),
+            (p::SOURCE_NOTE, &origin.note),
+        ]);
+        format!(
+            "{}\n[loop]\n{}{} = \"{}\"\n{}{source}",
+            law_lines(setup),
+            lines_of([(p::CONTROLLER_SAMPLE_TIME, setup.sample_time_s)]),
+            p::CONTROLLER_SCHEME.key,
+            setup.scheme,
+            lines_of(running)
+        )
     }
 }
 
-#[cfg(test)]
-mod tests;
+/// `[source]` with what is not empty.
+pub(crate) fn source<'a>(texts: impl IntoIterator<Item = (Parameter, &'a String)>) -> String {
+    let texts = texts.into_iter().filter(|(_, text)| !text.is_empty());
+    let lines: String = texts
+        .map(|(parameter, text)| {
+            format!("{} = {}\n", parameter.key, toml::Value::from(text.as_str()))
+        })
+        .collect();
+    match lines.is_empty() {
+        true => lines,
+        false => format!("\n[source]\n{lines}"),
+    }
+}
+
+fn read_law(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileError> {
+    Ok(match name {
+        "pid" => PidParameters {
+            proportional: table.number(&p::PROPORTIONAL_GAIN)?,
+            integral: table.number(&p::INTEGRAL_GAIN)?,
+            integral_order: table.number(&p::INTEGRAL_ORDER)?,
+            derivative: table.number(&p::DERIVATIVE_GAIN)?,
+            derivative_order: table.number(&p::DERIVATIVE_ORDER)?,
+        }
+        .into(),
+        "tid" => TidParameters {
+            tilt: table.required(&p::TILT_GAIN)?,
+            tilt_divisor: table.number(&p::TILT_DIVISOR)?,
+            integral: table.number(&p::TID_INTEGRAL_GAIN)?,
+            derivative: table.number(&p::TID_DERIVATIVE_GAIN)?,
+        }
+        .into(),
+        "crone" => CroneParameters {
+            gain: table.required(&p::SHAPED_GAIN)?,
+            order: table.required(&p::SHAPED_ORDER)?,
+            low_rad_s: table.required(&p::CRONE_LOW)?,
+            high_rad_s: table.required(&p::CRONE_HIGH)?,
+        }
+        .into(),
+        "lead_lag" => LeadLagParameters {
+            gain: table.required(&p::SHAPED_GAIN)?,
+            order: table.required(&p::SHAPED_ORDER)?,
+            lambda_s: table.required(&p::LEAD_LAMBDA)?,
+            x: table.required(&p::LEAD_X)?,
+        }
+        .into(),
+        _ => {
+            let function = table.required_text(&p::FUNCTION)?;
+            let function = function.parse::<FractionalTransferFunction>();
+            function
+                .map_err(|error| table.fail_at(p::FUNCTION.key, error.to_string()))?
+                .into()
+        }
+    })
+}
+
+/// The controller with what `[loop]` says.
+fn in_loop(law: ControllerParameters, table: &Table<'_>) -> Result<ControllerSetup, FileError> {
+    let sample_time = Seconds(table.required(&p::CONTROLLER_SAMPLE_TIME)?);
+    let refused = |reason: String| table.fail_at(p::CONTROLLER_SCHEME.key, reason);
+    let scheme: Scheme = table
+        .text(&p::CONTROLLER_SCHEME)?
+        .parse()
+        .map_err(|error: fracdiff::SchemeError| refused(error.to_string()))?;
+    if rule_of_scheme(scheme).is_none() {
+        let reason = format!("scheme \"{scheme}\" is none of a controller: give full or full-bdf2");
+        return Err(refused(reason));
+    }
+    let setup = ControllerSetup {
+        set_point: SetPoint::DEFAULT,
+        output_low: table.number_if(&p::OUTPUT_LOW)?,
+        output_high: table.number_if(&p::OUTPUT_HIGH)?,
+        fade_time_s: table.number(&p::FADE_TIME)?,
+        scheme,
+        memory_s: table.number_if(&p::MEMORY)?,
+        ..ControllerSetup::new(law, sample_time)
+    };
+    setup.actuator().map_err(|error| {
+        table.fail_at(
+            p::OUTPUT_LOW.key,
+            format!("{error}: change `output_low` or `output_high`"),
+        )
+    })?;
+    Ok(setup)
+}
+
+/// The table of the controller, its name first.
+fn law_lines(setup: &ControllerSetup) -> String {
+    let weights = setup.set_point;
+    let (name, numbers): (&str, Vec<(Parameter, f64)>) = match &setup.law {
+        ControllerParameters::Pid(own) => (
+            "pid",
+            vec![
+                (p::PROPORTIONAL_GAIN, own.proportional),
+                (p::INTEGRAL_GAIN, own.integral),
+                (p::INTEGRAL_ORDER, own.integral_order),
+                (p::DERIVATIVE_GAIN, own.derivative),
+                (p::DERIVATIVE_ORDER, own.derivative_order),
+                (p::SET_POINT_WEIGHT, weights.proportional),
+                (p::DERIVATIVE_SET_POINT_WEIGHT, weights.derivative),
+            ],
+        ),
+        ControllerParameters::Tid(own) => (
+            "tid",
+            vec![
+                (p::TILT_GAIN, own.tilt),
+                (p::TILT_DIVISOR, own.tilt_divisor),
+                (p::TID_INTEGRAL_GAIN, own.integral),
+                (p::TID_DERIVATIVE_GAIN, own.derivative),
+                (p::DERIVATIVE_SET_POINT_WEIGHT, weights.derivative),
+            ],
+        ),
+        ControllerParameters::Crone(own) => (
+            "crone",
+            vec![
+                (p::SHAPED_GAIN, own.gain),
+                (p::SHAPED_ORDER, own.order),
+                (p::CRONE_LOW, own.low_rad_s),
+                (p::CRONE_HIGH, own.high_rad_s),
+            ],
+        ),
+        ControllerParameters::LeadLag(own) => (
+            "lead_lag",
+            vec![
+                (p::SHAPED_GAIN, own.gain),
+                (p::SHAPED_ORDER, own.order),
+                (p::LEAD_LAMBDA, own.lambda_s),
+                (p::LEAD_X, own.x),
+            ],
+        ),
+        other => {
+            return format!("[transfer_function]\n{} = \"{other}\"\n", p::FUNCTION.key);
+        }
+    };
+    format!("[{name}]\n{}", lines_of(numbers))
+}

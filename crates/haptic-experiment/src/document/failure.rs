@@ -64,6 +64,11 @@ impl Failure {
         }
     }
 
+    /// A run that somebody stopped.
+    pub(crate) fn interrupted() -> Self {
+        Self::Run(anyhow::anyhow!("interrupted"))
+    }
+
     /// The exit code.
     #[must_use]
     pub fn exit_code(&self) -> u8 {

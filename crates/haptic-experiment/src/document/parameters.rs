@@ -6,19 +6,15 @@
 
 mod common;
 mod controller;
-mod device;
 pub(crate) mod kind;
 pub mod range;
 mod safety;
-mod simulated;
 
 pub use common::*;
 pub use controller::*;
-pub use device::*;
 pub use kind::{Parameter, Value};
 pub use range::Range;
 pub use safety::*;
-pub use simulated::*;
 
 use haptic_quantity::Key;
 use std::path::Path;

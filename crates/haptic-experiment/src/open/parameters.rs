@@ -9,12 +9,17 @@ pub use crate::experiment::touch::keys::*;
 pub use crate::experiment::trial::keys::*;
 pub use crate::experiment::wall::keys::*;
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
-pub use crate::question::analysis;
-pub use crate::question::design::keys::*;
-pub use crate::question::keys::*;
-pub use crate::question::measurement::keys::*;
-pub use crate::question::zwidth::keys::*;
-pub use crate::question::{MEASUREMENT, QUESTIONS};
+pub use crate::question::bench::BENCH;
+pub use crate::question::design::{
+    DESIGN, DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
+    WISH_TISSUE,
+};
+pub use crate::question::measurement::{
+    HELD, MEASURE, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
+    MEASURE_SAMPLE_TIME, MEASUREMENT,
+};
+pub use crate::question::zwidth::{ZWIDTH, ZWIDTH_ORDERS, ZWIDTH_POINTS};
+pub use crate::question::{QUESTIONS, analysis};
 
 use crate::experiment::teleoperation::{ArchitectureName, PlaceName};
 use crate::experiment::touch::{GripName, ShapeName};

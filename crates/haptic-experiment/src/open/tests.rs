@@ -98,7 +98,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (
         "[wall]\n",
         "[relax]\n[wall]\n",
-        "lab/wall.toml:2: a second table [wall]: an experiment file has one of",
+        "lab/wall.toml:2: a second experiment [wall]: an experiment file has one of",
     ),
     (
         "[wall]\n",

@@ -26,18 +26,375 @@
 
 mod answer;
 mod bench;
-mod candidate;
-mod comparison;
 pub mod coupler;
-pub(crate) mod keys;
-mod names;
-mod noise;
-mod passive;
-mod question;
 pub(crate) mod reading;
-mod stable;
-mod trial;
 
-pub use candidate::{Candidate, DesignReport, RealisticTrial, TissueVerdict};
-pub(crate) use names::{RequireName, WishName};
-pub use question::{Design, Device, Requirement, Wish};
+use crate::document::advice::{check, parameter};
+use crate::document::failure::Failure;
+use crate::document::named::Named;
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::Range;
+use crate::document::parameters::{AREA, ENCODER_RESOLUTION, LIBRARY, SCHEME, THICKNESS, range};
+use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
+use crate::judge::modelled_tissue::ModelledTissue;
+pub use crate::question::bench::Device;
+use crate::question::bench::{AskedDevice, check_orders};
+use crate::{Imperfections, Settling, dynamics};
+use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme};
+use haptic_loop::Specimen;
+use haptic_loop::plant::MassDamper;
+use haptic_tissue::Model;
+use serde::Serialize;
+
+parameters! {
+    /// Aim of a design.
+    WISH = text("wish", "stiffest-wall", "What to optimise");
+    /// Tissue of a design.
+    WISH_TISSUE = text("tissue", "", "Tissue of that wish: a name from `host-cli materials list`, or a TOML file");
+    /// Frequency of a design, Hz.
+    WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
+        "Frequency for most-damping, and to compare the orders of a tissue or coupler [default there: 1 Hz]");
+    /// What a wall must be.
+    REQUIRE = text("require", "stable", "Condition that the wall must meet");
+    /// Gain margin of a design.
+    GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
+        "Factor by which a stable wall could grow before it is unstable");
+    /// Orders of a design.
+    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2");
+    /// Limit on the noise of the force, N.
+    FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
+        "Largest rms force noise from encoder steps and sensor noise [default: any]");
+}
+
+/// Unit of B.
+const DISSIPATION_UNIT: &str = "N·s^μ/m";
+
+/// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
+pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
+
+/// Of `[design]`, beside the device of a question.
+pub const DESIGN: &[Parameter] = &[
+    WISH,
+    WISH_TISSUE,
+    LIBRARY,
+    AREA,
+    THICKNESS,
+    WISH_FREQUENCY,
+    REQUIRE,
+    GAIN_MARGIN,
+    DESIGN_ORDERS,
+    SCHEME,
+    FORCE_NOISE_LIMIT,
+];
+
+/// What is wanted most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WishName {
+    StiffestWall,
+    MostDamping,
+    Tissue,
+    Coupler,
+}
+
+impl Named for WishName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::StiffestWall, "stiffest-wall", "The largest stiffness"),
+        (
+            Self::MostDamping,
+            "most-damping",
+            "The largest effective damping at a frequency",
+        ),
+        (
+            Self::Tissue,
+            "tissue",
+            "A specimen of a tissue: does it fit, and how large may it be",
+        ),
+        (
+            Self::Coupler,
+            "coupler",
+            "The virtual coupler that feels stiffest at a frequency",
+        ),
+    ];
+}
+
+/// What a wall or coupler must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RequireName {
+    Stable,
+    Passive,
+}
+
+impl Named for RequireName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Stable,
+            "stable",
+            "Stable with a gain margin; a coupler passes Llewellyn's criterion too",
+        ),
+        (
+            Self::Passive,
+            "passive",
+            "Passive, for the operator that really runs",
+        ),
+    ];
+}
+
+/// Aim of a design.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
+pub enum Wish {
+    /// The largest K.
+    StiffestWall,
+    /// The largest effective damping of the wall at a frequency.
+    MostDamping {
+        /// Hz.
+        frequency_hz: f64,
+    },
+    /// A specimen of a tissue.
+    Tissue {
+        /// The tissue.
+        material: ModelledTissue,
+        /// The piece of it.
+        specimen: Specimen,
+        /// Frequency at which other orders are made equal to it, Hz.
+        frequency_hz: f64,
+    },
+}
+
+/// A question of a designer.
+///
+/// ```
+/// use fracdiff::{Order, Seconds};
+/// use haptic_experiment::question::design::{Design, Device, Wish};
+/// use haptic_experiment::{Imperfections, dissertation_device};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let design = Design {
+///     device: Device {
+///         plant: dissertation_device(Seconds(2e-3)),
+///         sensors: Imperfections::NONE.sensors,
+///         force_limit_n: 100.0,
+///     },
+///     scheme: "muir:3".parse()?,
+///     orders: vec![Order::new(1.0)?],
+///     gain_margin: None,
+///     wish: Wish::StiffestWall,
+///     force_noise_limit_n: None,
+/// };
+/// let report = design.answer(&AtomicBool::new(false), &|_| {})?;
+/// // Theorem 1 without delay: K up to 2b/T.
+/// let stiffness = report.best.and_then(|best| best.stiffness).expect("a wall");
+/// assert!((stiffness / 3500.0 - 1.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Design {
+    /// On which device.
+    pub device: Device,
+    /// With which operator.
+    pub scheme: Scheme,
+    /// Orders to try.
+    pub orders: Vec<Order>,
+    /// Stable, also when it is stiffer and more dissipative by this factor; `None` for passive by Theorem 1, for the operator really used.
+    pub gain_margin: Option<f64>,
+    /// The aim.
+    pub wish: Wish,
+    /// Largest noise of the force that encoder and sensor noise may make, rms N; `None` for any.
+    pub force_noise_limit_n: Option<f64>,
+}
+
+impl Device {
+    fn imperfections(&self) -> Imperfections {
+        Imperfections {
+            friction_n: self.plant.friction.0,
+            delay_s: self.plant.delay.0,
+            current_lag_s: self.plant.lag.0,
+            sensors: self.sensors,
+        }
+    }
+}
+
+impl Design {
+    /// The tissue's own order, then those of the grid.
+    #[must_use]
+    pub fn orders_to_try(&self) -> Vec<Order> {
+        let mut orders = self.orders.clone();
+        if let Wish::Tissue { material, .. } = &self.wish {
+            let own = material.order();
+            orders.retain(|order| *order != own);
+            orders.insert(0, own);
+        }
+        orders
+    }
+
+    /// The model whose memory is the operator of this order; `None` for D^μ.
+    fn model(&self, order: Order) -> Option<&Model> {
+        match &self.wish {
+            Wish::Tissue { material, .. } if material.order() == order => material.composed(),
+            _ => None,
+        }
+    }
+
+    fn check(&self) -> Result<(), Failure> {
+        let Device {
+            plant,
+            sensors,
+            force_limit_n,
+        } = &self.device;
+        (dynamics(plant).plant(plant.sample_time.0)).map_err(Failure::input)?;
+        // The device on which the best is tried.
+        MassDamper::<1>::new(*plant).map_err(parameter)?;
+        if self.scheme == Scheme::Exact {
+            return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
+        }
+        check_orders(&self.orders, &DESIGN_ORDERS)?;
+        check(&TRIAL_FORCE_LIMIT, *force_limit_n)?;
+        if let Some(gain_margin) = self.gain_margin {
+            check(&GAIN_MARGIN, gain_margin)?;
+        }
+        if let Some(limit) = self.force_noise_limit_n {
+            check(&FORCE_NOISE_LIMIT, limit)?;
+            if sensors.are_ideal() {
+                return Err(Failure::bad_input(format_args!(
+                    "limit {} N of the force noise needs an encoder or sensor noise that makes some: give {ENCODER_RESOLUTION}",
+                    Shown(limit)
+                )));
+            }
+        }
+        let highest = 0.5 / plant.sample_time.0;
+        match self.wish.frequency_hz() {
+            Some(f) if !(f > 0.0 && f <= highest) => Err(Failure::bad_input(format_args!(
+                "frequency {} Hz is not in (0, {}] Hz, up to half the sample rate: give {WISH_FREQUENCY}",
+                Shown(f),
+                Shown(highest)
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Wish {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::StiffestWall => "stiffest-wall",
+            Self::MostDamping { .. } => "most-damping",
+            Self::Tissue { .. } => "tissue",
+        }
+    }
+
+    fn frequency_hz(&self) -> Option<f64> {
+        match self {
+            Self::StiffestWall => None,
+            Self::MostDamping { frequency_hz } | Self::Tissue { frequency_hz, .. } => {
+                Some(*frequency_hz)
+            }
+        }
+    }
+}
+
+/// The best wall of one order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Candidate {
+    /// μ.
+    pub order: f64,
+    /// K, N/m; null if there is no wall.
+    pub stiffness: Option<f64>,
+    /// B, N·s^μ/m.
+    pub dissipation: Option<f64>,
+    /// Factor by which the wall as a whole may grow until it is unstable (below 1: must shrink).
+    pub margin: Option<f64>,
+    /// K·T²/m.
+    pub alpha: Option<f64>,
+    /// B·T^(2−μ)/m.
+    pub beta: Option<f64>,
+    /// True if it is passive by Theorem 1.
+    pub passive: Option<bool>,
+    /// The damping of the device that this takes, N·s/m.
+    pub required_damping_n_s_per_m: Option<f64>,
+    /// Im H/ω at the wish's frequency, N·s/m.
+    pub effective_damping_n_s_per_m: Option<f64>,
+    /// Noise of the force that encoder steps and sensor noise make through B, rms N; null for ideal sensors.
+    pub force_noise_rms_n: Option<f64>,
+    /// For a tissue: factor by which the specimen may grow under the requirement; below 1 it is too
+    /// large.
+    pub largest_scale: Option<f64>,
+    /// Why it will not do.
+    pub reason: Option<String>,
+}
+
+/// The best candidate on a realistic device. Keys of the report.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RealisticTrial {
+    /// Imperfections of the device.
+    #[serde(flatten)]
+    pub imperfections: Imperfections,
+    /// True if the analysis, which knows delay and current lag, calls it stable.
+    pub analysis_stable: bool,
+    /// Factor by which the wall may grow until it is unstable (below 1: must shrink); null if no factor does.
+    pub margin: Option<f64>,
+    /// Noise of the force that the encoder makes, rms N.
+    pub force_noise_rms_n: f64,
+    /// Result of the trial.
+    pub simulated: Settling,
+}
+
+/// Verdict on a tissue that is to be rendered as it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TissueVerdict {
+    /// Its name.
+    pub name: String,
+    /// Its order.
+    pub order: f64,
+    /// True if the specimen meets the requirement.
+    pub fits: bool,
+    /// Factor by which it may grow.
+    pub largest_scale: Option<f64>,
+}
+
+/// The answer. The keys are a contract of the command line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DesignReport {
+    /// Mass, damping, hand and sample time of the device.
+    #[serde(flatten)]
+    pub asked: AskedDevice,
+    /// Imperfections of the device, as far as they were given.
+    pub imperfections: Imperfections,
+    /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
+    pub ideal_device_assumed: bool,
+    /// The wish.
+    pub wish: &'static str,
+    /// Under which requirement.
+    pub require: &'static str,
+    /// Of the requirement.
+    pub gain_margin: Option<f64>,
+    /// Of the wish.
+    pub frequency_hz: Option<f64>,
+    /// Operator.
+    pub scheme: String,
+    /// Limit on the noise of the force, rms N; null for none.
+    pub force_noise_limit_n: Option<f64>,
+    /// Of the `stiffness` of candidates.
+    pub stiffness_unit: &'static str,
+    /// Of their `dissipation`.
+    pub dissipation_unit: &'static str,
+    /// One for each order.
+    pub candidates: Vec<Candidate>,
+    /// The one that meets the wish best; null if none does.
+    pub best: Option<Candidate>,
+    /// For a tissue.
+    pub tissue: Option<TissueVerdict>,
+    /// The best one tried on the simulated device.
+    pub simulated: Option<Settling>,
+    /// If an ideal device was assumed: the best one tried on a realistic one.
+    pub realistic: Option<RealisticTrial>,
+    /// Notes for the designer, a sentence each.
+    pub notes: Vec<String>,
+    /// The text of the experiment file that does this.
+    #[serde(skip)]
+    pub experiment_text: Option<String>,
+    /// The experiment file, if one was written.
+    pub experiment: Option<String>,
+    /// Table and picture, if they were written.
+    pub files: Vec<String>,
+}

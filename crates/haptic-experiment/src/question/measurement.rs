@@ -13,25 +13,287 @@
 //! Least squares over short pieces of the motion, each with a state of its own at its start, so that what no model knows does not add up; from
 //! several lags, as there are several minima. Where the residual goes on from sample to sample, friction is stepped more finely than samples.
 
-mod conduct;
+mod drive;
 mod estimate;
-mod excitation;
-mod first_guess;
 mod fit;
-mod intervals;
-pub(crate) mod keys;
-mod measured;
-mod plan;
-pub(crate) mod reading;
-mod record;
-mod replay;
-mod sensor;
-mod serial;
 
-pub use conduct::{DriveError, Driven, Outcome, drive, on_simulated};
-pub use estimate::{MeasureError, estimate};
-pub use measured::{Estimate, Measured};
-pub use plan::MeasurePlan;
-pub use reading::Measurement;
-pub use record::MotionRecord;
-pub use serial::{SerialMotion, on_serial};
+use crate::document::Document;
+use crate::document::advice::check;
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::Range;
+use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
+use crate::experiment::reading::{remote_by, without};
+use crate::experiment::trial::reading::{device, with_devices};
+use crate::question::bench::SIMULATED;
+use crate::run::remote::RemoteDevice;
+use crate::run::sensors::Sensors;
+pub use drive::{Driven, Outcome, SerialMotion, drive, on_serial, on_simulated};
+pub use estimate::{Estimate, MeasureError, Measured, estimate};
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::{Limits, Stuck, Workspace};
+
+parameters! {
+    /// Sample time of a measurement, s.
+    MEASURE_SAMPLE_TIME = number("sample_time_s", SAMPLE_TIME.default_number(), SAMPLE_TIME.shown, Range::Within(1e-4, 1e-2), "Sample time");
+    /// Force limit of a device that is measured, N.
+    MEASURE_FORCE_LIMIT = number("force_limit_n", 10.0, "10N", Range::Within(1e-3, 1e3),
+        "Largest force of the device; the measurement uses at most a fifth");
+    /// Box of a measurement, m.
+    MEASURE_BOX = number("box_m", 5e-3, "5mm", Range::Within(1e-4, 1.0),
+        "Largest distance from the start; beyond it the force falls to zero");
+    /// Length of the multi-sine, s.
+    MEASURE_DURATION = number("duration_s", 8.0, "8s", Range::Within(1.0, 600.0), "Length of the multi-sine");
+    /// A hand at the device.
+    HELD = flag("held", "A hand holds the device as still as it can: its stiffness is found too");
+    /// The device that is measured.
+    MEASURE_DEVICE = text("device", "serial:auto", DEVICE.help);
+}
+
+/// Of a measurement.
+pub const MEASURE: &[Parameter] = &[
+    MEASURE_SAMPLE_TIME,
+    MEASURE_FORCE_LIMIT,
+    MEASURE_BOX,
+    MEASURE_DURATION,
+    HELD,
+];
+
+/// The question that lets a device move.
+pub const MEASUREMENT: &str = "measure";
+
+/// Its tables.
+pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
+    (MEASUREMENT, MEASURE),
+    ("simulated", SIMULATED),
+    ("device", &[MEASURE_DEVICE, WATCHDOG, MAX_AGE_TICKS]),
+];
+
+/// Settings of a measurement.
+///
+/// ```
+/// use haptic_experiment::question::measurement::MeasurePlan;
+///
+/// let plan = MeasurePlan { force_limit_n: 3.3, ..MeasurePlan::default() };
+/// plan.check()?;
+/// assert!((plan.force_n() - 0.66).abs() < 1e-12); // no more than that, ever
+/// # Ok::<(), haptic_experiment::Failure>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasurePlan {
+    /// T.
+    pub sample_time_s: f64,
+    /// Largest force that the device may make, N. The measurement stays within [`SHARE`](Self::SHARE) of it.
+    pub force_limit_n: f64,
+    /// The device stays within this distance of where it is at the start, m.
+    pub box_m: f64,
+    /// Length of the multi-sine, s.
+    pub duration_s: f64,
+    /// True if a hand holds the device: its stiffness is looked for too.
+    pub hand: bool,
+}
+
+impl Default for MeasurePlan {
+    fn default() -> Self {
+        Self {
+            sample_time_s: MEASURE_SAMPLE_TIME.default_number(),
+            force_limit_n: MEASURE_FORCE_LIMIT.default_number(),
+            box_m: MEASURE_BOX.default_number(),
+            duration_s: MEASURE_DURATION.default_number(),
+            hand: false,
+        }
+    }
+}
+
+impl MeasurePlan {
+    /// Share of the force limit that is used at most.
+    pub const SHARE: f64 = 0.2;
+    /// Time without force at the beginning, s.
+    const REST_S: f64 = 0.5;
+    /// Time in which a ramp reaches the largest force, s.
+    const RAMP_S: f64 = 1.5;
+    /// Share of [`near_m`](Self::near_m) by which a device moves when it is said to move, and of the box in which it may rest.
+    const MOVES: f64 = 0.02;
+
+    /// Largest force of the measurement, N.
+    #[must_use]
+    pub fn force_n(&self) -> f64 {
+        Self::SHARE * self.force_limit_n
+    }
+
+    /// The length to which motions are compared, m: the box, but not more than the usual one. A wider box gives room, it asks for no more motion.
+    fn near_m(&self) -> f64 {
+        f64::min(self.box_m, MEASURE_BOX.default_number())
+    }
+
+    /// Refuses what is outside its range.
+    ///
+    /// # Errors
+    /// The parameter, its value and its range.
+    pub fn check(&self) -> Result<(), Failure> {
+        check(&MEASURE_SAMPLE_TIME, self.sample_time_s)?;
+        check(&MEASURE_FORCE_LIMIT, self.force_limit_n)?;
+        check(&MEASURE_BOX, self.box_m)?;
+        check(&MEASURE_DURATION, self.duration_s)
+    }
+
+    /// Limits of the safety chain of a device that is at `start_m`.
+    #[must_use]
+    pub fn limits(&self, start_m: f64) -> Limits {
+        let force = self.force_n();
+        let default = Limits::default();
+        // As steep as the fastest line of the multi-sine, so that its highest frequencies get through.
+        let rate = f64::max(default.rate.0, 1000.0 * force);
+        Limits {
+            force: Newtons(force),
+            norm: None,
+            rate: NewtonsPerSecond(rate),
+            brake_force: Newtons(f64::min(default.brake_force.0, force)),
+            stuck: default.stuck.map(|stuck| Stuck {
+                force: Newtons(force),
+                ..stuck
+            }),
+            workspace: Some(Workspace {
+                low: Metres(start_m - self.box_m),
+                high: Metres(start_m + self.box_m),
+                soft: Metres(0.1 * self.box_m),
+            }),
+            rise_time: None,
+            ..default
+        }
+    }
+
+    /// Ticks of a time.
+    fn ticks(&self, time_s: f64) -> u64 {
+        (time_s / self.sample_time_s).round() as u64
+    }
+
+    /// Most ticks that a measurement takes, its ramps and the way to zero included.
+    #[must_use]
+    pub fn ticks_at_most(&self) -> u64 {
+        self.ticks(Self::REST_S + 2.0 * Self::RAMP_S + 2.0 + self.duration_s)
+    }
+}
+
+/// A measurement of a device, all of its parameters checked.
+#[derive(Clone, Debug)]
+pub struct Measurement {
+    /// How it moves.
+    pub plan: MeasurePlan,
+    /// The device at a port; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
+    /// The simulated one.
+    pub device: MassDamperConfig,
+    /// Its sensors.
+    pub sensors: Sensors,
+}
+
+impl Measurement {
+    /// Reads and checks a document.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with its place.
+    pub fn open(document: &Document) -> Result<Self, FileError> {
+        let document = document.parse()?;
+        let (_, table, _) =
+            document.one_of(&[MEASUREMENT], &[], ("measurement", "give [measure]"))?;
+        let table = with_devices(table.with_keys(&TABLES)?)?;
+        let remote = remote_by(&table, &MEASURE_DEVICE)?;
+        if remote.is_some() {
+            let why = format!(
+                "on a real device, which is measured: give {}",
+                DEVICE.set_to("sim")
+            );
+            without(&table, SIMULATED, &why)?;
+        }
+        let plan = MeasurePlan {
+            sample_time_s: table.number(&MEASURE_SAMPLE_TIME)?,
+            force_limit_n: table.number(&MEASURE_FORCE_LIMIT)?,
+            box_m: table.number(&MEASURE_BOX)?,
+            duration_s: table.number(&MEASURE_DURATION)?,
+            hand: table.flag(&HELD)?,
+        };
+        let (device, sensors) = device(&table, plan.sample_time_s)?;
+        Ok(Self {
+            plan,
+            remote,
+            device,
+            sensors,
+        })
+    }
+}
+
+/// Force applied and position read, tick by tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionRecord {
+    /// T.
+    pub sample_time_s: f64,
+    /// Position at the start of each tick, m; not a number where the sample was lost.
+    pub position_m: Vec<f64>,
+    /// Force that the device applied from each tick on, N.
+    pub force_n: Vec<f64>,
+    /// Ticks at the beginning without any force.
+    pub rest: usize,
+    /// First tick of the multi-sine.
+    pub driven_from: usize,
+    /// Forces at which the device began to move, upwards and downwards, N.
+    pub breakaway_n: Option<(f64, f64)>,
+}
+
+impl MotionRecord {
+    /// A record of so many ticks to come.
+    #[must_use]
+    fn with_capacity(sample_time_s: f64, ticks: usize) -> Self {
+        Self {
+            sample_time_s,
+            position_m: Vec::with_capacity(ticks),
+            force_n: Vec::with_capacity(ticks),
+            rest: 0,
+            driven_from: 0,
+            breakaway_n: None,
+        }
+    }
+
+    /// Ticks.
+    #[must_use]
+    pub(crate) fn len(&self) -> usize {
+        self.position_m.len().min(self.force_n.len())
+    }
+
+    /// Samples that were lost.
+    #[must_use]
+    pub fn lost(&self) -> usize {
+        self.position_m.iter().filter(|x| !x.is_finite()).count()
+    }
+
+    /// Appends a tick; for those that are missing before it the force goes on.
+    fn push(&mut self, missing: u64, position_m: f64, force_n: f64) {
+        let last = self.force_n.last().copied().unwrap_or_default();
+        for _ in 0..missing {
+            self.position_m.push(f64::NAN);
+            self.force_n.push(last);
+        }
+        self.position_m.push(position_m);
+        self.force_n.push(force_n);
+    }
+
+    /// Largest force, N.
+    #[must_use]
+    pub fn largest_force_n(&self) -> f64 {
+        self.force_n
+            .iter()
+            .fold(0.0, |most, f| f64::max(most, f.abs()))
+    }
+
+    /// Lowest and highest position about the first, m.
+    #[must_use]
+    pub fn reach_m(&self) -> (f64, f64) {
+        let present = || self.position_m.iter().copied().filter(|x| x.is_finite());
+        let start = present().next().unwrap_or_default();
+        present().fold((0.0, 0.0), |(low, high), x| {
+            (f64::min(low, x - start), f64::max(high, x - start))
+        })
+    }
+}

@@ -12,15 +12,280 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-pub(crate) mod keys;
-pub(crate) mod reading;
-mod report;
-mod running;
 mod search;
-mod specification;
-mod theory;
 mod trials;
 mod upward;
 
-pub use report::{BoundaryPoint, BoundaryRow, OrderBoundary, ZWidthReport};
-pub use specification::{ZWidth, dissertation_device};
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::WALL_ORDERS;
+use crate::document::parameters::{DAMPING, DEVICE, LESS_THAN_IDEAL, MASS, SCHEME, TRIAL_DURATION};
+use crate::document::reader::Table;
+use crate::experiment::reading::{remote, samples_fit, without};
+use crate::experiment::trial::keys::{IMPACT, PUSH, WINDOW};
+use crate::experiment::trial::reading::plan;
+use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan};
+use crate::experiment::wall::keys::ONE_SIDED;
+use crate::judge::settling::Criterion;
+use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
+use crate::run::remote::RemoteDevice;
+use crate::run::sensors::{Imperfections, Sensors};
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+use serde::{Serialize, Serializer};
+use std::ops::RangeInclusive;
+
+parameters! {
+    /// Orders of a Z-width.
+    ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", WALL_ORDERS, "Orders of the dissipation, 0 to 2");
+    /// Dissipations of a Z-width.
+    ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
+}
+
+/// Of `[zwidth]`, beside the device of a question.
+pub const ZWIDTH: &[Parameter] = &[
+    ZWIDTH_ORDERS,
+    ZWIDTH_POINTS,
+    SCHEME,
+    ONE_SIDED,
+    PUSH,
+    IMPACT,
+    TRIAL_DURATION,
+    WINDOW,
+];
+
+/// Numbers of dissipations an order.
+const POINTS: RangeInclusive<usize> = 2..=1000;
+
+/// A Z-width experiment.
+///
+/// ```
+/// use fracdiff::{Order, Seconds};
+/// use haptic_experiment::{Imperfections, TrialPlan, ZWidth, dissertation_device};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let zwidth = ZWidth {
+///     device: dissertation_device(Seconds(2e-3)),
+///     sensors: Imperfections::NONE.sensors,
+///     one_sided: false,
+///     scheme: "muir:3".parse()?,
+///     orders: vec![Order::new(1.0)?],
+///     points: 2,
+///     plan: TrialPlan::DEFAULT,
+///     remote: None,
+/// };
+/// let report = zwidth.run(&|_| {}, &AtomicBool::new(false), &|_| {})?;
+/// let softest = &report.orders[0].boundary[0];
+/// println!("up to {} N/m without dissipation", softest.stiffness_max);
+/// assert!(softest.stiffness_max > 1000.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ZWidth {
+    /// The device, with whatever makes it less than ideal.
+    pub device: MassDamperConfig,
+    /// Its sensors.
+    pub sensors: Sensors,
+    /// A wall that pushes but never pulls, instead of the linear one that the theory assumes.
+    pub one_sided: bool,
+    /// Operator of the wall.
+    pub scheme: Scheme,
+    /// Orders to try.
+    pub orders: Vec<Order>,
+    /// Dissipations to try for each order, from 0 to the largest stable one.
+    pub points: usize,
+    /// Plan of the trial of each wall; on a serial device the force limit is at most what that can do.
+    pub plan: TrialPlan,
+    /// The serial device; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
+}
+
+impl ZWidth {
+    /// As it is really tried: a serial device cannot be thrown.
+    fn plan(&self) -> TrialPlan {
+        match self.remote {
+            Some(_) => self.plan.starting_at_rest(),
+            None => self.plan,
+        }
+    }
+
+    /// Cells of the experiment, for a progress bar.
+    #[must_use]
+    pub fn cells(&self) -> u64 {
+        (self.orders.len() * self.points) as u64
+    }
+
+    /// Reads and checks `[zwidth]`.
+    pub(crate) fn of(table: &Table<'_>) -> Result<Self, FileError> {
+        let remote = remote(table)?;
+        let mut bench = bench(table)?;
+        if remote.is_some() {
+            // It has its own, whatever its file says of them.
+            let own = LESS_THAN_IDEAL.iter().chain([&IMPACT]);
+            let why = format!(
+                "on a real device, which has its own and cannot be thrown: give {}",
+                DEVICE.set_to("sim")
+            );
+            without(table, own, &why)?;
+            bench.plant = Imperfections::NONE.on(bench.plant);
+            bench.sensors = Imperfections::NONE.sensors;
+        }
+        let duration_s = table.number(&TRIAL_DURATION)?;
+        let sample_time_s = bench.plant.sample_time.0;
+        samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
+        let zwidth = Self {
+            device: bench.plant,
+            sensors: bench.sensors,
+            one_sided: table.flag(&ONE_SIDED)?,
+            scheme: scheme(table)?,
+            orders: orders(table, &ZWIDTH_ORDERS)?,
+            points: usize::try_from(table.count(&ZWIDTH_POINTS)?).unwrap_or(usize::MAX),
+            plan: plan(table, duration_s)?,
+            remote,
+        };
+        zwidth
+            .check()
+            .map_err(|error| table.fail(error.to_string()))?;
+        Ok(zwidth)
+    }
+
+    fn check(&self) -> Result<(), Failure> {
+        if !POINTS.contains(&self.points) {
+            return Err(Failure::bad_input(format_args!(
+                "number of points {} is not in [{}, {}]: give as many dissipations an order with {ZWIDTH_POINTS}",
+                self.points,
+                POINTS.start(),
+                POINTS.end()
+            )));
+        }
+        check_orders(&self.orders, &ZWIDTH_ORDERS)?;
+        self.plan().samples(self.device.sample_time).map(|_| ())
+    }
+}
+
+/// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
+#[must_use]
+pub fn dissertation_device(sample_time: Seconds) -> MassDamperConfig {
+    let mass = Kilograms(MASS.default_number());
+    let damping = NewtonSecondsPerMetre(DAMPING.default_number());
+    MassDamperConfig::ideal(mass, damping, sample_time)
+}
+
+/// The result. The keys are a contract of the command line.
+#[derive(Debug, Serialize)]
+pub struct ZWidthReport {
+    /// Device.
+    pub device: String,
+    /// Its mass, damping, hand and sample time.
+    #[serde(flatten)]
+    pub asked: AskedDevice,
+    /// δ = bT/m of the device.
+    pub delta: f64,
+    /// Operator.
+    pub scheme: String,
+    /// By which rule walls were judged.
+    pub criterion: Criterion,
+    /// Speed at which the device hit them, m/s.
+    pub impact_m_per_s: f64,
+    /// Constant push, N.
+    pub push_n: f64,
+    /// Largest α that was looked at: a point this high is a bound of the search, not of the device.
+    pub alpha_searched: f64,
+    /// One entry an order.
+    pub orders: Vec<OrderBoundary>,
+    /// Runs made.
+    pub runs: u64,
+    /// Points where trial and analysis disagree by more than 5 % of the wall.
+    pub disagreements: usize,
+    /// Why the search ended early; null if it did not. The points that are there are whole.
+    #[serde(serialize_with = "in_words")]
+    pub ended_early: Option<Failure>,
+}
+
+fn in_words<S: Serializer>(failure: &Option<Failure>, to: S) -> Result<S::Ok, S::Error> {
+    failure.as_ref().map(ToString::to_string).serialize(to)
+}
+
+/// The boundary of one order.
+#[derive(Clone, Debug, Serialize)]
+pub struct OrderBoundary {
+    /// μ.
+    pub order: f64,
+    /// Unit of the dissipation.
+    pub dissipation_unit: &'static str,
+    /// Unit of the stiffness.
+    pub stiffness_max_unit: &'static str,
+    /// The largest stable stiffness for each dissipation; dissipations without one are left out.
+    pub boundary: Vec<BoundaryPoint>,
+    /// Outline of the stable region by the analysis, as (β, α); empty if it has none.
+    #[serde(skip)]
+    pub outline: Vec<(f64, f64)>,
+    /// N/m of α = 1 and N·s^μ/m of β = 1.
+    #[serde(skip)]
+    pub units: (f64, f64),
+}
+
+/// One point of a boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundaryPoint {
+    /// B, N·s^μ/m.
+    pub dissipation: f64,
+    /// Largest stable K, N/m.
+    pub stiffness_max: f64,
+    /// K·T²/m.
+    pub alpha: f64,
+    /// B·T^(2−μ)/m.
+    pub beta: f64,
+    /// The largest stable K for this B by the analysis, N/m; null if it knows none.
+    pub analysis_stiffness_n_per_m: Option<f64>,
+    /// True if the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and unstable
+    /// made 5 % stronger; null if the search ended before, or the analysis does not know such a device.
+    pub analysis_agrees: Option<bool>,
+    /// The K up to which friction alone holds the device still, N/m; null without friction, and if it holds
+    /// nothing beyond `stiffness_max`.
+    pub held_by_friction_up_to_n_per_m: Option<f64>,
+}
+
+/// A row of the table of all points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundaryRow {
+    /// μ.
+    pub order: f64,
+    /// B.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// Largest stable K.
+    pub stiffness_max_n_per_m: f64,
+    /// K·T²/m.
+    pub alpha: f64,
+    /// B·T^(2−μ)/m.
+    pub beta: f64,
+    /// By the analysis.
+    pub analysis_stiffness_n_per_m: Option<f64>,
+    /// By friction alone.
+    pub held_by_friction_up_to_n_per_m: Option<f64>,
+}
+
+impl ZWidthReport {
+    /// All points as rows of a table.
+    pub fn rows(&self) -> impl Iterator<Item = BoundaryRow> {
+        self.orders.iter().flat_map(|order| {
+            order.boundary.iter().map(|point| BoundaryRow {
+                order: order.order,
+                dissipation_n_s_mu_per_m: point.dissipation,
+                stiffness_max_n_per_m: point.stiffness_max,
+                alpha: point.alpha,
+                beta: point.beta,
+                analysis_stiffness_n_per_m: point.analysis_stiffness_n_per_m,
+                held_by_friction_up_to_n_per_m: point.held_by_friction_up_to_n_per_m,
+            })
+        })
+    }
+
+    /// True if there is a point to draw.
+    #[must_use]
+    pub fn has_points(&self) -> bool {
+        self.orders.iter().any(|order| !order.boundary.is_empty())
+    }
+}

@@ -9,19 +9,38 @@
 //! `[intervals]` says between which numbers its values lie, as a measurement writes it, see [`DeviceModel`]. `[state_space]` has `a`, `b`, `c`,
 //! `delay_s` and `current_lag_s`. `[measured_response]` names a CSV, see [`read_response`].
 
-mod device;
-mod model;
-mod read;
-mod response;
-
-use crate::document::error::FileError;
-use crate::document::error::text_of;
-use crate::document::parameters as p;
-pub use device::DeviceModel;
-use fractional_control::{ControlError, Plant};
-pub use model::{DeviceValues, Interval, PlantFile, PlantModel};
-pub use response::read_response;
+use crate::document::controller_file::source;
+use crate::document::error::{FileError, text_of};
+use crate::document::input::{Rows, short};
+use crate::document::parameters::Parameter;
+use crate::document::reader::Table;
+use crate::document::{Parsed, lines_of, parameters as p};
+use crate::run::safety::GuardedDevice;
+use crate::run::sensors::{Imperfections, Sensors};
+use fracdiff::parameter::{Shown, range};
+use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
+use haptic_analysis::Dynamics;
+use haptic_tissue::open_file;
+use nalgebra::{DMatrix, DVector, RowDVector};
+use num_complex::Complex;
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
+use std::str::FromStr;
+
+#[cfg(test)]
+mod tests;
+
+/// Tables with a plant, and their keys.
+const MODELS: [(&str, &[Parameter]); 4] = [
+    ("transfer_function", p::TRANSFER_PLANT),
+    ("device", p::DEVICE_PLANT),
+    ("state_space", p::STATE_PLANT),
+    ("measured_response", p::MEASURED_PLANT),
+];
+const CHOICE: &str = "a plant file has one of [transfer_function], [device], [state_space], [measured_response], and perhaps [source]; \
+[intervals] beside [device]";
+/// Intervals of a measured device, with its keys.
+const INTERVALS: &str = "intervals";
 
 impl PlantFile {
     /// A plant without a story.
@@ -48,7 +67,29 @@ impl PlantFile {
     /// # Errors
     /// If it is wrong: in one line, with file and line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        read::parse(path, text)
+        let document = Parsed::of(path, text)?;
+        let kinds = MODELS.map(|(name, _)| name);
+        let (name, table, mut beside) =
+            document.one_of(&kinds, &["source", INTERVALS], ("plant", CHOICE))?;
+        let known = MODELS.iter().find(|(model, _)| *model == name);
+        let table = table.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
+        let mut file = Self::new(model(name, &table)?);
+        if let Some(found) = beside.remove(INTERVALS) {
+            let found = found.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?;
+            let PlantModel::Device(values) = &file.model else {
+                let reason =
+                    format!("[{INTERVALS}] are of a [device], which [{name}] is not: omit it");
+                return Err(found.fail(reason));
+            };
+            file.intervals = intervals(&found, values)?;
+        }
+        if let Some(source) = beside.remove("source") {
+            let source = source.with_keys(&[("source", p::PLANT_SOURCE)])?;
+            file.program = source.text(&p::SOURCE_PROGRAM)?.to_owned();
+            file.note = source.text(&p::SOURCE_NOTE)?.to_owned();
+        }
+        (file.model.plant()).map_err(|error| table.fail(error.to_string()))?;
+        Ok(file)
     }
 
     /// The plant.
@@ -62,30 +103,527 @@ impl PlantFile {
     /// The text of a file of a transfer function or of a device; `None` of anything else, which people write.
     #[must_use]
     pub fn to_toml(&self) -> Option<String> {
-        let quoted = |words: &str| toml::Value::from(words).to_string();
-        let mut text = match &self.model {
+        let text = match &self.model {
             PlantModel::Function { function, delay_s } => format!(
-                "[transfer_function]\n{} = \"{function}\"\n{} = {delay_s:?}\n",
+                "[transfer_function]\n{} = \"{function}\"\n{}",
                 p::FUNCTION.key,
-                p::DEAD_TIME.key
+                lines_of([(p::DEAD_TIME, *delay_s)])
             ),
-            PlantModel::Device(values) => device::tables(values, &self.intervals),
+            PlantModel::Device(values) => {
+                let values = values.named().map(|(parameter, value)| (*parameter, value));
+                let mut text = format!("[device]\n{}", lines_of(values));
+                if !self.intervals.is_empty() {
+                    text +=
+                        "\n# 95 of 100 such intervals have the true value in them.\n[intervals]\n";
+                }
+                for Interval { key, low, high } in &self.intervals {
+                    text += &format!("{key} = [{low:?}, {high:?}]\n");
+                }
+                text
+            }
             PlantModel::StateSpace { .. } | PlantModel::Measured(_) => return None,
         };
-        let source = [
-            (&p::SOURCE_PROGRAM, &self.program),
-            (&p::SOURCE_NOTE, &self.note),
-        ];
-        let source = source.into_iter().filter(|(_, words)| !words.is_empty());
-        let lines: String = source
-            .map(|(parameter, words)| format!("{} = {}\n", parameter.key, quoted(words)))
-            .collect();
-        if !lines.is_empty() {
-            text += &format!("\n[source]\n{lines}");
-        }
-        Some(text)
+        let source = source([
+            (p::SOURCE_PROGRAM, &self.program),
+            (p::SOURCE_NOTE, &self.note),
+        ]);
+        Some(text + &source)
     }
 }
 
-#[cfg(test)]
-mod tests;
+/// A plant that can be read, and where it comes from.
+///
+/// ```
+/// use haptic_experiment::run::PlantFile;
+/// use std::path::Path;
+///
+/// let text = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 0.001";
+/// let file = PlantFile::parse(Path::new("lab/arm.toml"), text)?;
+/// // A mass of 65 g: |x/f| is 1/(m·ω²) at high frequency.
+/// let far = file.plant()?.response(1e4).expect("at any frequency");
+/// assert!((far.norm() * 0.065 * 1e8 - 1.0).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantFile {
+    /// The plant.
+    pub model: PlantModel,
+    /// Of a device that was measured: between which numbers its values lie.
+    pub intervals: Vec<Interval>,
+    /// The program that made the file.
+    pub program: String,
+    /// Anything else.
+    pub note: String,
+}
+
+/// A plant as its file says it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlantModel {
+    /// `[transfer_function]`.
+    Function {
+        /// G(s) without the dead time.
+        function: Box<FractionalTransferFunction>,
+        /// Dead time, s.
+        delay_s: f64,
+    },
+    /// `[device]`: m·ẍ + b·ẋ + k·x = f.
+    Device(DeviceValues),
+    /// `[state_space]`.
+    StateSpace {
+        /// A, a list of rows.
+        a: Vec<Vec<f64>>,
+        /// B.
+        b: Vec<f64>,
+        /// C.
+        c: Vec<f64>,
+        /// Dead time, s.
+        delay_s: f64,
+        /// Time constant of the actuator before it, s.
+        current_lag_s: f64,
+    },
+    /// `[measured_response]`: ω in rad/s and G(jω).
+    Measured(Vec<(f64, Complex<f64>)>),
+}
+
+/// Two numbers between which a value of a device lies in 95 of 100 cases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Key of the value.
+    pub key: &'static str,
+    /// Low end.
+    pub low: f64,
+    /// High end.
+    pub high: f64,
+}
+
+/// A device with a hand: force in, position out. Friction, encoder and noise are no part of the linear plant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviceValues {
+    /// m.
+    pub mass_kg: f64,
+    /// b.
+    pub damping_n_s_per_m: f64,
+    /// k of the hand.
+    pub hand_stiffness_n_per_m: f64,
+    /// Delay beside the hold, s.
+    pub delay_s: f64,
+    /// Time constant of the actuator's current, s.
+    pub current_lag_s: f64,
+    /// Coulomb friction, N.
+    pub friction_n: f64,
+    /// Encoder resolution, m per count; 0 for none.
+    pub encoder_resolution_m: f64,
+    /// Standard deviation of the sensor's noise, m; 0 for none.
+    pub sensor_noise_m: f64,
+}
+
+impl FromStr for PlantModel {
+    type Err = ControlError;
+
+    /// As a [`Plant`]: a transfer function in notation, perhaps with `exp(-0.5s)` as a factor.
+    fn from_str(text: &str) -> Result<Self, ControlError> {
+        let plant: Plant = text.parse()?;
+        let empty = ControlError::Empty { what: "numerator" };
+        Ok(Self::Function {
+            function: Box::new(*plant.function().ok_or(empty)?),
+            delay_s: plant.delay_s(),
+        })
+    }
+}
+
+impl PlantModel {
+    /// The plant.
+    ///
+    /// # Errors
+    /// A value outside its range, matrices whose sizes do not fit.
+    pub fn plant(&self) -> Result<Plant, ControlError> {
+        match self {
+            Self::Function { function, delay_s } => Plant::transfer(**function, *delay_s),
+            Self::Device(own) => own.plant(),
+            Self::StateSpace {
+                a,
+                b,
+                c,
+                delay_s,
+                current_lag_s,
+            } => {
+                let columns = a.first().map_or(0, Vec::len);
+                // A ragged matrix has a size that does not fit.
+                let even = a.iter().all(|row| row.len() == columns);
+                let rows = if even { a.len() } else { 0 };
+                let at = |i: usize, j: usize| a.get(i).and_then(|row| row.get(j)).copied();
+                let matrix = DMatrix::from_fn(rows, columns, |i, j| at(i, j).unwrap_or(f64::NAN));
+                let (b, c) = (DVector::from_column_slice(b), RowDVector::from_row_slice(c));
+                let states = StateSpace::new(matrix, b, c)?.behind_lag(*current_lag_s)?;
+                Plant::state_space(states, *delay_s)
+            }
+            Self::Measured(points) => Plant::measured(points),
+        }
+    }
+
+    /// The plant in a few words: its notation where it has one.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        match self {
+            Self::Function { function, delay_s } if *delay_s > 0.0 => {
+                if (1e-6..1e15).contains(delay_s) {
+                    format!("exp(-{delay_s}s)*{function}")
+                } else {
+                    format!("exp(-{delay_s:e}s)*{function}")
+                }
+            }
+            Self::Function { function, .. } => function.to_string(),
+            Self::Device(own) => own.in_words(),
+            Self::StateSpace { a, delay_s, .. } => {
+                let plural = if a.len() == 1 { "" } else { "s" };
+                format!("{} state{plural}, delay {delay_s} s", a.len())
+            }
+            Self::Measured(points) => format!("measured at {} frequencies", points.len()),
+        }
+    }
+}
+
+impl DeviceValues {
+    /// A mass with damping and nothing else.
+    #[must_use]
+    pub fn ideal(mass_kg: f64, damping_n_s_per_m: f64) -> Self {
+        Self {
+            mass_kg,
+            damping_n_s_per_m,
+            ..Self::default()
+        }
+    }
+
+    /// As matrices.
+    ///
+    /// # Errors
+    /// A mass below 1e-15 kg, a negative lag or delay.
+    pub fn plant(&self) -> Result<Plant, ControlError> {
+        let (m, b, k) = (
+            self.mass_kg,
+            self.damping_n_s_per_m,
+            self.hand_stiffness_n_per_m,
+        );
+        // Less would move faster than numbers go.
+        range("mass", m, m >= 1e-15, "at least 1e-15", "kg")?;
+        fracdiff::parameter::not_negative("damping", b, "N·s/m")?;
+        fracdiff::parameter::not_negative("hand stiffness", k, "N/m")?;
+        let states = StateSpace::new(
+            DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -k / m, -b / m]),
+            DVector::from_column_slice(&[0.0, 1.0 / m]),
+            RowDVector::from_row_slice(&[1.0, 0.0]),
+        )?;
+        Plant::state_space(states.behind_lag(self.current_lag_s)?, self.delay_s)
+    }
+
+    fn in_words(&self) -> String {
+        format!(
+            "device of {} kg, {} N·s/m, hand {} N/m, delay {} s, current lag {} s",
+            Shown(self.mass_kg),
+            Shown(self.damping_n_s_per_m),
+            Shown(self.hand_stiffness_n_per_m),
+            Shown(self.delay_s),
+            Shown(self.current_lag_s)
+        )
+    }
+}
+
+/// The device of a plant file with `[device]`, to be simulated, analysed or guarded.
+///
+/// ```
+/// use haptic_experiment::run::DeviceModel;
+/// use std::path::Path;
+///
+/// let text = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nfriction_n = 0.05\ndelay_s = 0.0013\n\
+///             [intervals]\ndelay_s = [0.00128, 0.00132]";
+/// let device = DeviceModel::parse(Path::new("lab/device.toml"), text)?;
+/// assert_eq!(device.values.friction_n, 0.05);
+/// // A guard is made for what is certain.
+/// assert_eq!(device.guarded().delay_s, Some((0.00128, 0.00132)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceModel {
+    /// Its values.
+    pub values: DeviceValues,
+    /// Between which numbers they lie, where that is known.
+    pub intervals: Vec<Interval>,
+    /// The program that made the file.
+    pub program: String,
+    /// Conditions under which it was measured.
+    pub note: String,
+}
+
+impl DeviceValues {
+    /// Parameters and the values that they set.
+    const FIELDS: [(&'static Parameter, fn(&mut Self) -> &mut f64); 8] = [
+        (&p::MASS, |own| &mut own.mass_kg),
+        (&p::DAMPING, |own| &mut own.damping_n_s_per_m),
+        (&p::HAND_STIFFNESS, |own| &mut own.hand_stiffness_n_per_m),
+        (&p::DELAY, |own| &mut own.delay_s),
+        (&p::CURRENT_LAG, |own| &mut own.current_lag_s),
+        (&p::FRICTION, |own| &mut own.friction_n),
+        (&p::ENCODER_RESOLUTION, |own| &mut own.encoder_resolution_m),
+        (&p::SENSOR_NOISE, |own| &mut own.sensor_noise_m),
+    ];
+
+    /// Parameters with the values.
+    #[must_use]
+    pub(crate) fn named(mut self) -> [(&'static Parameter, f64); 8] {
+        Self::FIELDS.map(|(parameter, value)| (parameter, *value(&mut self)))
+    }
+
+    fn read(table: &Table<'_>) -> Result<Self, FileError> {
+        let mut values = Self::default();
+        for (parameter, value) in Self::FIELDS {
+            *value(&mut values) = match parameter {
+                &p::MASS | &p::DAMPING => table.required(parameter)?,
+                _ => table.number(parameter)?,
+            };
+        }
+        Ok(values)
+    }
+}
+
+impl DeviceModel {
+    /// The device `laboratory`, which is shipped, or that of a file.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn find(name: &Path) -> Result<Self, FileError> {
+        match name.to_str() {
+            Some(p::LABORATORY) => Self::parse(name, include_str!("../../devices/laboratory.toml")),
+            _ => Self::read(name),
+        }
+    }
+
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is wrong, or has another plant than a device: in one line, with file and line.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::parse(path, &text_of(path, "device")?)
+    }
+
+    /// Reads and checks the text of a file; `path` is for messages.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        let file = PlantFile::parse(path, text)?;
+        let document = Parsed::of(path, text)?;
+        let PlantModel::Device(values) = file.model else {
+            let reason = "no [device] in it: `device measure` writes such a file";
+            return Err(document.fail(reason.to_owned()));
+        };
+        Ok(Self {
+            values,
+            intervals: file.intervals,
+            program: file.program,
+            note: file.note,
+        })
+    }
+
+    /// The text of its file.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let file = PlantFile {
+            model: PlantModel::Device(self.values),
+            intervals: self.intervals.clone(),
+            program: self.program.clone(),
+            note: self.note.clone(),
+        };
+        file.to_toml().unwrap_or_default()
+    }
+
+    /// Friction, delay, lag and sensors, for a simulation.
+    #[must_use]
+    pub const fn imperfections(&self) -> Imperfections {
+        Imperfections {
+            friction_n: self.values.friction_n,
+            delay_s: self.values.delay_s,
+            current_lag_s: self.values.current_lag_s,
+            sensors: Sensors {
+                encoder_resolution_m: self.values.encoder_resolution_m,
+                noise_m: self.values.sensor_noise_m,
+                ..Imperfections::NONE.sensors
+            },
+        }
+    }
+
+    /// Mass, damping, hand, delay and lag, for an analysis.
+    #[must_use]
+    pub const fn dynamics(&self) -> Dynamics {
+        Dynamics {
+            mass_kg: self.values.mass_kg,
+            damping_n_s_per_m: self.values.damping_n_s_per_m,
+            hand_stiffness_n_per_m: self.values.hand_stiffness_n_per_m,
+            delay_s: self.values.delay_s,
+            current_lag_s: self.values.current_lag_s,
+        }
+    }
+
+    /// The least of mass and damping and the whole interval of the delay, for a guard, which must hold for what is certain.
+    #[must_use]
+    pub fn guarded(&self) -> GuardedDevice {
+        let values = &self.values;
+        let ends = |key: &str, value: f64| {
+            let found = self.intervals.iter().find(|interval| interval.key == key);
+            found.map_or((value, value), |interval| (interval.low, interval.high))
+        };
+        GuardedDevice {
+            mass_kg: Some(ends(p::MASS.key, values.mass_kg).0),
+            damping_n_s_per_m: Some(ends(p::DAMPING.key, values.damping_n_s_per_m).0),
+            delay_s: Some(ends(p::DELAY.key, values.delay_s)),
+            lag_s: Some(values.current_lag_s),
+            noise_m: Some(self.imperfections().sensors.deviation_m()),
+        }
+    }
+}
+
+fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
+    Ok(match name {
+        "transfer_function" => {
+            let model = table.required_text(&p::FUNCTION)?.parse();
+            let refused = |error: ControlError| table.fail_at(p::FUNCTION.key, error.to_string());
+            let mut model: PlantModel = model.map_err(refused)?;
+            if let PlantModel::Function { delay_s, .. } = &mut model {
+                *delay_s += table.number(&p::DEAD_TIME)?;
+            }
+            model
+        }
+        "device" => PlantModel::Device(DeviceValues::read(table)?),
+        "state_space" => PlantModel::StateSpace {
+            a: table.matrix(&p::STATE_A)?,
+            b: table.numbers(&p::STATE_B)?,
+            c: table.numbers(&p::STATE_C)?,
+            delay_s: table.number(&p::DEAD_TIME)?,
+            current_lag_s: table.number(&p::CURRENT_LAG)?,
+        },
+        _ => {
+            table.required_text(&p::RESPONSE_FILE)?;
+            let path = table.file(&p::RESPONSE_FILE)?.unwrap_or_default();
+            let points = read_response(&path);
+            PlantModel::Measured(
+                points.map_err(|reason| table.fail_at(p::RESPONSE_FILE.key, reason))?,
+            )
+        }
+    })
+}
+
+/// Intervals that are given, each about the value that it is of.
+fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, FileError> {
+    let mut intervals = Vec::new();
+    for (parameter, value) in values.named() {
+        let Some(ends) = table.numbers_if(parameter)? else {
+            continue;
+        };
+        let key = parameter.key;
+        let about = |low: f64, high: f64| {
+            // Values are written with fewer digits than they have.
+            let slack = 1e-6 * value.abs();
+            low - slack <= value && value <= high + slack
+        };
+        match ends[..] {
+            [low, high] if about(low, high) && low >= 0.0 && parameter.range().contains(high) => {
+                intervals.push(Interval { key, low, high });
+            }
+            [low, high] => {
+                let reason = format!(
+                    "{key} = [{low}, {high}] is not an interval of numbers from 0 to {} about the value {value} in [device]: change it, or leave it out",
+                    Shown(parameter.range().ends()[1]),
+                    low = Shown(low),
+                    high = Shown(high),
+                    value = Shown(value)
+                );
+                return Err(table.fail_at(key, reason));
+            }
+            _ => {
+                let reason = format!(
+                    "{key} has {} numbers, not two: write [LOW, HIGH]",
+                    ends.len()
+                );
+                return Err(table.fail_at(key, reason));
+            }
+        }
+    }
+    Ok(intervals)
+}
+
+/// Frequencies at most.
+const POINTS_MOST: usize = 1_000_000;
+const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_deg or phase_rad; or real and imaginary";
+
+/// ω in rad/s and G(jω), from a CSV with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
+/// `phase_rad`, or `real` and `imaginary`. Other columns are passed over.
+///
+/// # Errors
+/// A file that cannot be read, a column or a number that is missing: in one line, with file and line.
+pub fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, String> {
+    let shown = path.display();
+    let bad = |text: String| format!("{shown}: {text}");
+    let file = open_file(path).map_err(|error| {
+        format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")
+    })?;
+    let (rows, length) = Rows::new(file);
+    let mut table = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(rows);
+    let header = table.headers().map_err(|error| bad(error.to_string()))?;
+    let place = |name: &str| header.iter().position(|cell| cell == name);
+    // The first of these columns that is there, and its unit.
+    let column = |what: &str, names: [(&str, f64); 2]| {
+        let mut found = (names.into_iter()).filter_map(|(name, unit)| Some((place(name)?, unit)));
+        found.next().ok_or_else(|| {
+            let names: Vec<&str> = header.iter().collect();
+            bad(format!(
+                "line 1: no column of {what} in the header {:?}; give {COLUMNS}",
+                short(&names.join(","))
+            ))
+        })
+    };
+    let (frequency, turn) = column(
+        "the frequency",
+        [("omega_rad_s", 1.0), ("frequency_hz", TAU)],
+    )?;
+    let is_cartesian = place("real").is_some() && place("imaginary").is_some();
+    let ((first, in_db), (second, unit)) = match place("real").zip(place("imaginary")) {
+        Some((real, imaginary)) => ((real, 0.0), (imaginary, 1.0)),
+        None => (
+            column("the gain", [("gain", 0.0), ("gain_db", 1.0)])?,
+            column("the phase", [("phase_deg", PI / 180.0), ("phase_rad", 1.0)])?,
+        ),
+    };
+    let mut points = Vec::new();
+    for row in table.records() {
+        let row = row.map_err(|error| bad(error.to_string()))?;
+        length.next_row();
+        let line = row.position().map_or(0, csv::Position::line);
+        let bad = |text: String| bad(format!("line {line}: {text}"));
+        if points.len() == POINTS_MOST {
+            return Err(bad(format!(
+                "more than {POINTS_MOST} frequencies: omit some"
+            )));
+        }
+        let number = |place: usize| {
+            let cell = row.get(place).unwrap_or("");
+            let number = cell.parse().ok().filter(|number: &f64| number.is_finite());
+            number.ok_or_else(|| bad(format!("{:?} is not a finite number", short(cell))))
+        };
+        let omega = turn * number(frequency)?;
+        let (first, second) = (number(first)?, unit * number(second)?);
+        let response = if is_cartesian {
+            Complex::new(first, second)
+        } else {
+            let gain = match in_db > 0.0 {
+                true => libm::pow(10.0, first / 20.0),
+                false => first,
+            };
+            let (sin, cos) = libm::sincos(second);
+            Complex::new(gain * cos, gain * sin)
+        };
+        points.push((omega, response));
+    }
+    Ok(points)
+}

@@ -6,8 +6,8 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
+use super::ending::Lateness;
 use super::ending::{Ending, Fall, LetGo};
-use super::lateness::Lateness;
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use super::tick::{KeptSample, TickRecord};

@@ -6,16 +6,14 @@
 //! ```
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
-mod ending;
 mod run;
-mod samples;
 mod session;
 mod summary;
 
 use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
 pub(crate) use run::RemoteRun;
-pub(crate) use samples::blank;
+pub(crate) use session::blank;
 pub use summary::{FrameCounts, LinkSummary, RoundTrip};
 
 use super::safety::{GuardChoice, GuardedDevice, Safety};
@@ -23,7 +21,7 @@ use super::schedule::Schedule;
 use crate::document::advice::single;
 use crate::document::failure::Failure;
 use crate::run::device::LinkedName;
-use crate::run::lateness::Lateness;
+use crate::run::ending::Lateness;
 use fracdiff::Operator;
 use haptic_link::{
     Capabilities, Configuration, Limits, LoopMode, OperatorShape, Simulation, SimulationKind,
@@ -31,6 +29,7 @@ use haptic_link::{
 use haptic_loop::Guard;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
+use haptic_remote::serial::SerialLink;
 use haptic_remote::wire_limits;
 use std::time::Duration;
 
@@ -70,6 +69,11 @@ impl RemoteDevice {
     pub(crate) fn watchdog_ms(&self) -> u16 {
         self.watchdog_ms
             .unwrap_or_else(|| self.loop_mode.watchdog_ms())
+    }
+
+    /// The same as a time.
+    pub(crate) fn watchdog(&self) -> Duration {
+        Duration::from_millis(u64::from(self.watchdog_ms()))
     }
 
     /// How late this host may be for it.
@@ -118,18 +122,27 @@ impl RemoteLaw {
         simulation: Simulation,
     ) -> Self {
         Self {
-            stiffness_n_per_m: 0.0,
-            dissipation_n_s_mu_per_m: 0.0,
-            order: 0.0,
-            one_sided: false,
-            operator: no_operator(),
-            limits,
             unchanged: UnchangedLimits {
                 rate: rate.is_none(),
                 speed: safety.speed_limit_m_per_s.is_none(),
                 rise: safety.rise_time_s.is_none(),
             },
             guard: (safety.guard, safety.guarded(device)),
+            ..Self::bare(limits, simulation)
+        }
+    }
+
+    /// No law, these limits, no guard.
+    pub(crate) fn bare(limits: haptic_loop::Limits, simulation: Simulation) -> Self {
+        Self {
+            stiffness_n_per_m: 0.0,
+            dissipation_n_s_mu_per_m: 0.0,
+            order: 0.0,
+            one_sided: false,
+            operator: no_operator(),
+            limits,
+            unchanged: UnchangedLimits::default(),
+            guard: Default::default(),
             simulation,
             after_rise: false,
         }
@@ -165,8 +178,28 @@ impl UnchangedLimits {
     }
 }
 
+/// The configuration of a connected device for this law, within what is `set` on it; `warn` hears where that is the tighter.
+///
+/// # Errors
+/// A number that no device can hold; a guard that knows too little.
+pub(crate) fn agreed(
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    link: &SerialLink,
+    set: &Configuration,
+    warn: &dyn Fn(&str),
+) -> Result<Configuration, Failure> {
+    let can = link.capabilities();
+    let mut configuration = configuration(device, law, schedule, can, &set.limits)?;
+    if let Some(text) = keep_within(&mut configuration, set) {
+        warn(&text);
+    }
+    Ok(configuration)
+}
+
 /// The configuration of the device, which has these limits now.
-pub(crate) fn configuration(
+fn configuration(
     device: &RemoteDevice,
     law: &RemoteLaw,
     schedule: Schedule,
@@ -216,10 +249,7 @@ pub(crate) fn configuration(
 }
 
 /// Keeps a run within the limits that are set on the device, and says in one line where these are the tighter ones.
-pub(crate) fn keep_within(
-    configuration: &mut Configuration,
-    set: &Configuration,
-) -> Option<String> {
+fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option<String> {
     type Told = (&'static str, fn(&Limits) -> f32, &'static str);
     const TOLD: [Told; 4] = [
         ("at most", |limits| limits.force_n, "N"),

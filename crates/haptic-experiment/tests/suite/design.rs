@@ -4,7 +4,11 @@ use haptic_experiment::question::Question;
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use testkit::assert_relative;
+
+/// Nobody stops it.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn ask(text: &str) -> Question {
     Question::parse(Path::new("form"), &format!("[design]\n{text}\n")).expect("a good question")
@@ -15,7 +19,7 @@ fn design(text: &str) -> Value {
     let Question::Design(design) = ask(text) else {
         panic!("no design of a wall: {text}");
     };
-    let report = design.answer(&|_| ()).expect("an answer");
+    let report = design.answer(&NEVER, &|_| ()).expect("an answer");
     serde_json::to_value(report).expect("JSON")
 }
 
@@ -186,7 +190,10 @@ fn mass_and_hand_have_effect_on_a_designed_coupler() {
         )) else {
             panic!("no design of a coupler");
         };
-        let candidates = design.candidates().expect("an answer");
+        let candidates = design
+            .answer(&NEVER, &|_| ())
+            .expect("an answer")
+            .candidates;
         let share = candidates.iter().map(|one| one.share);
         share.map(|share| share.expect("a coupler")).collect()
     };
@@ -256,7 +263,7 @@ fn a_wall_that_rings_for_long_is_tried_for_long() {
     else {
         panic!("no design of a wall");
     };
-    let report = design.answer(&|_| ()).expect("an answer");
+    let report = design.answer(&NEVER, &|_| ()).expect("an answer");
     assert!(report.simulated.expect("tried").stable);
     let text = report.experiment_text.expect("a wall");
     assert!(text.contains("duration_s = 160.0"), "{text}");

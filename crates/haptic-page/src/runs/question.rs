@@ -136,7 +136,7 @@ fn of_design(
     progress: Progress<'_>,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
-    let report = design.answer_unless(attendant.stop, progress)?;
+    let report = design.answer(attendant.stop, progress)?;
     folder.write_table("csv", report.candidates.iter())?;
     let DesignReport {
         best, simulated, ..
@@ -155,7 +155,7 @@ fn of_coupler(
     progress: Progress<'_>,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
-    let answer = design.answer_unless(attendant.stop, progress)?;
+    let answer = design.answer(attendant.stop, progress)?;
     folder.write_table("csv", answer.candidates.iter())?;
     let CouplerAnswer {
         best, simulated, ..

@@ -8,10 +8,11 @@ use crate::page::{Panel, linear, page};
 use haptic_experiment::document::Document;
 use haptic_experiment::question::Question;
 use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
-use haptic_experiment::question::design::{Candidate, Design, DesignReport, Requirement, Wish};
+use haptic_experiment::question::design::{Candidate, Design, DesignReport, Wish};
 use haptic_experiment::{Failure, TrialVerdict};
 use haptic_figure::{FigureError, Look, Picture};
 use serde::Serialize;
+use std::sync::atomic::AtomicBool;
 
 pub(crate) const LONG_ABOUT: &str = "\
 From a device and a wish to a wall: the largest stiffness K and dissipation B for each order, and the order that does best. \
@@ -42,7 +43,7 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
         Question::ZWidth(_) => return Err(Failure::bad_input("not a design")),
     };
     let bar = progress_bar(design.orders_to_try().len() as u64, output);
-    let answer = design.answer(&|orders| bar.inc(orders));
+    let answer = design.answer(&AtomicBool::new(false), &|orders| bar.inc(orders));
     bar.finish_and_clear();
     let mut report = answer?;
     report.experiment = experiment(&mut place, report.experiment_text.as_deref());
@@ -78,7 +79,7 @@ fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
     match (&report.best, &report.simulated) {
         (Some(best), Some(simulated))
             if simulated.verdict == TrialVerdict::Unstable
-                && design.requirement == Requirement::Passive
+                && design.gain_margin.is_none()
                 && report.imperfections.sensors.are_ideal() =>
         {
             warn(&format!(
@@ -127,7 +128,7 @@ struct CouplerReport {
 
 /// The stiffest coupler of each order.
 fn coupler(design: &CouplerDesign, mut place: Place, output: Output) -> Result<(), Failure> {
-    let answer = design.answer()?;
+    let answer = design.answer(&AtomicBool::new(false), &|_| {})?;
     let experiment = experiment(&mut place, answer.experiment_text.as_deref());
     let table = place.write(|folder| folder.write_table("csv", answer.candidates.iter()));
     let report = CouplerReport {

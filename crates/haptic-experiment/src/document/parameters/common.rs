@@ -1,9 +1,12 @@
 //! Keys that several kinds share, or that a room below the kinds names.
 
-use crate::document::parameters::kind::parameters;
+use super::range::Range;
+use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
-    DAMPINGS, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, SAMPLE_TIMES, SPECIMENS,
+    DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES, MASSES,
+    SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STIFFNESSES,
 };
+use haptic_link::Limits as Wire;
 
 parameters! {
     /// `k_c` of a coupler, N·s/m.
@@ -37,3 +40,61 @@ parameters! {
     /// Length of a trial, s.
     TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
 }
+
+/// The device file that is shipped.
+pub(crate) const LABORATORY: &str = "laboratory";
+
+parameters! {
+    /// The device.
+    DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`");
+    /// Place where the loop is closed.
+    LOOP = text("loop", "device", "Where the loop of a serial device is closed");
+    /// Watchdog of a serial device, s.
+    WATCHDOG = optional("watchdog_s", Range::Within(1e-3 * Wire::WATCHDOG_MIN_MS as f64, 1e-3 * Wire::WATCHDOG_MAX_MS as f64),
+        "Silence from this program after which a serial device lets go [default: 500ms, 20ms in a host loop]");
+    /// Late ticks of a serial device.
+    LATE_TICKS = count("late_ticks", Wire::DEFAULT.late_ticks as u64, "20",
+        "Late ticks in a row after which a serial device lets go; 0 = off");
+    /// Age of a force from the host, ticks.
+    MAX_AGE_TICKS = count("max_age_ticks", Wire::DEFAULT.max_age_ticks as u64, "10",
+        "Host loop: largest age of a force in ticks from its sample, 1 to 1000; an older one makes a serial device \
+         let go [default: 10]");
+    /// Device file.
+    DEVICE_MODEL = text("device_model", "",
+        "Device file, as written by device measure; keys beside it take precedence. On the rig of [relax] and [creep] for the guard only");
+}
+
+/// Of every experiment on a device.
+pub const ON_DEVICE: &[Parameter] = &[DEVICE, LOOP, WATCHDOG, LATE_TICKS, MAX_AGE_TICKS];
+
+parameters! {
+    /// Encoder of a simulated device, m.
+    ENCODER_RESOLUTION = number("encoder_resolution_m", 0.0, "0", SENSOR_STEPS,
+        "Encoder resolution per count; 0 = ideal");
+    /// Noise of a simulated sensor, m.
+    SENSOR_NOISE = number("sensor_noise_m", 0.0, "0", SENSOR_STEPS, "Standard deviation of the sensor noise; 0 = none");
+    /// Seed of the noise.
+    SEED = count("seed", 1, "1", "Noise seed: the same seed gives the same run, bit for bit");
+    /// Mass of a simulated device, kg.
+    MASS = number("mass_kg", 0.065, "65g", MASSES, "Mass of the device");
+    /// Damping of a simulated device, N·s/m.
+    DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of the device");
+    /// Stiffness of the hand, N/m.
+    HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds it; 0 without a hand");
+    /// Delay of a simulated device, s.
+    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to its force, beyond the hold");
+    /// Friction of a simulated device, N.
+    FRICTION = number("friction_n", 0.0, "0", FORCES, "Coulomb friction");
+    /// Current lag of a simulated device, s.
+    CURRENT_LAG = number("current_lag_s", 0.0, "0", DEVICE_TIMES, "Time constant of the actuator's current");
+}
+
+/// Of a simulated device that is less than ideal.
+pub(crate) const LESS_THAN_IDEAL: &[Parameter] = &[
+    DELAY,
+    FRICTION,
+    CURRENT_LAG,
+    ENCODER_RESOLUTION,
+    SENSOR_NOISE,
+    SEED,
+];

@@ -1,11 +1,11 @@
 //! Of controller files and plant files.
 
+use super::common::{
+    CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS, SENSOR_NOISE,
+};
 use super::kind::{Parameter, parameters};
 use super::range::{
     ANGULAR_FREQUENCIES, DEAD_TIMES, DURATIONS, MEMORIES, NUMBERS, RATIOS, Range, SAMPLE_TIMES,
-};
-use super::simulated::{
-    CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS, SENSOR_NOISE,
 };
 
 const ORDERS: Range = Range::AboveUpTo(0.0, 2.0);

@@ -1,57 +1,52 @@
-//! The answer: each order, the best of them, and what to know of it.
+//! The answer: each order, the best of them tried, and its experiment file.
 
-use super::candidate::{Candidate, DesignReport, TissueVerdict};
-use super::question::{Design, Requirement, Wish};
+use super::bench::Bench;
+use super::{
+    Candidate, DISSIPATION_UNIT, Design, DesignReport, RealisticTrial, TissueVerdict, Wish,
+};
 use crate::document::failure::Failure;
-use crate::question::asked_device::AskedDevice;
-use fracdiff::Order;
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::document::lines_of;
+use crate::document::parameters as p;
+use crate::document::parameters::Parameter;
+use crate::experiment::trial::keys::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
+use crate::experiment::wall::keys::{DISSIPATION, ORDER, STIFFNESS};
+use crate::question::bench::{AskedDevice, for_each_order};
+use crate::run::plant_file::DeviceModel;
+use crate::{Settling, TrialPlan, TrialSetup, TrialVerdict, WallExperiment};
+use fracdiff::{Order, Scheme, Seconds};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// A candidate must be better by this share to win over one of lower order.
 const BETTER: f64 = 1e-6;
-
-/// Ends a design that is to stop.
-///
-/// # Errors
-/// If it is.
-pub(super) fn goes_on(stop: &AtomicBool) -> Result<(), Failure> {
-    match stop.load(Ordering::Relaxed) {
-        true => Err(Failure::Run(anyhow::anyhow!("interrupted"))),
-        false => Ok(()),
-    }
-}
+/// Push, N, as long as the device can hold four times as much.
+const PUSH_N: f64 = 1.0;
+/// Length of a run and of its window, s and samples: the larger of the two.
+const DURATION: (f64, f64) = (5.0, 2500.0);
+const WINDOW_LENGTH: (f64, f64) = (0.4, 200.0);
+/// Doublings of the length for a wall that is stable but rings on: up to 256 times as long.
+const DOUBLINGS: usize = 8;
 
 impl Design {
-    /// Answers it; `progress` hears of each order that is done.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub fn answer(&self, progress: &(dyn Fn(u64) + Sync)) -> Result<DesignReport, Failure> {
-        self.answer_unless(&AtomicBool::new(false), progress)
-    }
-
-    /// The same; `stop` ends it before the next order.
+    /// Answers it; `progress` hears of each order that is done, `stop` ends it before the next.
     ///
     /// # Errors
     /// A parameter outside its range; a stop.
-    pub fn answer_unless(
+    pub fn answer(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<DesignReport, Failure> {
         self.check()?;
-        let candidates = self
-            .orders_to_try()
-            .par_iter()
-            .map(|&order| {
-                goes_on(stop)?;
-                let candidate = self.candidate(order);
-                progress(1);
-                candidate
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        goes_on(stop)?;
+        let candidates = for_each_order(&self.orders_to_try(), stop, progress, |order| {
+            // An order that cannot be analysed does not spoil the others.
+            let candidate = Bench::new(self, order)?.candidate();
+            Ok(candidate.unwrap_or_else(|error| Candidate {
+                order: order.get(),
+                reason: Some(error.to_string()),
+                ..Candidate::default()
+            }))
+        })?;
         let best = self.best(&candidates).cloned();
         let trial = best.as_ref().map(|best| self.trial(best)).transpose()?;
         let imperfections = self.device.imperfections();
@@ -63,13 +58,16 @@ impl Design {
             asked: AskedDevice::of(&self.device.plant),
             notes: self.notes(&candidates, best.as_ref()),
             tissue: self.tissue_verdict(&candidates),
-            wish: self.wish.name().to_owned(),
-            require: self.requirement.name().to_owned(),
-            gain_margin: self.requirement.gain_margin(),
+            wish: self.wish.name(),
+            require: match self.gain_margin {
+                None => "passive",
+                Some(_) => "stable",
+            },
+            gain_margin: self.gain_margin,
             frequency_hz: self.wish.frequency_hz(),
             scheme: self.scheme.to_string(),
             stiffness_unit: "N/m",
-            dissipation_unit: "N·s^μ/m",
+            dissipation_unit: DISSIPATION_UNIT,
             force_noise_limit_n: self.force_noise_limit_n,
             ideal_device_assumed: imperfections.is_ideal(),
             imperfections,
@@ -84,21 +82,6 @@ impl Design {
             experiment: None,
             files: Vec::new(),
         })
-    }
-
-    /// The best wall of one order, or why there is none.
-    fn candidate(&self, order: Order) -> Result<Candidate, Failure> {
-        let bench = self.bench(order)?;
-        let found = match (&self.wish, self.requirement) {
-            (Wish::Tissue { .. }, _) => bench.tissue(),
-            (_, Requirement::Passive) => bench.passive_wall(),
-            (_, Requirement::Stable { gain_margin }) => bench.stable_wall(gain_margin),
-        };
-        match found.and_then(|point| bench.judged(point)) {
-            Ok(candidate) => Ok(candidate),
-            // An order that cannot be analysed does not spoil the others.
-            Err(error) => Ok(Candidate::none(order, error.to_string())),
-        }
     }
 
     /// Merit of a candidate, as the wish measures it.
@@ -142,15 +125,15 @@ impl Design {
     /// Notes for the designer beside the numbers.
     fn notes(&self, candidates: &[Candidate], best: Option<&Candidate>) -> Vec<String> {
         let mut notes = Vec::new();
-        let passive = self.requirement == Requirement::Passive;
-        let acts_at_once = self.device.plant.delay.0 + self.device.plant.lag.0 <= 0.0;
+        let plant = &self.device.plant;
+        let acts_at_once = plant.delay.0 + plant.lag.0 <= 0.0;
         if best.is_none() {
-            let mut reasons = candidates
-                .iter()
-                .filter_map(|candidate| candidate.reason.clone());
-            let first = reasons.next().unwrap_or_default();
-            notes.push(format!("nothing on the grid does it: {first}"));
-        } else if passive && self.wish == Wish::StiffestWall && acts_at_once {
+            let first = candidates.iter().find_map(|found| found.reason.as_deref());
+            notes.push(format!(
+                "nothing on the grid does it: {}",
+                first.unwrap_or_default()
+            ));
+        } else if self.gain_margin.is_none() && self.wish == Wish::StiffestWall && acts_at_once {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order, \
                  and the order is free for something else"
@@ -166,4 +149,129 @@ impl Design {
         }
         notes
     }
+
+    /// The same candidate on the device `laboratory`.
+    fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
+        let mut real = self.clone();
+        let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
+        let imperfections = laboratory.map_err(Failure::input)?.imperfections();
+        real.device.plant = imperfections.on(self.device.plant);
+        real.device.sensors = imperfections.sensors;
+        let bench = Bench::new(&real, Order::new(best.order).map_err(Failure::input)?)?;
+        let (alpha, beta) = (best.alpha.unwrap_or(0.0), best.beta.unwrap_or(0.0));
+        let (analysis_stable, margin) = bench
+            .stable_and_margin(alpha, beta)
+            .map_err(|error| Failure::Run(error.into()))?;
+        Ok(RealisticTrial {
+            imperfections,
+            analysis_stable,
+            margin,
+            force_noise_rms_n: beta * bench.noise_unit_n,
+            simulated: real.trial(best)?.1,
+        })
+    }
+
+    /// A push into a candidate, long enough for it to settle, and how it settled.
+    fn trial(&self, best: &Candidate) -> Result<(WallExperiment, Settling), Failure> {
+        let device = &self.device;
+        let order = Order::new(best.order).map_err(Failure::input)?;
+        let make = |stretch| {
+            let plan = plan(device.plant.sample_time, device.force_limit_n, stretch);
+            WallExperiment {
+                setup: TrialSetup {
+                    must_be_stable: true,
+                    ..TrialSetup::new(device.plant, device.sensors, plan)
+                },
+                order,
+                model: self.model(order).cloned(),
+                scheme: self.scheme,
+                stiffness_n_per_m: best.stiffness.unwrap_or(0.0),
+                dissipation_n_s_mu_per_m: best.dissipation.unwrap_or(0.0),
+                one_sided: false,
+            }
+        };
+        until_settled(make, WallExperiment::try_out)
+    }
+
+    /// The experiment file of a wall that was tried.
+    fn experiment_file(&self, wall: &WallExperiment) -> String {
+        let requirement = match self.gain_margin {
+            Some(margin) => format!("stable with a gain margin of {margin}"),
+            None => "passive".to_owned(),
+        };
+        let head = format!(
+            "# Written by host-cli design: {}, {requirement}.\n\
+             # host-cli run FILE tries the wall; it ends with 0 only if trial and analysis call it stable.\n\
+             [wall]\n",
+            self.wish.name()
+        );
+        let law = [
+            (ORDER, wall.order.get()),
+            (STIFFNESS, wall.stiffness_n_per_m),
+            (DISSIPATION, wall.dissipation_n_s_mu_per_m),
+        ];
+        head + &keys(&wall.setup, wall.scheme, &law)
+    }
+}
+
+/// Tries an experiment, and makes it longer until it has settled: close to the edge it rings for long. An unstable one ends in a
+/// vibration against the force limit, which no length makes settle.
+pub(super) fn until_settled<E>(
+    make: impl Fn(f64) -> E,
+    try_out: impl Fn(&E) -> Result<Settling, Failure>,
+) -> Result<(E, Settling), Failure> {
+    let mut stretch = 1.0;
+    let mut experiment = make(stretch);
+    let mut settling = try_out(&experiment)?;
+    for _ in 0..DOUBLINGS {
+        // A device that left or beats against the force limit does not settle later.
+        if !matches!(settling.verdict, TrialVerdict::Unstable) {
+            break;
+        }
+        stretch *= 2.0;
+        experiment = make(stretch);
+        settling = try_out(&experiment)?;
+    }
+    Ok((experiment, settling))
+}
+
+/// A push and how long it is looked at, so many times as long as usual.
+pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
+    let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * sample_time.0);
+    TrialPlan {
+        push_n: PUSH_N.min(0.25 * force_limit_n),
+        duration_s: stretch * larger(DURATION),
+        window_s: larger(WINDOW_LENGTH),
+        force_limit_n,
+        ..TrialPlan::DEFAULT
+    }
+}
+
+/// An experiment that was tried as keys of its file: the device, the law, the trial.
+pub(super) fn keys(setup: &TrialSetup, scheme: Scheme, law: &[(Parameter, f64)]) -> String {
+    let (device, sensors, plan) = (&setup.device, &setup.sensors, &setup.plan);
+    let device = lines_of([
+        (p::MASS, device.mass.0),
+        (p::DAMPING, device.damping.0),
+        (p::HAND_STIFFNESS, device.stiffness.0),
+        (p::SAMPLE_TIME, device.sample_time.0),
+        (p::DELAY, device.delay.0),
+        (p::CURRENT_LAG, device.lag.0),
+        (p::FRICTION, device.friction.0),
+        (p::ENCODER_RESOLUTION, sensors.encoder_resolution_m),
+        (p::SENSOR_NOISE, sensors.noise_m),
+        (TRIAL_FORCE_LIMIT, plan.force_limit_n),
+    ]);
+    let trial = lines_of([
+        (PUSH, plan.push_n),
+        (p::TRIAL_DURATION, plan.duration_s),
+        (WINDOW, plan.window_s),
+        (IMPACT, plan.impact_m_per_s),
+    ]);
+    format!(
+        "{device}seed = {}\n\nscheme = \"{scheme}\"\n{}\n{trial}must_be_stable = {}\n",
+        sensors.seed,
+        lines_of(law.iter().copied()),
+        setup.must_be_stable
+    )
 }

@@ -1,104 +1,140 @@
-//! One order on the device: everything that an analysis needs.
+//! One order on the device: the best wall under the requirement, and what the analysis says of it.
 
-use super::candidate::{Candidate, Point};
-use super::noise;
-use super::question::{Design, Requirement, Wish};
+use super::{Candidate, Design, Wish};
 use crate::document::failure::Failure;
-use crate::judge::modelled_tissue::loop_operator;
-use fracdiff::Order;
+use crate::dynamics;
+use crate::judge::modelled_tissue::{loop_operator, operator};
+use crate::question::bench::{crossings, units};
+use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, LoopOperator, OnePort, SampledLoop, SampledPlant,
+    AnalysisError, Dynamics, Environment, Largest, LoopOperator, OnePort, SampledLoop,
+    SampledPlant, StabilityRegion, StableArea, noise_gain,
 };
+use haptic_tissue::Model;
 use std::f64::consts::PI;
 
 /// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
 const HORIZON: f64 = 1e6;
-
+/// The same where its noise is summed: twice the weights.
+const NOISE_HORIZON: f64 = 8192.0;
 /// Share of the largest wall that is taken.
-pub(super) const INSIDE: f64 = 1.0 - 1e-4;
+const INSIDE: f64 = 1.0 - 1e-4;
+/// Share of the largest β that a passive wall with the most damping has.
+const MOST_DAMPING: f64 = 0.99;
+/// Golden sections: (0.618)^60 of a quarter turn.
+const SECTIONS: usize = 60;
+/// Points on the boundary of a region.
+const POINTS: usize = 600;
+/// Shares of the largest β that are tried for the most damping of a stable wall.
+const SHARES: [f64; 6] = [0.99, 0.97, 0.9, 0.8, 0.6, 0.3];
+/// Times that a wall is halved until it is stable.
+const HALVINGS: usize = 40;
 
-/// One order on the device: everything that an analysis needs.
+/// One order on the device.
 pub(super) struct Bench<'a> {
-    pub(super) design: &'a Design,
-    pub(super) order: Order,
-    pub(super) operator: LoopOperator,
-    pub(super) dynamics: Dynamics,
-    pub(super) plant: SampledPlant,
-    pub(super) delta: f64,
+    design: &'a Design,
+    order: Order,
+    operator: LoopOperator,
+    dynamics: Dynamics,
+    plant: SampledPlant,
+    delta: f64,
+    /// N/m of α = 1 and N·s^μ/m of β = 1.
+    units: (f64, f64),
     /// Noise of the force for β = 1, rms N.
     pub(super) noise_unit_n: f64,
 }
 
-impl Design {
-    /// One order on the device.
-    pub(super) fn bench(&self, order: Order) -> Result<Bench<'_>, Failure> {
-        let device = &self.device;
+/// α, β, and of a tissue the factor by which its specimen may grow.
+type Wall = (f64, f64, Option<f64>);
+
+/// T^(−μ)·√(Σ c²) of the operator that runs, s^(−μ): rms of the output for white noise of 1.
+fn amplification(
+    model: Option<&Model>,
+    scheme: Scheme,
+    order: Order,
+    sample_time: Seconds,
+) -> Result<f64, Failure> {
+    let operator = operator::<f64>(model, scheme, order, sample_time, NOISE_HORIZON)?;
+    Ok(noise_gain(operator))
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(design: &'a Design, order: Order) -> Result<Self, Failure> {
+        let device = &design.device;
         let t = device.plant.sample_time;
-        let dynamics = device.dynamics();
-        let model = self.model(order);
-        let operator = loop_operator(model, self.scheme, order, t, HORIZON)?;
+        let dynamics = dynamics(&device.plant);
+        let (model, units) = (design.model(order), units(&device.plant, order));
+        let operator = loop_operator(model, design.scheme, order, t, HORIZON)?;
         let noise_m = device.imperfections().position_noise_m();
-        let noise_n = noise_m * noise::amplification(model, self.scheme, order, t)?;
-        Ok(Bench {
-            design: self,
+        let noise_n = noise_m * amplification(model, design.scheme, order, t)?;
+        Ok(Self {
+            design,
             order,
             operator,
             dynamics,
             plant: dynamics.plant(t.0).map_err(Failure::input)?,
             delta: dynamics.damping_n_s_per_m * t.0 / dynamics.mass_kg,
-            noise_unit_n: noise_n * device.dissipation_unit(order),
+            units,
+            noise_unit_n: noise_n * units.1,
         })
     }
-}
 
-impl Bench<'_> {
+    /// The best wall, or why there is none.
+    pub(super) fn candidate(&self) -> Result<Candidate, AnalysisError> {
+        let wall = match (&self.design.wish, self.design.gain_margin) {
+            (Wish::Tissue { .. }, _) => self.tissue()?,
+            (_, None) => self.passive_wall()?,
+            (_, Some(gain_margin)) => self.stable_wall(gain_margin)?,
+        };
+        match wall {
+            Some(wall) => self.judged(wall),
+            None => Ok(Candidate {
+                order: self.order.get(),
+                reason: Some(self.nothing()),
+                ..Candidate::default()
+            }),
+        }
+    }
+
     /// The loop with this wall; where there is no spring at all the device only drifts.
-    pub(super) fn closed(&self, alpha: f64, beta: f64) -> Result<SampledLoop<'_>, AnalysisError> {
+    fn closed(&self, alpha: f64, beta: f64) -> Result<SampledLoop<'_>, AnalysisError> {
         SampledLoop::with_plant(self.plant, alpha, beta, &self.operator)
             .map(SampledLoop::beside_rest)
     }
 
-    pub(super) fn port(&self) -> Result<OnePort<'_, LoopOperator>, AnalysisError> {
+    fn port(&self) -> Result<OnePort<'_, LoopOperator>, AnalysisError> {
         let t = self.design.device.plant.sample_time.0;
         self.dynamics.port(t, &self.operator)
     }
 
     /// The largest β whose force noise is within the limit.
-    pub(super) fn quiet_beta(&self) -> f64 {
+    fn quiet_beta(&self) -> f64 {
         let limit = self.design.force_noise_limit_n;
         limit.map_or(f64::INFINITY, |limit| limit / self.noise_unit_n)
     }
 
     /// K, B and the specimen's scale of the wished tissue at this order.
-    pub(super) fn tissue(&self) -> Result<Point, AnalysisError> {
+    fn tissue(&self) -> Result<Option<Wall>, AnalysisError> {
         let Wish::Tissue {
             material,
             specimen,
             frequency_hz,
         } = &self.design.wish
         else {
-            return Ok(Point::None(String::new()));
+            return Ok(None);
         };
-        let device = &self.design.device;
         let shape = specimen.area().0 / specimen.thickness().0;
-        let alpha = shape * material.rest_modulus_pa() / device.stiffness_unit();
+        let alpha = shape * material.rest_modulus_pa() / self.units.0;
         let dissipation = material.dissipation_at(shape, self.order, 2.0 * PI * frequency_hz);
-        let beta = dissipation / device.dissipation_unit(self.order);
-        let scale = match self.design.requirement {
-            Requirement::Passive => self.largest_passive_scale(alpha, beta)?,
-            Requirement::Stable { gain_margin } => self
-                .largest_stable_scale(alpha, beta)?
-                .map(|scale| scale / gain_margin),
+        let beta = dissipation / self.units.1;
+        let scale = match self.design.gain_margin {
+            None => self.largest_passive_scale(alpha, beta)?,
+            Some(gain_margin) => {
+                (self.largest_stable_scale(alpha, beta)?).map(|scale| scale / gain_margin)
+            }
         };
         let scale = scale.map(|scale| scale.min(self.quiet_beta() / beta));
-        Ok(match scale {
-            Some(scale) => Point::Wall {
-                alpha,
-                beta,
-                scale: Some(scale * INSIDE),
-            },
-            None => Point::None(self.nothing()),
-        })
+        Ok(scale.map(|scale| (alpha, beta, Some(scale * INSIDE))))
     }
 
     /// Stability of a wall, and the factor that takes it to the edge.
@@ -115,18 +151,10 @@ impl Bench<'_> {
     }
 
     /// Margin, passivity and units of a wall.
-    pub(super) fn judged(&self, point: Point) -> Result<Candidate, AnalysisError> {
-        let (alpha, beta, scale) = match point {
-            Point::None(reason) => return Ok(Candidate::none(self.order, reason)),
-            Point::Wall { alpha, beta, scale } => (alpha, beta, scale),
-        };
+    fn judged(&self, (alpha, beta, scale): Wall) -> Result<Candidate, AnalysisError> {
         let device = &self.design.device;
         let (_, margin) = self.stable_and_margin(alpha, beta)?;
-        let noisy = !device.sensors.are_ideal();
-        let (stiffness, dissipation) = (
-            alpha * device.stiffness_unit(),
-            beta * device.dissipation_unit(self.order),
-        );
+        let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
         let required = self.port()?.required_delta(alpha, beta)?;
         let environment = Environment {
             stiffness_n_per_m: stiffness,
@@ -134,10 +162,7 @@ impl Bench<'_> {
             order: self.order,
             sample_time_s: device.plant.sample_time.0,
         };
-        let effective = self
-            .design
-            .wish
-            .frequency_hz()
+        let effective = (self.design.wish.frequency_hz())
             .map(|frequency| environment.effective(&self.operator, 2.0 * PI * frequency));
         let reason = scale
             .filter(|scale| *scale < 1.0)
@@ -156,22 +181,236 @@ impl Bench<'_> {
             effective_damping_n_s_per_m: effective
                 .transpose()?
                 .map(|effective| effective.damping_n_s_per_m),
-            force_noise_rms_n: noisy.then_some(beta * self.noise_unit_n),
+            force_noise_rms_n: (!device.sensors.are_ideal()).then_some(beta * self.noise_unit_n),
             largest_scale: scale,
             reason,
         })
     }
 
     /// Why there is no wall at all.
-    pub(super) fn nothing(&self) -> String {
-        match self.design.requirement {
-            Requirement::Passive if self.delta <= 0.0 => {
+    fn nothing(&self) -> String {
+        match self.design.gain_margin {
+            None if self.delta <= 0.0 => {
                 "no passive wall of this order on this device: it has no damping".to_owned()
             }
-            Requirement::Passive => "no passive wall of this order on this device".to_owned(),
-            Requirement::Stable { gain_margin } => format!(
+            None => "no passive wall of this order on this device".to_owned(),
+            Some(gain_margin) => format!(
                 "no wall of this order is stable on this device with a gain margin of {gain_margin}"
             ),
         }
+    }
+
+    /// The largest passive wall, by Theorem 1. The set of passive walls is convex, so the middle of two is passive, and where the best ratio is
+    /// not allowed its bound is best.
+    fn passive_wall(&self) -> Result<Option<Wall>, AnalysisError> {
+        let port = self.port()?;
+        let required = |alpha: f64, beta: f64| port.required_delta(alpha, beta).map(|r| r.delta);
+        let quiet = self.quiet_beta();
+        let wall = |alpha, beta| Some((INSIDE * alpha, INSIDE * beta, None));
+        if self.delta <= 0.0 {
+            return Ok(None);
+        }
+        if let Wish::MostDamping { .. } = self.design.wish {
+            let (mut ratio, mut least) = minimum(|s| required(s, 1.0))?;
+            if let Some(softest) = port.largest_ratio().map(|most| 1.0 / (INSIDE * most))
+                && ratio < softest
+            {
+                (ratio, least) = (softest, required(softest, 1.0)?);
+            }
+            if least <= 0.0 {
+                return Ok(None);
+            }
+            let beta = (MOST_DAMPING * self.delta / least).min(quiet);
+            return Ok(match port.largest_alpha(self.delta, beta)? {
+                Largest::Below { value, .. } => wall(0.5 * (ratio * beta + value), beta),
+                _ => None,
+            });
+        }
+        let (mut ratio, mut least) = minimum(|t| required(1.0, t))?;
+        if let Some(most) = port.largest_ratio().map(|most| INSIDE * most)
+            && ratio > most
+        {
+            (ratio, least) = (most, required(1.0, most)?);
+        }
+        if least <= 0.0 {
+            return Ok(None);
+        }
+        let alpha = self.delta / least;
+        if ratio * alpha <= quiet {
+            return Ok(wall(alpha, ratio * alpha));
+        }
+        // The stiffest quiet wall is as noisy as it may be.
+        Ok(match port.largest_alpha(self.delta, quiet)? {
+            Largest::Below { value, .. } => wall(value, quiet),
+            _ => None,
+        })
+    }
+
+    /// The factor up to which a wall stays passive; `None` if a device without damping bears none.
+    fn largest_passive_scale(&self, alpha: f64, beta: f64) -> Result<Option<f64>, AnalysisError> {
+        // sup(α·u + β·v) grows in proportion to the wall.
+        let required = self.port()?.required_delta(alpha, beta)?;
+        let scale = self.delta / required.delta;
+        let sound = scale > 0.0 && scale.is_finite() && !required.negative_at_rest;
+        Ok(Some(scale).filter(|_| sound))
+    }
+
+    /// The largest stable wall with a gain margin, from the stability region.
+    fn stable_wall(&self, gain_margin: f64) -> Result<Option<Wall>, AnalysisError> {
+        let region = StabilityRegion::new(self.plant, &self.operator, 0, POINTS)?;
+        let Some(area) = region.bounded() else {
+            return Ok(None);
+        };
+        let factor = INSIDE / gain_margin;
+        // On the boundary, before the margin is taken.
+        let quiet = self.quiet_beta() / factor;
+        let edge = if matches!(self.design.wish, Wish::MostDamping { .. }) {
+            most_damping(area, quiet)
+        } else {
+            stiffest(area, quiet)
+        };
+        // The region need not hold the whole way from no wall to its edge.
+        for (alpha, beta) in edge {
+            let (alpha, beta) = (factor * alpha, factor * beta);
+            if alpha > 0.0 && self.has_margin(alpha, beta, gain_margin)? {
+                return Ok(Some((alpha, beta, None)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// True if a wall is stable, also when all of it is weaker or stronger by up to g. A device with
+    /// delay may need the wall in order to be stable at high order, so both ways count.
+    fn has_margin(&self, alpha: f64, beta: f64, g: f64) -> Result<bool, AnalysisError> {
+        let closed = self.closed(alpha, beta)?;
+        if !closed.is_stable() {
+            return Ok(false);
+        }
+        let margins = closed.margins()?;
+        Ok(margins.gain_up.is_none_or(|gain| gain.value >= g)
+            && margins.gain_down.is_none_or(|gain| gain.value <= 1.0 / g))
+    }
+
+    /// The factor on a wall at which it ceases to be stable, from below; `None` if it is not stable
+    /// at any size.
+    fn largest_stable_scale(&self, alpha: f64, beta: f64) -> Result<Option<f64>, AnalysisError> {
+        let mut scale = 1.0;
+        for _ in 0..HALVINGS {
+            let closed = self.closed(scale * alpha, scale * beta)?;
+            if closed.is_stable() {
+                // Without a limit there is no edge; no sampled wall is like that.
+                return Ok(closed.margins()?.gain_up.map(|gain| scale * gain.value));
+            }
+            scale *= 0.5;
+        }
+        Ok(None)
+    }
+}
+
+/// Minimum of a convex function of t ≥ 0: its place and its value; t = 0 if nothing else is better by 1e-9.
+fn minimum(
+    function: impl Fn(f64) -> Result<f64, AnalysisError>,
+) -> Result<(f64, f64), AnalysisError> {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    // t = tan φ; a convex function of t falls and rises at most once in φ too.
+    let at = |phi: f64| function(phi.tan());
+    let (mut low, mut high) = (0.0, 0.5 * std::f64::consts::PI);
+    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_a, mut at_b) = (at(a)?, at(b)?);
+    for _ in 0..SECTIONS {
+        if at_a <= at_b {
+            high = b;
+            (b, at_b) = (a, at_a);
+            a = high - golden * (high - low);
+            at_a = at(a)?;
+        } else {
+            low = a;
+            (a, at_a) = (b, at_b);
+            b = low + golden * (high - low);
+            at_b = at(b)?;
+        }
+    }
+    let (phi, least) = if at_a <= at_b { (a, at_a) } else { (b, at_b) };
+    let alone = function(0.0)?;
+    if alone <= least * (1.0 + 1e-9) {
+        Ok((0.0, alone))
+    } else {
+        Ok((phi.tan(), least))
+    }
+}
+
+/// The boundary from the largest α down, as far as β is small enough: of all walls on one ray from the origin
+/// the one whose g-fold lies on the boundary is the stiffest.
+fn stiffest(area: &StableArea, quiet: f64) -> Vec<(f64, f64)> {
+    let points = area.polygons.iter().flat_map(|polygon| &polygon.points);
+    let mut edge: Vec<(f64, f64)> = points.map(|p| (p.alpha, p.beta)).collect();
+    edge.push((area.alpha_max, area.beta_at_alpha_max));
+    edge.retain(|(_, beta)| *beta <= quiet);
+    if quiet < area.beta_max {
+        edge.extend(crossings(area, quiet).last().map(|alpha| (*alpha, quiet)));
+    }
+    edge.sort_by(|a, b| b.0.total_cmp(&a.0));
+    edge
+}
+
+/// Points with almost the largest β, or the largest that is small enough, each in the middle of the widest
+/// interval of α that it leaves.
+fn most_damping(area: &StableArea, quiet: f64) -> Vec<(f64, f64)> {
+    let middle = |beta: f64| {
+        let crossings = crossings(area, beta);
+        let intervals = crossings.chunks_exact(2);
+        let widest = intervals.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+        Some((0.5 * (widest[0] + widest[1]), beta))
+    };
+    let shares = SHARES.into_iter().map(|share| share * area.beta_max);
+    let quiet_ones = SHARES.into_iter().map(|share| share * quiet);
+    let first = [quiet].into_iter().chain(quiet_ones);
+    let mut betas: Vec<f64> = first.chain(shares).collect();
+    betas.retain(|beta| *beta <= quiet && *beta <= SHARES[0] * area.beta_max);
+    betas.sort_by(|a, b| b.total_cmp(a));
+    betas.into_iter().filter_map(middle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_analysis::exact_noise_gain;
+
+    #[test]
+    fn it_is_the_closed_form_for_the_exact_operator() {
+        let t = Seconds(2e-3);
+        for mu in [0.0, 0.3, 0.5, 1.0, 1.5, 2.0] {
+            let order = Order::new(mu).expect("in range");
+            let scheme = "full".parse().expect("a scheme");
+            let have = amplification(None, scheme, order, t).expect("builds");
+            let want = exact_noise_gain(order, t).expect("in range");
+            assert!((have / want - 1.0).abs() < 1e-5, "{mu}: {have} {want}");
+        }
+    }
+
+    #[test]
+    fn a_polynomial_has_its_own_weights() {
+        // A₃ at μ = 1: 1, −1, 1/3, −1/3.
+        let order = Order::new(1.0).expect("in range");
+        let have =
+            amplification(None, Scheme::Muir { degree: 3 }, order, Seconds(1.0)).expect("builds");
+        assert!(
+            (have - (2.0 + 2.0 / 9.0_f64).sqrt()).abs() < 1e-12,
+            "{have}"
+        );
+    }
+
+    #[test]
+    fn the_minimum_of_a_convex_function_is_found() {
+        let (t, value) = minimum(|t| Ok((t - 3.0).abs() + 1.0)).expect("finite");
+        assert!(
+            (t - 3.0).abs() < 1e-9 && (value - 1.0).abs() < 1e-9,
+            "{t} {value}"
+        );
+        let (t, value) = minimum(|t| Ok(2.0 + t)).expect("finite");
+        assert!(
+            t.abs() < f64::EPSILON && (value - 2.0).abs() < f64::EPSILON,
+            "{t} {value}"
+        );
     }
 }

@@ -15,29 +15,38 @@
 //!   too, also with a coupler twice as large: where it is not, both parts are made smaller by the share that is left.
 //! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
 
-mod search;
-mod trial;
-
-use super::answer::goes_on;
+use super::WISH_FREQUENCY;
+use super::answer::{keys, plan, until_settled};
+use crate::document::advice::check;
 use crate::document::failure::Failure;
+use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
+use crate::experiment::coupler::keys::{
+    COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
+};
 use crate::experiment::trial::dynamics;
-use crate::question::design::keys::WISH_FREQUENCY;
-use fracdiff::parameter::Shown;
+use crate::judge::preflight::softer;
+use crate::question::bench::{AskedDevice, for_each_order};
+use crate::{CouplerExperiment, Imperfections, Settling, TrialPlan, TrialSetup};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
     LoopOperator,
 };
 use haptic_loop::plant::MassDamperConfig;
-use rayon::prelude::*;
-use search::{INSIDE, cheapest, with_margin};
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
-pub use trial::CouplerAnswer;
+
+/// Share of the largest coupler that is taken: the criterion is met with equality otherwise, and the operator of a longer run is
+/// another one within its tolerance.
+const INSIDE: f64 = 1.0 - 1e-4;
+/// Ratios tried.
+const RATIOS: u32 = 200;
+/// Gain margin of the sampled loop.
+const LOOP_MARGIN: f64 = 2.0;
 
 /// The stiffest coupler of an order.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct CouplerCandidate {
     /// μ.
     pub order: f64,
@@ -85,6 +94,7 @@ impl CouplerCriterion {
 /// use fracdiff::{Order, Seconds};
 /// use haptic_experiment::question::design::coupler::{CouplerCriterion, CouplerDesign};
 /// use haptic_experiment::dissertation_device;
+/// use std::sync::atomic::AtomicBool;
 ///
 /// let design = CouplerDesign {
 ///     device: dissertation_device(Seconds(1e-3)),
@@ -94,7 +104,7 @@ impl CouplerCriterion {
 ///     criterion: CouplerCriterion::Llewellyn,
 ///     frequency_hz: 1.0,
 /// };
-/// let answer = design.answer()?;
+/// let answer = design.answer(&AtomicBool::new(false), &|_| {})?;
 /// assert!(answer.best.is_some() && answer.simulated.is_some_and(|trial| trial.stable));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -117,41 +127,20 @@ pub struct CouplerDesign {
 impl CouplerDesign {
     /// The object of an experiment file that names none.
     pub const OBJECT: CoupledObject = CoupledObject {
-        mass_kg: crate::experiment::coupler::keys::OBJECT_MASS.default_number(),
-        damping_n_s_per_m: crate::experiment::coupler::keys::OBJECT_DAMPING.default_number(),
-        stiffness_n_per_m: crate::experiment::coupler::keys::OBJECT_STIFFNESS.default_number(),
+        mass_kg: OBJECT_MASS.default_number(),
+        damping_n_s_per_m: OBJECT_DAMPING.default_number(),
+        stiffness_n_per_m: OBJECT_STIFFNESS.default_number(),
     };
 
-    /// The stiffest coupler of each order, in their sequence.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub fn candidates(&self) -> Result<Vec<CouplerCandidate>, Failure> {
-        self.candidates_unless(&AtomicBool::new(false), &|_| {})
-    }
-
-    /// The same; `progress` hears of each order that is done, `stop` ends it before the next.
-    ///
-    /// # Errors
-    /// A parameter outside its range; a stop.
-    pub(super) fn candidates_unless(
+    fn candidates(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<CouplerCandidate>, Failure> {
-        if !(self.frequency_hz > 0.0 && self.frequency_hz.is_finite()) {
-            return Err(Failure::bad_input(format_args!(
-                "frequency {} Hz is not above 0 Hz: give {WISH_FREQUENCY}, as in 1",
-                Shown(self.frequency_hz)
-            )));
-        }
-        let found = self.orders.par_iter().map(|order| {
-            goes_on(stop)?;
-            let found = self.stiffest(*order).map_err(Failure::input);
-            progress(1);
-            found
-        });
-        found.collect()
+        check(&WISH_FREQUENCY, self.frequency_hz)?;
+        for_each_order(&self.orders, stop, progress, |order| {
+            self.stiffest(order).map_err(Failure::input)
+        })
     }
 
     /// The stiffest coupler of an order.
@@ -160,14 +149,8 @@ impl CouplerDesign {
         let none = |reason: &str| {
             Ok(CouplerCandidate {
                 order: mu,
-                stiffness: None,
-                dissipation: None,
-                margin: None,
-                felt_stiffness_n_per_m: None,
-                share: None,
-                loop_margin: None,
-                sampled_damping_n_s_per_m: None,
                 reason: Some(reason.to_owned()),
+                ..CouplerCandidate::default()
             })
         };
         let damping = self.device.damping.0;
@@ -234,6 +217,180 @@ fn enough(least: LeastDamping) -> Option<f64> {
     }
 }
 
+/// The largest share of a coupler, up to 1, whose loop has the gain margin, and the margin that it has.
+fn with_margin(closed: &CoupledLoop<'_>) -> Result<Option<(f64, Option<f64>)>, AnalysisError> {
+    let margin = |share: f64| -> Result<Option<Option<f64>>, AnalysisError> {
+        let closed = closed.scaled(share);
+        if !closed.is_stable() {
+            return Ok(None);
+        }
+        Ok(Some(closed.gain_margin()?.map(|edge| edge.value)))
+    };
+    let edge = match margin(1.0)? {
+        Some(None) => return Ok(Some((1.0, None))),
+        Some(Some(edge)) if edge >= LOOP_MARGIN => return Ok(Some((1.0, Some(edge)))),
+        Some(Some(edge)) => Some(edge),
+        None => softer(|factor| Ok(closed.scaled(factor).is_stable()))?,
+    };
+    let Some(edge) = edge else {
+        return Ok(None);
+    };
+    let share = INSIDE * edge / LOOP_MARGIN;
+    Ok(margin(share)?.map(|margin| (share, margin)))
+}
+
+/// The ratio `k_c/b_c` that needs the least damping, and that damping, which is `bare` without `k_c`: on a grid, then by golden
+/// sections.
+fn cheapest(
+    bare: f64,
+    scale: f64,
+    least: impl Fn(f64) -> Result<Option<f64>, AnalysisError>,
+) -> Result<(f64, f64), AnalysisError> {
+    let ratio_at = |step: f64| scale * 10f64.powf(6.0 * step / f64::from(RATIOS) - 3.0);
+    let needed =
+        |step: f64| Ok::<f64, AnalysisError>(least(ratio_at(step))?.unwrap_or(f64::INFINITY));
+    let mut best = (0.0, bare);
+    let mut best_step = None;
+    for step in 0..=RATIOS {
+        let value = needed(f64::from(step))?;
+        if value < best.1 {
+            best = (ratio_at(f64::from(step)), value);
+            best_step = Some(f64::from(step));
+        }
+    }
+    if let Some(step) = best_step {
+        let (mut low, mut high) = (step - 1.0, step + 1.0);
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        for _ in 0..40 {
+            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+            if needed(a)? <= needed(b)? {
+                high = b;
+            } else {
+                low = a;
+            }
+        }
+        let middle = 0.5 * (low + high);
+        best = (ratio_at(middle), needed(middle)?);
+    }
+    Ok(best)
+}
+
+/// Answer to a [`CouplerDesign`].
+#[derive(Clone, Debug, Serialize)]
+pub struct CouplerAnswer {
+    /// Mass, damping, hand and sample time of the device.
+    #[serde(flatten)]
+    pub asked: AskedDevice,
+    /// `coupler`.
+    pub wish: &'static str,
+    /// The criterion.
+    pub require: &'static str,
+    /// Frequency at which stiffness is compared, Hz.
+    pub frequency_hz: f64,
+    /// Operator.
+    pub scheme: String,
+    /// Of the `stiffness` of candidates, the damper.
+    pub stiffness_unit: &'static str,
+    /// Of their `dissipation`, the spring.
+    pub dissipation_unit: &'static str,
+    /// The stiffest of each order.
+    pub candidates: Vec<CouplerCandidate>,
+    /// The stiffest of all as felt at the frequency; null if there is none.
+    pub best: Option<CouplerCandidate>,
+    /// The trial of the best, on the ideal device.
+    pub simulated: Option<Settling>,
+    /// The experiment that runs it.
+    #[serde(skip)]
+    pub experiment_text: Option<String>,
+}
+
+impl CouplerDesign {
+    /// Answers it: candidates, the best of them, its trial and its experiment file; `progress` hears of each order that is done, `stop` ends
+    /// it before the next.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a stop.
+    pub fn answer(
+        &self,
+        stop: &AtomicBool,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<CouplerAnswer, Failure> {
+        let candidates = self.candidates(stop, progress)?;
+        let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
+        let best = candidates
+            .iter()
+            .filter(|c| c.dissipation.is_some())
+            .max_by(|a, b| felt(a).total_cmp(&felt(b)))
+            .cloned();
+        // What can only be analysed cannot be tried.
+        let tried = best.as_ref().filter(|_| self.scheme != Scheme::Exact);
+        let trial = tried.map(|best| self.trial(best)).transpose()?;
+        Ok(CouplerAnswer {
+            asked: AskedDevice::of(&self.device),
+            wish: "coupler",
+            require: self.criterion.name(),
+            frequency_hz: self.frequency_hz,
+            scheme: self.scheme.to_string(),
+            stiffness_unit: "N·s/m",
+            dissipation_unit: "N·s^(1−μ)/m",
+            candidates,
+            best,
+            simulated: trial.as_ref().map(|(_, settling)| *settling),
+            experiment_text: trial.map(|(coupler, _)| self.experiment_file(&coupler)),
+        })
+    }
+
+    /// Memory of the operator that runs, samples.
+    fn horizon(&self) -> f64 {
+        let t = self.device.sample_time;
+        crate::run::schedule::horizon((self.plan(1.0).duration_s / t.0) as u64)
+    }
+
+    fn plan(&self, stretch: f64) -> TrialPlan {
+        let limit = TrialPlan::DEFAULT.force_limit_n;
+        plan(self.device.sample_time, limit, stretch)
+    }
+
+    fn trial(&self, best: &CouplerCandidate) -> Result<(CouplerExperiment, Settling), Failure> {
+        let order = Order::new(best.order).map_err(Failure::input)?;
+        let sensors = Imperfections::NONE.sensors;
+        let make = |stretch| CouplerExperiment {
+            setup: TrialSetup {
+                must_be_stable: true,
+                ..TrialSetup::new(self.device, sensors, self.plan(stretch))
+            },
+            order,
+            scheme: self.scheme,
+            coupler_stiffness_n_s_per_m: best.stiffness.unwrap_or(0.0),
+            coupler_dissipation_n_s_1_minus_mu_per_m: best.dissipation.unwrap_or(0.0),
+            object: self.object,
+        };
+        until_settled(make, CouplerExperiment::try_out)
+    }
+
+    /// The experiment file of a coupler that was tried.
+    fn experiment_file(&self, coupler: &CouplerExperiment) -> String {
+        let head = format!(
+            "# Written by host-cli design: coupler, {}, gain margin 2 in the sampled loop.\n\
+             # host-cli run FILE tries it; it ends with 0 only if trial and analysis call it stable and Llewellyn's criterion is met.\n\
+             [coupler]\n",
+            self.criterion.name()
+        );
+        let law = [
+            (COUPLER_ORDER, coupler.order.get()),
+            (COUPLER_STIFFNESS, coupler.coupler_stiffness_n_s_per_m),
+            (
+                COUPLER_DISSIPATION,
+                coupler.coupler_dissipation_n_s_1_minus_mu_per_m,
+            ),
+            (OBJECT_MASS, coupler.object.mass_kg),
+            (OBJECT_DAMPING, coupler.object.damping_n_s_per_m),
+            (OBJECT_STIFFNESS, coupler.object.stiffness_n_per_m),
+        ];
+        head + &keys(&coupler.setup, coupler.scheme, &law)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -265,7 +422,10 @@ mod tests {
             ("full", CouplerCriterion::Passive),
         ] {
             let design = design(scheme, criterion, 0.065, 0.7);
-            for found in design.candidates().expect("valid") {
+            for found in design
+                .candidates(&AtomicBool::new(false), &|_| {})
+                .expect("valid")
+            {
                 let mu = found.order;
                 let (k, b) = (
                     found.stiffness.expect("one"),
@@ -305,7 +465,7 @@ mod tests {
         // 2 g with 3 N·s/m: δ = 1.5, so that a damper of 8b would be 12 units of m/T.
         let mut shrunk = 0;
         for found in design("full", CouplerCriterion::Llewellyn, 2e-3, 3.0)
-            .candidates()
+            .candidates(&AtomicBool::new(false), &|_| {})
             .expect("valid")
         {
             let (share, margin) = (
@@ -318,7 +478,7 @@ mod tests {
         assert!(shrunk > 0, "none was too strong");
         // Passive as sampled needs no such help.
         for found in design("full", CouplerCriterion::Passive, 2e-3, 3.0)
-            .candidates()
+            .candidates(&AtomicBool::new(false), &|_| {})
             .expect("valid")
         {
             assert!(
@@ -333,7 +493,9 @@ mod tests {
         for (mu, damping) in [(1.5, 1.0), (0.5, 0.0)] {
             let mut design = design("full", CouplerCriterion::Llewellyn, 0.065, damping);
             design.orders = vec![Order::new(mu).expect("valid")];
-            let answer = design.answer().expect("valid");
+            let answer = design
+                .answer(&AtomicBool::new(false), &|_| {})
+                .expect("valid");
             let found = &answer.candidates[0];
             assert!(
                 found.dissipation.is_none() && found.reason.is_some(),
@@ -351,7 +513,9 @@ mod tests {
             (CouplerCriterion::Passive, 0.065),
         ] {
             let design = design("full", criterion, mass, 3.0);
-            let answer = design.answer().expect("valid");
+            let answer = design
+                .answer(&AtomicBool::new(false), &|_| {})
+                .expect("valid");
             let text = answer.experiment_text.expect("a best one");
             let file = crate::ExperimentFile::parse(std::path::Path::new("design.toml"), &text);
             let crate::ExperimentFile::Coupler(coupler) = file.expect("is right") else {

@@ -1,11 +1,10 @@
 //! `[design]`.
 
 use super::coupler::{CouplerCriterion, CouplerDesign};
-use super::keys::{
-    COMPARED_AT_HZ, DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
-    WISH_TISSUE,
+use super::{
+    COMPARED_AT_HZ, DESIGN_ORDERS, Design, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, RequireName,
+    WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
 };
-use super::{Design, Device, RequireName, Requirement, Wish, WishName};
 use crate::document::error::FileError;
 use crate::document::parameters::{
     AREA, CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, LIBRARY, Parameter,
@@ -15,50 +14,35 @@ use crate::document::reader::Table;
 use crate::experiment::rendering::reading::piece;
 use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
 use crate::judge::modelled_tissue::TissuePiece;
-use crate::question::reading::{bench, orders, scheme};
-use crate::run::imperfections::Imperfections;
+use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
-use haptic_loop::plant::MassDamperConfig;
 
-/// What `[design]` asks for, before it is known of what.
-pub(crate) struct Asked {
-    bench: Device,
-    /// What is wanted most.
-    pub(crate) wish: WishName,
-    require: RequireName,
-}
-
-pub(crate) fn asked(table: &Table<'_>) -> Result<Asked, FileError> {
-    let asked = Asked {
-        bench: bench(table)?,
-        wish: table.choice(&WISH)?,
-        require: table.choice(&REQUIRE)?,
-    };
-    if asked.wish != WishName::Tissue {
+/// What is wanted most.
+pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
+    let wish = table.choice(&WISH)?;
+    if wish != WishName::Tissue {
         for parameter in [WISH_TISSUE, LIBRARY, AREA, THICKNESS] {
             foreign(table, &parameter, "the wish tissue")?;
         }
     }
-    Ok(asked)
+    Ok(wish)
 }
 
 /// The best wall.
-pub(crate) fn design(table: &Table<'_>, asked: Asked) -> Result<Design, FileError> {
-    let requirement = match asked.require {
+pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileError> {
+    let gain_margin = match table.choice(&REQUIRE)? {
         RequireName::Passive => {
             foreign(table, &GAIN_MARGIN, "the requirement stable")?;
-            Requirement::Passive
+            None
         }
-        RequireName::Stable => Requirement::Stable {
-            gain_margin: table.number(&GAIN_MARGIN)?,
-        },
+        RequireName::Stable => Some(table.number(&GAIN_MARGIN)?),
     };
     let design = Design {
-        device: asked.bench,
+        device: bench(table)?,
         scheme: scheme(table)?,
-        orders: in_order(orders(table, &DESIGN_ORDERS)?),
-        requirement,
-        wish: aim(table, asked.wish)?,
+        orders: in_order(table)?,
+        gain_margin,
+        wish: aim(table, wish)?,
         force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,
     };
     design
@@ -94,25 +78,24 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
 }
 
 /// A coupler is designed for an ideal device.
-pub(crate) fn coupler(table: &Table<'_>, asked: Asked) -> Result<CouplerDesign, FileError> {
-    let bench = asked.bench;
+pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
     for parameter in [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT] {
         foreign(table, &parameter, "a wall")?;
     }
-    if !bench.imperfections().is_ideal() {
+    let device = bench(table)?;
+    if !device.imperfections().is_ideal() {
         let reason = format!(
             "a coupler is designed for an ideal device: leave out {FRICTION}, {DELAY}, \
-                      {CURRENT_LAG}, {ENCODER_RESOLUTION}, {SENSOR_NOISE} and {DEVICE_MODEL}"
+             {CURRENT_LAG}, {ENCODER_RESOLUTION}, {SENSOR_NOISE} and {DEVICE_MODEL}"
         );
         return Err(table.fail(reason));
     }
-    let ideal: MassDamperConfig = Imperfections::NONE.on(bench.plant);
     Ok(CouplerDesign {
-        device: ideal,
+        device: device.plant,
         object: CouplerDesign::OBJECT,
         scheme: scheme(table)?,
-        orders: in_order(orders(table, &DESIGN_ORDERS)?),
-        criterion: match asked.require {
+        orders: in_order(table)?,
+        criterion: match table.choice(&REQUIRE)? {
             RequireName::Stable => CouplerCriterion::Llewellyn,
             RequireName::Passive => CouplerCriterion::Passive,
         },
@@ -129,9 +112,10 @@ fn foreign(table: &Table<'_>, parameter: &Parameter, of: &str) -> Result<(), Fil
     Err(table.fail_at(key, format!("{key} belongs to {of}: omit it")))
 }
 
-/// Each of them once, rising.
-fn in_order(mut orders: Vec<Order>) -> Vec<Order> {
+/// Each of the orders once, rising.
+fn in_order(table: &Table<'_>) -> Result<Vec<Order>, FileError> {
+    let mut orders = orders(table, &DESIGN_ORDERS)?;
     orders.sort_by(|a, b| a.get().total_cmp(&b.get()));
     orders.dedup();
-    orders
+    Ok(orders)
 }

@@ -1,32 +1,142 @@
-//! The search for the stiffest wall of one order.
+//! The search for the stiffest wall, of all orders and dissipations on all cores.
 
-use super::report::BoundaryPoint;
-use super::specification::ZWidth;
-use super::theory::Theory;
+use super::trials::Trials;
 use super::upward::Settled;
+use super::{BoundaryPoint, OrderBoundary, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
 use crate::experiment::trial::{
-    TrialPlan, encoder_step, force_alone, force_limit, thrown, try_out, wall_at_start,
+    TrialPlan, dynamics, encoder_step, force_alone, force_limit, thrown, try_out, wall_at_start,
 };
-use crate::judge::settling::Judge;
-use crate::question::zwidth::trials::Trials;
-use crate::run::remote::{RemoteLaw, UnchangedLimits, portable, push};
+use crate::question::bench::{AskedDevice, crossings, units};
+use crate::run::device::Warn;
+use crate::run::remote::{RemoteLaw, device_name, portable, push};
 use crate::run::sensors::Sensors;
 use fracdiff::{Operator, Order};
-use haptic_link::{OperatorShape, Simulation};
+use haptic_analysis::{
+    AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea,
+};
+use haptic_link::Simulation;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, SafetyChain};
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Bisections after the coarse search: 2e-4 of the value found, or better.
 const BISECTIONS: u32 = 12;
 /// Share by which the wall of a trial may be off from the boundary of the analysis, up or down.
 const AGREES_WITHIN: f64 = 0.05;
+/// Points on the boundary of a region.
+const POINTS: usize = 400;
+/// Pieces of an edge of an outline.
+const PIECES: u32 = 16;
+/// Memory for which an operator is judged, samples: longer than any run.
+const HORIZON: f64 = 20e6;
+
+impl ZWidth {
+    /// Runs the experiment; `progress` hears of each cell that is done, `stop` ends it with those, and `warn` hears what a
+    /// user should know before the end.
+    ///
+    /// # Errors
+    /// A parameter outside its range; on a device the first failure, if no point was found before it, or that no wall came to rest.
+    pub fn run(
+        &self,
+        progress: &(dyn Fn(u64) + Sync),
+        stop: &AtomicBool,
+        warn: Warn<'_>,
+    ) -> Result<ZWidthReport, Failure> {
+        self.check()?;
+        let remote = self.remote.as_ref();
+        let trials = remote
+            .map(|remote| Trials::new(remote, warn, stop))
+            .transpose()?;
+        let searches: Vec<Search> = self
+            .orders
+            .iter()
+            .enumerate()
+            .map(|(place, &order)| Search::new(self, order, place, trials.as_ref(), stop))
+            .collect::<Result<_, _>>()?;
+        let orders: Vec<OrderBoundary> = searches
+            .par_iter()
+            .with_min_len(self.at_once())
+            .map(|search| self.boundary(search, progress))
+            .collect();
+        let runs = searches
+            .iter()
+            .map(|search| search.runs.load(Ordering::Relaxed))
+            .sum();
+        drop(searches);
+        let found = orders.iter().any(|order| !order.boundary.is_empty());
+        let failed = trials.map(|trials| trials.ended(found, stop)).transpose()?;
+        let stopped = || stop.load(Ordering::Relaxed).then(Failure::interrupted);
+        let ended_early = failed.flatten().or_else(stopped);
+        let config = &self.device;
+        let plan = self.plan();
+        let delta = config.damping.0 * config.sample_time.0 / config.mass.0;
+        let points = orders.iter().flat_map(|order| &order.boundary);
+        Ok(ZWidthReport {
+            disagreements: points
+                .filter(|point| point.analysis_agrees == Some(false))
+                .count(),
+            orders,
+            scheme: self.scheme.to_string(),
+            device: device_name(self.remote.as_ref()),
+            asked: AskedDevice::of(config),
+            delta,
+            criterion: plan.criterion,
+            impact_m_per_s: plan.impact_m_per_s,
+            push_n: plan.push_n,
+            alpha_searched: search_limit(delta),
+            runs,
+            ended_early,
+        })
+    }
+
+    /// Orders or dissipations that one core takes at least: all of them where there is a device, which tries one wall after another.
+    fn at_once(&self) -> usize {
+        self.remote.as_ref().map_or(1, |_| usize::MAX)
+    }
+
+    fn boundary(&self, search: &Search<'_>, progress: &(dyn Fn(u64) + Sync)) -> OrderBoundary {
+        let extent = search.extent();
+        let points = (0..self.points)
+            .into_par_iter()
+            .with_min_len(self.at_once());
+        let boundary = points.filter_map(|point| {
+            let extent = extent.as_ref()?;
+            let beta = extent.largest_dissipation() * point as f64 / (self.points - 1) as f64;
+            let found = search.cell(beta, extent, 1 + point as u64);
+            progress(1);
+            found.map(|cell| search.point(beta, cell))
+        });
+        OrderBoundary {
+            order: search.order.get(),
+            dissipation_unit: dissipation_unit(search.order),
+            stiffness_max_unit: "N/m",
+            boundary: boundary.collect(),
+            outline: search
+                .theory
+                .as_ref()
+                .map_or_else(Vec::new, Theory::outline),
+            units: search.units,
+        }
+    }
+}
+
+/// N/m at 0, N·s/m at 1, kg at 2, and what lies between.
+fn dissipation_unit(order: Order) -> &'static str {
+    let mu = order.get();
+    match order.split() {
+        (0, _) if mu.abs() < f64::EPSILON => "N/m",
+        (1, phi) if phi.abs() < f64::EPSILON => "N·s/m",
+        (2, _) => "kg",
+        _ => "N·s^μ/m",
+    }
+}
 
 /// Limit of a search: beyond the largest α and β of any region that was computed. These are 4 without
 /// damping and below 4(1 + δ) with it.
-pub(super) fn search_limit(delta: f64) -> f64 {
+fn search_limit(delta: f64) -> f64 {
     f64::max(5.0, 4.0 * (1.0 + delta))
 }
 
@@ -60,13 +170,13 @@ fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
 
 /// Result for one dissipation, as α.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
+struct Cell {
     stable: f64,
     held: Option<f64>,
 }
 
 /// How far the search of one order goes.
-pub(super) enum Extent {
+enum Extent {
     /// Of a simulated device: the largest β.
     UpTo(f64),
     /// Of a real one: walls that came to rest.
@@ -75,7 +185,7 @@ pub(super) enum Extent {
 
 impl Extent {
     /// The largest β.
-    pub(super) fn largest_dissipation(&self) -> f64 {
+    fn largest_dissipation(&self) -> f64 {
         match self {
             Self::UpTo(beta) => *beta,
             Self::Known(settled) => settled.largest_dissipation().unwrap_or(0.0),
@@ -84,10 +194,10 @@ impl Extent {
 }
 
 /// A wall of one order that lacks only its stiffness and dissipation.
-pub(super) struct Search<'a> {
+struct Search<'a> {
     experiment: &'a ZWidth,
     plan: TrialPlan,
-    pub(super) order: Order,
+    order: Order,
     operator: Operator<f64>,
     /// The device as it is.
     device: MassDamper<1>,
@@ -102,17 +212,17 @@ pub(super) struct Search<'a> {
     /// Largest α or β that is looked at.
     most: f64,
     /// N/m of α = 1, and N·s^μ/m of β = 1.
-    pub(super) units: (f64, f64),
+    units: (f64, f64),
     /// Seed of this order's cells.
     seed: u64,
-    /// The operator for the serial device, and the device.
-    remote: Option<((OperatorShape, Vec<f32>), &'a Trials<'a>)>,
+    /// The serial device, and a wall for it that lacks as much.
+    remote: Option<(RemoteLaw, &'a Trials<'a>)>,
     stop: &'a AtomicBool,
     runs: AtomicU64,
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(
+    fn new(
         experiment: &'a ZWidth,
         order: Order,
         place: usize,
@@ -137,6 +247,22 @@ impl<'a> Search<'a> {
             friction: Newtons(0.0),
             ..config
         };
+        let remote = trials.map(|trials| {
+            let operator = scheme.build(order, t, horizon).map_err(Failure::input)?;
+            let simulation = Simulation {
+                mass_kg: config.mass.0 as f32,
+                damping_n_s_per_m: config.damping.0 as f32,
+                hand_stiffness_n_per_m: config.stiffness.0 as f32,
+                ..push(plan.push_n)
+            };
+            let law = RemoteLaw {
+                order: order.get(),
+                one_sided: experiment.one_sided,
+                operator: portable(&operator)?,
+                ..RemoteLaw::bare(force_alone(plan.force_limit_n, t), simulation)
+            };
+            Ok::<_, Failure>((law, trials))
+        });
         let smooth = (config.friction.0 > 0.0).then(|| thrown(smooth, &plan));
         Ok(Self {
             experiment,
@@ -149,36 +275,20 @@ impl<'a> Search<'a> {
             samples,
             rate: t.rate_to_the(order).map_err(Failure::input)?,
             encoder_step_m,
-            theory: Theory::new(experiment, order),
+            // A serial device is not known, and a wall that cannot be analysed can still be tried.
+            theory: (experiment.remote.is_none())
+                .then(|| Theory::new(experiment, order).ok())
+                .flatten(),
             most: search_limit(config.damping.0 * t.0 / config.mass.0),
-            units: (
-                config.mass.0 / (t.0 * t.0),
-                config.mass.0 / t.0.powf(2.0 - order.get()),
-            ),
+            units: units(&config, order),
             seed: experiment.sensors.seed.wrapping_add((place as u64) << 32),
-            remote: match trials {
-                Some(trials) => {
-                    let built = scheme.build(order, t, horizon);
-                    Some((portable(&built.map_err(Failure::input)?)?, trials))
-                }
-                None => None,
-            },
+            remote: remote.transpose()?,
             stop,
             runs: AtomicU64::new(0),
         })
     }
 
-    /// Runs made.
-    pub(super) fn runs(&self) -> u64 {
-        self.runs.load(Ordering::Relaxed)
-    }
-
-    /// Outline of the stable region by the analysis, as (β, α).
-    pub(super) fn outline(&self) -> Vec<(f64, f64)> {
-        self.theory.as_ref().map_or_else(Vec::new, Theory::outline)
-    }
-
-    pub(super) fn point(&self, beta: f64, cell: Cell) -> BoundaryPoint {
+    fn point(&self, beta: f64, cell: Cell) -> BoundaryPoint {
         let (stiffness, dissipation) = self.units;
         let theory = self.theory.as_ref();
         BoundaryPoint {
@@ -197,7 +307,7 @@ impl<'a> Search<'a> {
     }
 
     /// The largest α that is stable with this β; `None` if none that is tried is, or the search has ended.
-    pub(super) fn cell(&self, beta: f64, extent: &Extent, cell: u64) -> Option<Cell> {
+    fn cell(&self, beta: f64, extent: &Extent, cell: u64) -> Option<Cell> {
         if let Extent::Known(settled) = extent {
             let rests = |alpha| self.settles(&self.device, alpha, beta, cell);
             let stable = settled.largest(beta, self.most, rests)?;
@@ -232,7 +342,7 @@ impl<'a> Search<'a> {
     }
 
     /// How far it goes; `None` if no wall of a real device comes to rest, or the search has ended.
-    pub(super) fn extent(&self) -> Option<Extent> {
+    fn extent(&self) -> Option<Extent> {
         if self.remote.is_none() {
             return self.largest_dissipation().map(Extent::UpTo);
         }
@@ -276,9 +386,19 @@ impl<'a> Search<'a> {
         let mut judge = self
             .plan
             .judge((spring, dissipation * self.rate), self.encoder_step_m, t);
-        if let Some((operator, trials)) = &self.remote {
-            let law = self.law(stiffness, dissipation, operator);
-            return settles_there(trials, &law, self.samples, t, &mut judge);
+        if let Some((law, trials)) = &self.remote {
+            let law = RemoteLaw {
+                stiffness_n_per_m: stiffness,
+                dissipation_n_s_mu_per_m: dissipation,
+                ..law.clone()
+            };
+            let Some(motion) = trials.motion(&law, self.samples, t) else {
+                return false;
+            };
+            for (n, (position_m, force_n)) in motion.into_iter().enumerate() {
+                judge.see(n as f64 * t, position_m, force_n);
+            }
+            return judge.settling(true, None).stable;
         }
         let sensors = Sensors {
             seed: self.seed.wrapping_add(cell),
@@ -293,48 +413,104 @@ impl<'a> Search<'a> {
         let whole = try_out(&mut controller, &mut device, self.samples, &mut judge);
         judge.settling(whole, None).stable
     }
+}
 
-    /// The same wall for the serial device.
-    fn law(
-        &self,
-        stiffness: f64,
-        dissipation: f64,
-        operator: &(OperatorShape, Vec<f32>),
-    ) -> RemoteLaw {
-        let device = &self.experiment.device;
-        RemoteLaw {
-            stiffness_n_per_m: stiffness,
-            dissipation_n_s_mu_per_m: dissipation,
-            order: self.order.get(),
-            one_sided: self.experiment.one_sided,
-            operator: operator.clone(),
-            limits: force_alone(self.plan.force_limit_n, device.sample_time),
-            unchanged: UnchangedLimits::default(),
-            guard: Default::default(),
-            simulation: Simulation {
-                mass_kg: device.mass.0 as f32,
-                damping_n_s_per_m: device.damping.0 as f32,
-                hand_stiffness_n_per_m: device.stiffness.0 as f32,
-                ..push(self.plan.push_n)
-            },
-            after_rise: false,
+/// The stability region of one order on the device, without friction, encoder and force limit.
+struct Theory {
+    operator: LoopOperator,
+    plant: SampledPlant,
+    area: Option<StableArea>,
+}
+
+impl Theory {
+    fn new(experiment: &ZWidth, order: Order) -> Result<Self, AnalysisError> {
+        let device = &experiment.device;
+        let operator = LoopOperator::new(experiment.scheme, order, device.sample_time, HORIZON)?;
+        let plant = dynamics(device).plant(device.sample_time.0)?;
+        let region = StabilityRegion::new(plant, &operator, 0, POINTS)?;
+        Ok(Self {
+            area: region.bounded().cloned(),
+            operator,
+            plant,
+        })
+    }
+
+    /// The polygons as (β, α) one after the other, closed, with a gap between them.
+    fn outline(&self) -> Vec<(f64, f64)> {
+        let mut outline = Vec::new();
+        for polygon in self.area.iter().flat_map(|area| &area.polygons) {
+            if !outline.is_empty() {
+                outline.push((f64::NAN, f64::NAN));
+            }
+            let points: Vec<_> = polygon.points.iter().map(|p| (p.beta, p.alpha)).collect();
+            for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
+                // Straight edges in pieces, so that they can be bent: on a logarithmic axis.
+                outline.extend((0..PIECES).map(|piece| {
+                    let way = f64::from(piece) / f64::from(PIECES);
+                    (a.0 + way * (b.0 - a.0), a.1 + way * (b.1 - a.1))
+                }));
+            }
+            outline.extend(points.first());
         }
+        outline
+    }
+
+    /// The largest stable α with this β.
+    fn largest_alpha(&self, beta: f64) -> Option<f64> {
+        crossings(self.area.as_ref()?, beta).last().copied()
+    }
+
+    /// True if the edge is within a share of this wall: with its K, or K and B together, made weaker by the
+    /// share it is stable, and made stronger unstable. Both ways, because an edge may run along one of them.
+    /// `None` if that cannot be told.
+    fn has_edge_within(&self, alpha: f64, beta: f64, share: f64) -> Option<bool> {
+        let stable = |alpha: f64, beta: f64| {
+            let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
+            Some(closed.is_stable())
+        };
+        let (weaker, stronger) = (1.0 - share, 1.0 + share);
+        let along_both =
+            stable(weaker * alpha, weaker * beta)? && !stable(stronger * alpha, stronger * beta)?;
+        Some(along_both || (stable(weaker * alpha, beta)? && !stable(stronger * alpha, beta)?))
     }
 }
 
-/// One run on the serial device, judged by what it measured and commanded.
-fn settles_there(
-    trials: &Trials<'_>,
-    law: &RemoteLaw,
-    samples: u64,
-    sample_time_s: f64,
-    judge: &mut Judge,
-) -> bool {
-    let Some(motion) = trials.motion(law, samples, sample_time_s) else {
-        return false;
-    };
-    for (n, (position_m, force_n)) in motion.into_iter().enumerate() {
-        judge.see(n as f64 * sample_time_s, position_m, force_n);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::question::zwidth::dissertation_device;
+    use crate::{Imperfections, TrialPlan};
+    use fracdiff::{Scheme, Seconds};
+
+    #[test]
+    fn an_interrupted_search_keeps_the_points_that_were_done() {
+        let experiment = ZWidth {
+            device: dissertation_device(Seconds(2e-3)),
+            sensors: Imperfections::NONE.sensors,
+            one_sided: false,
+            scheme: Scheme::Muir { degree: 3 },
+            orders: vec![Order::new(1.0).expect("in range")],
+            points: 9,
+            plan: TrialPlan::DEFAULT,
+            remote: None,
+        };
+        let never = AtomicBool::new(false);
+        let whole = experiment.run(&|_| {}, &never, &|_| {}).expect("runs");
+        assert!(whole.ended_early.is_none());
+        assert_eq!(whole.orders[0].boundary.len(), 9);
+        let stop = AtomicBool::new(false);
+        let first = |_| stop.store(true, Ordering::Relaxed);
+        let cut = experiment.run(&first, &stop, &|_| {}).expect("runs");
+        let why = cut.ended_early.expect("a reason");
+        assert_eq!(
+            (why.to_string().as_str(), why.exit_code()),
+            ("interrupted", 1)
+        );
+        let kept = &cut.orders[0].boundary;
+        assert!((1..9).contains(&kept.len()), "{kept:?}");
+        assert!(
+            kept.iter()
+                .all(|point| whole.orders[0].boundary.contains(point))
+        );
     }
-    judge.settling(true, None).stable
 }

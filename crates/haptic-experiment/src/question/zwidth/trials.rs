@@ -2,27 +2,26 @@
 //!
 //! A trial that says nothing about its law is made again, ten times in all: samples missing or held up, a host, line or tick that was
 //! late. Then no more trials are made; nor after twenty in a row that ended at a limit of the device, nor after any fault that is none of
-//! the law: see `Meaning`.
-
-mod meaning;
-#[cfg(test)]
-mod tests;
-
-use meaning::{Meaning, remedy};
+//! the law.
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{LOOP, TRIAL_DURATION};
 use crate::run::device::{Warn, at_link, at_port, refused_at_port, trouble};
 use crate::run::realtime::RealtimeOptions;
-use crate::run::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
+use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
 use crate::run::schedule::{Pace, Schedule};
-use haptic_link::{Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start, State};
+use haptic_link::{
+    Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start, State as DeviceState,
+};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+#[cfg(test)]
+mod tests;
 
 /// How often a trial that says nothing about its law is made.
 const TRIES: usize = 10;
@@ -45,27 +44,28 @@ enum Trial {
     Unjudged(Failure),
 }
 
-/// Trials that ended at a limit of the device.
-#[derive(Debug, Default)]
-struct Trips {
-    trials: usize,
-    all: usize,
-    in_a_row: usize,
-    last: Option<Fault>,
-}
-
-/// A serial device that is tried again and again, by one thread at a time.
-pub(crate) struct Trials<'a> {
+/// A serial device that is tried again and again.
+pub(super) struct Trials<'a> {
     remote: RemoteDevice,
-    link: Mutex<SerialLink>,
     /// Settings of the device: no trial loosens them.
     set: Configuration,
-    told: std::sync::Once,
     warn: Warn<'a>,
+    state: Mutex<State>,
+}
+
+struct State {
+    link: SerialLink,
     /// Why no more trials can be made.
-    failure: Mutex<Option<Failure>>,
-    trips: Mutex<Trips>,
-    run: AtomicU32,
+    failure: Option<Failure>,
+    /// What the device's limits say of the trials was told.
+    told: bool,
+    /// Runs begun.
+    runs: u32,
+    /// Trials judged, those of them that ended at a limit of the device, the last of them in a row, and the last such fault.
+    trials: usize,
+    trips: usize,
+    in_a_row: usize,
+    last: Option<Fault>,
 }
 
 impl<'a> Trials<'a> {
@@ -73,7 +73,7 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// A device that cannot be used; a loop on the host, which trials do not do.
-    pub(crate) fn new(
+    pub(super) fn new(
         remote: &RemoteDevice,
         warn: Warn<'a>,
         stop: &AtomicBool,
@@ -84,60 +84,78 @@ impl<'a> Trials<'a> {
                 LOOP.set_to("host")
             )));
         }
-        let link = remote
-            .name
-            .connect_with(1, remote.patience, warn, Some(stop))?;
+        let link = (remote.name).connect_with(1, remote.patience, warn, Some(stop))?;
         let set = link.configuration();
         let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
+        let state = State {
+            link,
+            failure: None,
+            told: false,
+            runs: 0,
+            trials: 0,
+            trips: 0,
+            in_a_row: 0,
+            last: None,
+        };
         Ok(Self {
-            link: Mutex::new(link),
-            set,
-            told: std::sync::Once::new(),
-            warn,
             remote: remote.clone(),
-            failure: Mutex::new(None),
-            trips: Mutex::default(),
-            run: AtomicU32::new(1),
+            set,
+            warn,
+            state: Mutex::new(state),
         })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made:
     /// the search then tells why.
-    pub(crate) fn motion(
+    pub(super) fn motion(
         &self,
         law: &RemoteLaw,
         samples: u64,
         sample_time_s: f64,
     ) -> Option<Vec<(f64, f64)>> {
-        if self.failed().is_some() {
+        let mut state = self.state();
+        if state.failure.is_some() {
             return None;
         }
-        let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
-        for tries in 1.. {
-            let failure = match self.try_once(&mut link, law, samples, sample_time_s) {
+        let mut tries = 1;
+        let failure = loop {
+            match self.try_once(&mut state, law, samples, sample_time_s) {
+                Ok(Trial::Unjudged(_)) if tries < TRIES => tries += 1,
+                Ok(Trial::Unjudged(failure)) | Err(failure) => {
+                    break Some(at_link(&state.link, failure));
+                }
                 Ok(Trial::Whole(motion)) => {
-                    self.counted(None, link.path());
+                    state.trials += 1;
+                    state.in_a_row = 0;
                     return Some(motion);
                 }
                 Ok(Trial::Tripped(fault)) => {
-                    if let Some(enough) = self.counted(Some(fault), link.path()) {
-                        self.failed().get_or_insert(enough);
-                    }
-                    return None;
+                    state.trials += 1;
+                    state.trips += 1;
+                    state.in_a_row += 1;
+                    state.last = Some(fault);
+                    break (state.in_a_row >= TRIPS_IN_A_ROW).then(|| {
+                        Failure::Run(anyhow::anyhow!(
+                            "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so no more are made: {}",
+                            state.link.path(),
+                            self.remedy(fault)
+                        ))
+                    });
                 }
-                Ok(Trial::Unjudged(_)) if tries < TRIES => continue,
-                Ok(Trial::Unjudged(failure)) | Err(failure) => failure,
-            };
-            self.failed().get_or_insert(at_link(&link, failure));
-            break;
-        }
+            }
+        };
+        state.failure = failure;
         None
     }
 
     /// Step of the device's encoder, m, and the largest force that it can do, N.
-    pub(crate) fn encoder_and_force(&self) -> (f64, f64) {
-        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
-        let can = link.capabilities();
+    pub(super) fn encoder_and_force(&self) -> (f64, f64) {
+        let state = self.state();
+        let can = state.link.capabilities();
         (
             f64::from(can.position_resolution_m),
             f64::from(can.force_max_n),
@@ -145,71 +163,57 @@ impl<'a> Trials<'a> {
     }
 
     /// True if no more trials are made.
-    pub(crate) fn has_failed(&self) -> bool {
-        self.failed().is_some()
+    pub(super) fn has_failed(&self) -> bool {
+        self.state().failure.is_some()
     }
 
     /// Why the search ended before its end, if so; `found` something or not, `stop`ped or not.
     ///
     /// # Errors
-    /// The same where nothing was found; that nothing was to be found.
-    pub(crate) fn ended(self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
-        let failure = self.failed().take();
-        match failure {
+    /// The same where nothing was found; that no law came to rest in any trial.
+    pub(super) fn ended(self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
+        let mut state = self.state();
+        match state.failure.take() {
             Some(failure) if !found => Err(failure),
-            None if !found && !stop.load(Ordering::Relaxed) => Err(self.nothing()),
+            None if !found && !stop.load(Ordering::Relaxed) => {
+                let why = match state.last {
+                    Some(fault) => format!(
+                        "{} of them ended at a limit of the device ({fault}): {}",
+                        state.trips,
+                        self.remedy(fault)
+                    ),
+                    None => {
+                        format!("give the trials a longer {TRIAL_DURATION}, or hold the device")
+                    }
+                };
+                Err(Failure::Run(anyhow::anyhow!(
+                    "{}: no wall came to rest in {} trials; {why}",
+                    self.remote.name,
+                    state.trials
+                )))
+            }
             failure => Ok(failure),
         }
     }
 
-    fn failed(&self) -> MutexGuard<'_, Option<Failure>> {
-        self.failure.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn trips(&self) -> MutexGuard<'_, Trips> {
-        self.trips.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Counts a trial that was judged; the failure if it was the last of too many that ended at a limit.
-    fn counted(&self, fault: Option<Fault>, path: &str) -> Option<Failure> {
-        let mut trips = self.trips();
-        trips.trials += 1;
-        let Some(fault) = fault else {
-            trips.in_a_row = 0;
-            return None;
-        };
-        trips.all += 1;
-        trips.in_a_row += 1;
-        trips.last = Some(fault);
-        (trips.in_a_row >= TRIPS_IN_A_ROW).then(|| {
-            Failure::Run(anyhow::anyhow!(
-                "{path}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so no more are made: {}",
-                remedy(fault, &self.set.limits)
-            ))
-        })
-    }
-
-    /// No law came to rest in any trial.
-    fn nothing(&self) -> Failure {
-        let Trips {
-            trials, all, last, ..
-        } = *self.trips();
-        let name = &self.remote.name;
-        let why = match last {
-            Some(fault) => format!(
-                "{all} of them ended at a limit of the device ({fault}): {}",
-                remedy(fault, &self.set.limits)
+    /// What can be done about a limit that ended a trial.
+    fn remedy(&self, fault: Fault) -> String {
+        let set = &self.set.limits;
+        match fault {
+            Fault::Workspace => format!(
+                "set more room than {} m to {} m on the device (`host-cli device set`), hold it in the middle, or push less",
+                set.workspace_low_m, set.workspace_high_m
             ),
-            None => format!("give the trials a longer {TRIAL_DURATION}, or hold the device"),
-        };
-        Failure::Run(anyhow::anyhow!(
-            "{name}: no wall came to rest in {trials} trials; {why}"
-        ))
+            _ => format!(
+                "set more than {} m/s on the device (`host-cli device set`), or push less",
+                set.speed_hard_m_per_s
+            ),
+        }
     }
 
     fn try_once(
         &self,
-        link: &mut SerialLink,
+        state: &mut State,
         law: &RemoteLaw,
         samples: u64,
         sample_time_s: f64,
@@ -219,102 +223,111 @@ impl<'a> Trials<'a> {
             sample_time_s,
             pace: Pace::Realtime(RealtimeOptions::NORMAL),
         };
-        let can = link.capabilities();
-        let mut configuration = configuration(&self.remote, law, schedule, can, &self.set.limits)?;
         // A search does not end where the device's limits do.
-        if let Some(text) = keep_within(&mut configuration, &self.set) {
-            self.told.call_once(|| (self.warn)(&text));
-        }
-        let path = link.path().to_owned();
+        let configuration = agreed(
+            &self.remote,
+            law,
+            schedule,
+            &state.link,
+            &self.set,
+            &|text| {
+                if !state.told {
+                    (self.warn)(text);
+                }
+            },
+        )?;
+        state.told = true;
+        let path = state.link.path().to_owned();
         let problem = |error| refused_at_port(&path, error);
         let asked = Instant::now();
         loop {
-            if let Some(fault) = self.forbids(link) {
-                return Err(ended_by(link, &format!("{fault}, between two trials")));
+            // After some faults nobody but a person arms again: arming would clear it.
+            if state.runs > 0
+                && let Some(latched) = Fault::from_code(state.link.status().fault)
+                && ends_search(latched)
+            {
+                let words = format!("{latched}, between two trials");
+                return Err(ended_by(&state.link, &words));
             }
-            let Err(error) = self.begin(link, configuration, &law.operator.1, samples as u32)
-            else {
+            let begun = self.begin(state, configuration, &law.operator.1, samples as u32);
+            let Err(error) = begun else {
                 break;
             };
             if is_unanswered(&error) {
-                return unanswered(link, &path, error);
+                return unanswered(&state.link, &path, error);
             }
             if !passes(&error) || asked.elapsed() > FALLEN_WITHIN {
                 return Err(problem(error));
             }
             std::thread::sleep(PAUSE);
         }
-        let trial = Self::followed(link, &path, samples, SILENCE)?;
-        match link.disarm() {
-            Err(error) if is_unanswered(&error) => unanswered(link, &path, error),
+        let trial = followed(&mut state.link, &path, samples, SILENCE)?;
+        match state.link.disarm() {
+            Err(error) if is_unanswered(&error) => unanswered(&state.link, &path, error),
             disarmed => disarmed.map_err(problem).map(|()| trial),
         }
-    }
-
-    /// Follows a run that has begun to its end.
-    fn followed(
-        link: &mut SerialLink,
-        path: &str,
-        samples: u64,
-        patience: Duration,
-    ) -> Result<Trial, Failure> {
-        let problem = |error| refused_at_port(path, error);
-        let mut motion = Vec::with_capacity(samples as usize);
-        loop {
-            match link.hear(patience) {
-                Some(Heard::Sample(sample)) => {
-                    let next = motion.len() as u64;
-                    if let Some(axis) = sample.axes.first()
-                        && u64::from(sample.tick) == next
-                        && next < samples
-                    {
-                        motion.push((f64::from(axis.position_m), f64::from(axis.force_n)));
-                    }
-                }
-                Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
-                    return Ok(match motion.len() as u64 == samples {
-                        true => Trial::Whole(motion),
-                        false => Trial::Unjudged(lost(path, motion.len(), samples)),
-                    });
-                }
-                Some(Heard::Event(_)) => {}
-                Some(Heard::Fault(report)) => {
-                    return faulted(link, report);
-                }
-                Some(Heard::Over(error)) => return Err(problem(error.into())),
-                None => match link.silent(patience) {
-                    error @ LinkError::HeldUp { .. } => {
-                        return Ok(Trial::Unjudged(held_up(path, &error.into())));
-                    }
-                    error => return Err(problem(error.into())),
-                },
-            }
-        }
-    }
-
-    /// A fault after which nobody but a person arms again, since the first trial: arming would clear it.
-    fn forbids(&self, link: &SerialLink) -> Option<Fault> {
-        let first = self.run.load(Ordering::Relaxed) == 1;
-        let latched = Fault::from_code(link.status().fault)?;
-        (!first && Meaning::of(latched) == Meaning::Ends).then_some(latched)
     }
 
     /// Sets a law, arms and starts.
     fn begin(
         &self,
-        link: &mut SerialLink,
+        state: &mut State,
         configuration: Configuration,
         coefficients: &[f32],
         ticks: u32,
     ) -> Result<(), SerialError> {
+        let link = &mut state.link;
         link.set_for(configuration, coefficients, Scope::Run)?;
-        link.arm(Duration::from_millis(u64::from(self.remote.watchdog_ms())))?;
+        link.arm(self.remote.watchdog())?;
+        state.runs += 1;
         link.start(Start {
-            run: self.run.fetch_add(1, Ordering::Relaxed),
+            run: state.runs,
             ticks,
             every: 1,
             batch: 8,
         })
+    }
+}
+
+/// Follows a run that has begun to its end.
+fn followed(
+    link: &mut SerialLink,
+    path: &str,
+    samples: u64,
+    patience: Duration,
+) -> Result<Trial, Failure> {
+    let mut motion = Vec::with_capacity(samples as usize);
+    loop {
+        match link.hear(patience) {
+            Some(Heard::Sample(sample)) => {
+                let next = motion.len() as u64;
+                if let Some(axis) = sample.axes.first()
+                    && u64::from(sample.tick) == next
+                    && next < samples
+                {
+                    motion.push((f64::from(axis.position_m), f64::from(axis.force_n)));
+                }
+            }
+            Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
+                if motion.len() as u64 == samples {
+                    return Ok(Trial::Whole(motion));
+                }
+                return Ok(Trial::Unjudged(Failure::DataLost(anyhow::anyhow!(
+                    "{path}: samples of a trial are missing, {TRIES} times in a row (the last came to number {} of {samples}), so it cannot be \
+                     judged: use a faster or better line, or a longer sample time",
+                    motion.len()
+                ))));
+            }
+            Some(Heard::Event(_)) => {}
+            Some(Heard::Fault(report)) => return faulted(link, report),
+            Some(Heard::Over(error)) => return Err(refused_at_port(path, error.into())),
+            None => {
+                return match link.silent(patience) {
+                    error @ LinkError::HeldUp { .. } => Ok(held_up(path, &error.into())),
+                    error => Err(refused_at_port(path, error.into())),
+                };
+            }
+        }
     }
 }
 
@@ -325,9 +338,15 @@ impl<'a> Trials<'a> {
 /// It is as silent as before.
 fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
     match link.silent(SILENCE) {
-        LinkError::HeldUp { .. } => Ok(Trial::Unjudged(held_up(path, &error))),
+        LinkError::HeldUp { .. } => Ok(held_up(path, &error)),
         _ => Err(refused_at_port(path, error)),
     }
+}
+
+fn held_up(path: &str, error: &SerialError) -> Trial {
+    Trial::Unjudged(Failure::Device(anyhow::anyhow!(
+        "{path}: {error}; so it was in {TRIES} trials in a row, and none can be judged"
+    )))
 }
 
 const fn is_unanswered(error: &SerialError) -> bool {
@@ -339,10 +358,27 @@ fn passes(error: &SerialError) -> bool {
     matches!(
         error,
         SerialError::Link(LinkError::Refused {
-            refusal: Refusal::ForceNotZero | Refusal::UnknownFault | Refusal::State(State::Fault),
+            refusal: Refusal::ForceNotZero
+                | Refusal::UnknownFault
+                | Refusal::State(DeviceState::Fault),
             ..
         })
     )
+}
+
+/// Faults that say the wall is no stable one.
+const fn is_answer(fault: Fault) -> bool {
+    matches!(fault, Fault::Workspace | Fault::Velocity)
+}
+
+/// Faults that say nothing of a wall, and after which nobody but a person arms the device again: somebody pressed the emergency stop, or a
+/// sensor, an actuator or the board failed. So does any that this program does not know; but not a host, line or tick that was late.
+const fn ends_search(fault: Fault) -> bool {
+    let late = matches!(
+        fault,
+        Fault::HostSilent | Fault::TickOverrun | Fault::StaleForce
+    );
+    !is_answer(fault) && !late
 }
 
 /// A trial that a fault has ended.
@@ -350,13 +386,15 @@ fn passes(error: &SerialError) -> bool {
 /// # Errors
 /// A fault after which no more trials are made.
 fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
-    let fault = Fault::from_code(report.status.fault).filter(|_| link.lost_board().is_none());
-    match fault.map(|fault| (fault, Meaning::of(fault))) {
-        Some((fault, Meaning::Answer)) => Ok(Trial::Tripped(fault)),
-        Some((fault, Meaning::Unjudged)) => Ok(Trial::Unjudged(late(link.path(), fault))),
-        Some((_, Meaning::Ends)) | None => {
-            Err(ended_by(link, &LinkError::Faulted(report).to_string()))
+    match Fault::from_code(report.status.fault).filter(|_| link.lost_board().is_none()) {
+        Some(fault) if is_answer(fault) => Ok(Trial::Tripped(fault)),
+        Some(fault) if !ends_search(fault) => {
+            Ok(Trial::Unjudged(Failure::Device(anyhow::anyhow!(
+                "{}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time",
+                link.path()
+            ))))
         }
+        _ => Err(ended_by(link, &LinkError::Faulted(report).to_string())),
     }
 }
 
@@ -367,31 +405,4 @@ fn ended_by(link: &SerialLink, words: &str) -> Failure {
         "{}: {words}, so no more trials are made{board}",
         link.path()
     ))
-}
-
-fn lost(path: &str, came: usize, samples: u64) -> Failure {
-    Failure::DataLost(anyhow::anyhow!(
-        "{path}: samples of a trial are missing, {TRIES} times in a row (the last came to number {came} of {samples}), so it cannot be \
-         judged: use a faster or better line, or a longer sample time"
-    ))
-}
-
-fn held_up(path: &str, error: &SerialError) -> Failure {
-    Failure::Device(anyhow::anyhow!(
-        "{path}: {error}; so it was in {TRIES} trials in a row, and none can be judged"
-    ))
-}
-
-fn late(path: &str, fault: Fault) -> Failure {
-    Failure::Device(anyhow::anyhow!(
-        "{path}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time"
-    ))
-}
-
-impl std::fmt::Debug for Trials<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Trials")
-            .field("remote", &self.remote)
-            .finish_non_exhaustive()
-    }
 }

@@ -9,7 +9,7 @@ use crate::run::preflight::{
     MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
 use crate::run::record::{Record, Start};
-use crate::run::remote::{RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
+use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, loop_name};
 use crate::run::safety::GuardChoice;
 use crate::run::schedule::Schedule;
 use crate::run::tick::TickRecord;
@@ -22,7 +22,6 @@ use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
 use haptic_remote::serial::{SerialError, SerialLink};
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 /// A run to be made on a device.
 pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
@@ -104,11 +103,8 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             _ => refused_at_port(&path, error),
         };
         let (set, _) = link.configuration().map_err(problem)?;
-        let can = link.capabilities();
-        let mut configuration = configuration(device, &self.law, self.schedule, can, &set.limits)?;
-        if let Some(text) = keep_within(&mut configuration, &set) {
-            (supervisor.warn)(&text);
-        }
+        let schedule = self.schedule;
+        let mut configuration = agreed(device, &self.law, schedule, &link, &set, supervisor.warn)?;
         let (t, rise_s) = (
             self.schedule.sample_time_s,
             configuration.limits.rise_time_s,
@@ -141,7 +137,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         Ok(HostSession {
             link,
             before,
-            watchdog: Duration::from_millis(u64::from(device.watchdog_ms())),
+            watchdog: device.watchdog(),
             loop_mode: device.loop_mode,
             schedule: self.schedule,
             blank: self.blank,

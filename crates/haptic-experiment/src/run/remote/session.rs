@@ -10,10 +10,10 @@ use crate::run::recorder::Recorder;
 use crate::run::remote::summary::{flat, summarise};
 use crate::run::schedule::Schedule;
 use crate::run::tick::{TickRecord, by_loop, per_axis};
-use crate::run::{Ran, Supervisor, close};
+use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
-    EventKind, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
+    BatchItem, EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime, TickMessage};
@@ -26,7 +26,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime};
 
 /// Longest silence after a fault in which the rest is still waited for.
-pub(super) const AFTER_FAULT: Duration = Duration::from_millis(200);
+const AFTER_FAULT: Duration = Duration::from_millis(200);
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
 pub(super) struct HostSession<'a, M, const D: usize> {
@@ -337,7 +337,283 @@ fn waits_for_rest(link: &SerialLink) -> bool {
 }
 
 /// Force that the device made in a sample, N.
-pub(super) fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
+fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
     let force_n = |axis: usize| sample.axes.get(axis).map_or(0.0, |axis| axis.force_n);
     SVector::from_fn(|axis, _| f64::from(force_n(axis)))
+}
+
+/// Sample of what is known without the device: where the indenter is to be, m; the rest is not a number.
+#[must_use]
+pub(crate) fn blank(reference_m: f64) -> TickMessage {
+    TickMessage {
+        reference_m: reference_m.into(),
+        indenter_position_m: f64::NAN.into(),
+        contact_force_n: f64::NAN.into(),
+        observed_energy_j: f64::NAN,
+        ..TickMessage::default()
+    }
+}
+
+impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
+    /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
+    /// device tells of a run that its fault has ended: it came because it was asked for.
+    fn take_sample(&mut self, sample: &Sample) -> bool {
+        let Some(message) = self.message(sample) else {
+            return true;
+        };
+        let tick = u64::from(sample.tick);
+        if let Some(last) = self.last_told() {
+            let falls = !self.record.has_fallen() && message.kept().applied_force_n != 0.0;
+            // The next tick is none of those between, in which the device was not asked yet.
+            if tick > last && tick != self.next_tick && !falls {
+                self.came_until(last);
+                return false;
+            }
+        }
+        let counted = self.counts(tick);
+        self.gap(tick);
+        self.keep(message, counted);
+        true
+    }
+
+    /// True if this tick is part of the result: none from a fault of the device on, though nobody knows which yet.
+    fn counts(&self, tick: u64) -> bool {
+        tick < self.schedule.samples && self.record.ended.is_none() && !self.has_faulted(tick)
+    }
+
+    fn has_faulted(&self, tick: u64) -> bool {
+        let faulted = self.link.fault_tick();
+        faulted.is_some_and(|faulted| tick >= u64::from(faulted))
+    }
+
+    /// The last tick after a fault of the device that the log needs: those before it are told unasked.
+    fn last_told(&self) -> Option<u64> {
+        match self.record.ended {
+            Some(Ending::DeviceFault(report)) => Some(u64::from(report.tick) + AFTER),
+            _ => None,
+        }
+    }
+
+    /// True if all is there that follows a fault of the device.
+    fn is_all_told(&self) -> bool {
+        self.recorder.flight().is_full() && self.record.has_fallen()
+    }
+
+    /// A sample of the device as the log has it.
+    fn message(&self, sample: &Sample) -> Option<M> {
+        if sample.axes.len() != D {
+            return None;
+        }
+        let axes = &sample.axes;
+        let tick = u64::from(sample.tick);
+        let time_s = tick as f64 * self.schedule.sample_time_s;
+        let applied_n = per_axis(&applied_n::<D>(sample));
+        let of = |read: fn(&BatchItem) -> f32| axes.iter().map(|axis| read(axis).into()).collect();
+        let mut message = (self.blank)(time_s - self.start_s());
+        let logged = message.logged_mut();
+        *logged = TickMessage {
+            tick,
+            time_s,
+            position_m: of(|axis| axis.position_m),
+            environment_force_n: of(|axis| axis.environment_force_n),
+            commanded_force_n: applied_n,
+            applied_force_n: applied_n,
+            limiters: axes[0].limiters,
+            flaws: axes[0].flaws,
+            observed_energy_j: f64::NAN,
+            ..*logged
+        };
+        Some(message)
+    }
+
+    /// Ticks so far that count.
+    const fn counted(&self) -> u64 {
+        self.next_tick.saturating_sub(self.record.start.tick)
+    }
+
+    /// When the run begins to count, s.
+    fn start_s(&self) -> f64 {
+        self.record.start.time_s()
+    }
+
+    /// Counts what is missing before this tick.
+    fn gap(&mut self, tick: u64) {
+        self.came_until(tick);
+        self.next_tick = tick + 1;
+    }
+
+    /// Counts what did not come of the ticks before this one.
+    fn came_until(&mut self, tick: u64) {
+        // Samples after a fault or the last tick are no part of the result, but of the log: those that are missing
+        // there are lost.
+        if tick > self.next_tick {
+            let missing = tick - self.next_tick;
+            self.samples_lost += missing;
+            let time_s = tick as f64 * self.schedule.sample_time_s;
+            let text = format!("{missing} samples before tick {tick} did not come");
+            // A recorder that has ended is seen when it is closed.
+            let _ = self.recorder.event(time_s, "lost", text);
+            self.next_tick = tick;
+        }
+    }
+
+    /// A run that finished, but whose last samples did not come.
+    fn count_missing_end(&mut self) {
+        if self.record.ended.is_none() {
+            self.came_until(self.schedule.samples);
+        }
+    }
+
+    /// A fault on the device whose tick did not come, nor any later one.
+    fn count_missing_fault(&mut self) {
+        if let Some(Ending::DeviceFault(report)) = self.record.ended {
+            let made = u64::from(report.tick) + 1;
+            self.came_until(made.min(self.schedule.samples));
+        }
+    }
+
+    fn keep(&mut self, message: M, counted: bool) {
+        let logged = self.recorder.tick(message.logged());
+        if counted {
+            self.record.push(&message);
+        } else if self.record.ended.is_some() || self.has_faulted(message.kept().tick) {
+            self.record.push_after(&message);
+        } else {
+            self.record.falls(&message);
+        }
+        if logged.is_err() && self.record.ended.is_none() {
+            self.record.ended = Some(Ending::LogStopped);
+        }
+    }
+
+    fn ends(&mut self, ended: Ending) {
+        if self.record.ended.is_none() {
+            self.record.ended = Some(ended);
+            let tick = match ended {
+                Ending::DeviceFault(report) => u64::from(report.tick),
+                Ending::Impossible(what) => u64::from(what.tick()),
+                _ => self.next_tick.saturating_sub(1),
+            };
+            let t = self.schedule.sample_time_s;
+            let (at, event_s) = ((tick, tick as f64 * t), self.next_tick as f64 * t);
+            tell_end(&mut self.recorder, ended, self.record.lateness, at, event_s);
+        }
+    }
+}
+
+/// Time behind the watchdog time in which a device that hears nothing has let go.
+const FALLEN: Duration = Duration::from_secs(2);
+
+/// What a device says last of a run.
+enum Last {
+    /// That the run is over, and its force zero.
+    Over,
+    /// Its fault.
+    Fault(FaultReport),
+    /// Nothing.
+    Nothing,
+}
+
+impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
+    /// The line or the device is gone, or does not answer: the log keeps what there is, and what still comes.
+    pub(super) fn give_up(&mut self, error: &SerialError) {
+        let error = match error {
+            SerialError::Link(error) => *error,
+            // Errors that only opening can meet; this port was open.
+            _ => LinkError::Gone,
+        };
+        if let LinkError::Impossible(what) = error {
+            self.keep_impossible();
+            self.ends(Ending::Impossible(what));
+            // It was told to let go: how the force falls.
+            let _ = self.hear_out();
+            return;
+        }
+        self.deaf |= matches!(error, LinkError::NoAnswer { .. });
+        let unheard = matches!(
+            error,
+            LinkError::NoAnswer { .. }
+                | LinkError::Gone
+                | LinkError::Refused {
+                    request: "stop" | "disarm",
+                    ..
+                }
+        );
+        let last = match error {
+            LinkError::Faulted(report) => Last::Fault(report),
+            _ if unheard && self.may_run_on() => self.hear_out(),
+            _ => Last::Nothing,
+        };
+        match last {
+            Last::Over => {}
+            Last::Fault(report) => self.ends_unasked(Ending::DeviceFault(report)),
+            Last::Nothing => self.ends_unasked(Ending::LinkLost(error)),
+        }
+    }
+
+    /// The sample that cannot be is in the log, as what it is, and no part of the result.
+    fn keep_impossible(&mut self) {
+        let message = self
+            .link
+            .impossible()
+            .and_then(|sample| self.message(sample));
+        if let Some(message) = message {
+            self.gap(message.logged().tick);
+            // A recorder that has ended is seen when it is closed.
+            let _ = self.recorder.tick(message.logged());
+        }
+    }
+
+    /// True if a run began whose end is not known.
+    fn may_run_on(&self) -> bool {
+        let ended = self.record.ended;
+        !self.over && self.next_tick > 0 && matches!(ended, None | Some(Ending::Interrupted))
+    }
+
+    /// The run ended so. One that was to be stopped, and was not known to be over, did not end because somebody asked for it.
+    fn ends_unasked(&mut self, ended: Ending) {
+        if self.record.ended == Some(Ending::Interrupted) && !self.over {
+            self.record.stop_unheard = true;
+            self.record.ended = None;
+        }
+        self.ends(ended);
+    }
+
+    /// Takes what the device says of a run until that is over, or it is silent.
+    fn hear_out(&mut self) -> Last {
+        let until = Instant::now() + self.watchdog + FALLEN;
+        while Instant::now() < until {
+            match self.link.hear(AFTER_FAULT) {
+                Some(Heard::Sample(sample)) => {
+                    self.take_sample(&sample);
+                }
+                Some(Heard::Event(event)) => match event.kind {
+                    EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
+                        return Last::Over;
+                    }
+                    EventKind::Configured | EventKind::Armed | EventKind::Started => {}
+                },
+                Some(Heard::Fault(report)) => return Last::Fault(report),
+                Some(Heard::Over(_)) | None => break,
+            }
+        }
+        Last::Nothing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use haptic_log::record::flaw;
+
+    #[test]
+    fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
+        let wire = [
+            haptic_link::UNANSWERED,
+            haptic_link::NOT_TAKEN,
+            haptic_link::IMPOSSIBLE,
+        ];
+        let log = [flaw::UNANSWERED, flaw::NOT_TAKEN, flaw::IMPOSSIBLE];
+        assert_eq!(wire, log);
+        assert!(!wire.contains(&flaw::LATE_FORCE));
+    }
 }

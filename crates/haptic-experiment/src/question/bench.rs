@@ -1,0 +1,142 @@
+//! What questions share: the device with its keys, orders and scheme, and a search that can be stopped.
+
+use crate::Sensors;
+use crate::document::advice::check;
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::kind::{Parameter, joined};
+use crate::document::parameters::{
+    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME, SCHEME,
+};
+use crate::document::reader::Table;
+use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
+use crate::experiment::trial::reading::device;
+use fracdiff::{Order, Scheme, SchemeError};
+use haptic_analysis::StableArea;
+use haptic_loop::plant::MassDamperConfig;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Of a simulated device.
+pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[
+    &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
+    LESS_THAN_IDEAL,
+]);
+
+/// The device of Z-width and design.
+pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
+
+/// A device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Device {
+    /// Mass, damping, hand and sample time; delay, current lag and friction.
+    pub plant: MassDamperConfig,
+    /// Its encoder.
+    pub sensors: Sensors,
+    /// Largest force, N.
+    pub force_limit_n: f64,
+}
+
+/// The device of a question, as its answer repeats it: who took a wrong unit sees it here.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AskedDevice {
+    /// m.
+    pub mass_kg: f64,
+    /// b.
+    pub damping_n_s_per_m: f64,
+    /// k, of the hand.
+    pub hand_stiffness_n_per_m: f64,
+    /// T.
+    pub sample_time_s: f64,
+}
+
+impl AskedDevice {
+    pub(super) const fn of(device: &MassDamperConfig) -> Self {
+        Self {
+            mass_kg: device.mass.0,
+            damping_n_s_per_m: device.damping.0,
+            hand_stiffness_n_per_m: device.stiffness.0,
+            sample_time_s: device.sample_time.0,
+        }
+    }
+}
+
+/// m/T² and m/T^(2−μ): N/m of α = 1 and N·s^μ/m of β = 1.
+pub(super) fn units(device: &MassDamperConfig, order: Order) -> (f64, f64) {
+    let (m, t) = (device.mass.0, device.sample_time.0);
+    (m / (t * t), m / t.powf(2.0 - order.get()))
+}
+
+pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
+    let (plant, sensors) = device(table, table.number(&SAMPLE_TIME)?)?;
+    Ok(Device {
+        plant,
+        sensors,
+        force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
+    })
+}
+
+pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
+    let parsed = table.text(&SCHEME)?.parse();
+    let parsed = parsed.and_then(|scheme| match scheme {
+        Scheme::Exact => Err(SchemeError::AnalysisOnly),
+        scheme => Ok(scheme),
+    });
+    parsed.map_err(|error| table.fail_at(SCHEME.key, error.to_string()))
+}
+
+pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {
+    let given = table.numbers_if(parameter)?;
+    let numbers = given.unwrap_or_else(|| parameter.default_numbers());
+    let orders: Result<_, _> = numbers.into_iter().map(Order::new).collect();
+    orders.map_err(|error| table.fail_at(parameter.key, error.to_string()))
+}
+
+/// Refuses no orders, and those that are none of a wall.
+pub(super) fn check_orders(orders: &[Order], parameter: &Parameter) -> Result<(), Failure> {
+    if orders.is_empty() {
+        return Err(Failure::bad_input(format_args!(
+            "no order was given: give {parameter}, as in 0, 0.5, 1"
+        )));
+    }
+    (orders.iter()).try_for_each(|order| check(parameter, order.get()))
+}
+
+/// The answer for each order, on all cores; `progress` hears of each that is done, `stop` ends it before the next.
+pub(super) fn for_each_order<T: Send>(
+    orders: &[Order],
+    stop: &AtomicBool,
+    progress: &(dyn Fn(u64) + Sync),
+    answer: impl Fn(Order) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
+    let goes_on = || match stop.load(Ordering::Relaxed) {
+        true => Err(Failure::interrupted()),
+        false => Ok(()),
+    };
+    let answers = orders.par_iter().map(|&order| {
+        goes_on()?;
+        let answer = answer(order);
+        progress(1);
+        answer
+    });
+    let answers = answers.collect::<Result<_, _>>()?;
+    goes_on()?;
+    Ok(answers)
+}
+
+/// Values of α at which the boundary has this β, the least first.
+pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
+    let mut crossings: Vec<f64> = Vec::new();
+    for polygon in &area.polygons {
+        let following = polygon.points.iter().cycle().skip(1);
+        for (a, b) in polygon.points.iter().zip(following) {
+            if (a.beta > beta) != (b.beta > beta) {
+                let way = (beta - a.beta) / (b.beta - a.beta);
+                crossings.push(a.alpha + way * (b.alpha - a.alpha));
+            }
+        }
+    }
+    crossings.sort_by(f64::total_cmp);
+    crossings
+}

@@ -1,0 +1,647 @@
+//! The excitation on a device, through the safety chain, to its end or to whatever ends it.
+
+use super::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MotionRecord};
+use crate::document::failure::Failure;
+use crate::run::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
+use crate::run::ending::Lateness;
+use crate::run::realtime::RealtimeOptions;
+use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, push};
+use crate::run::schedule::{Pace, Schedule};
+use crate::run::sensors::Sensors;
+use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::Seconds;
+use haptic_loop::{
+    Controller, Device, Environment, Fault, ParameterError, Reading, SafeForce, SafetyChain,
+};
+use haptic_remote::LinkError;
+use haptic_remote::serial::{SerialError, SerialLink};
+use nalgebra::{SVector, Vector1};
+use std::f64::consts::{PI, TAU};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The end of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// The multi-sine came to its end.
+    Complete,
+    /// Stopped from outside.
+    Interrupted,
+    /// The safety chain latched a fault.
+    Fault(Fault),
+    /// No force that is allowed moves the device.
+    Blocked,
+    /// The device moved without any force.
+    MovesByItself,
+}
+
+/// A motion, and how it ended; the force is zero.
+#[derive(Clone, Debug)]
+pub struct Driven {
+    /// The motion up to there.
+    pub record: MotionRecord,
+    /// Its end.
+    pub outcome: Outcome,
+}
+
+/// A measurement that could not be made.
+#[derive(Debug, PartialEq)]
+pub enum DriveError<E> {
+    /// Limits that make no safety chain.
+    Plan(ParameterError),
+    /// The device did not do what it was told.
+    Device(E),
+}
+
+/// Drives a device through a measurement. `applied` tells the force that the device really applied in a tick, from the one that it was sent;
+/// `progress` hears the number of ticks.
+///
+/// Whatever ends it, the force is zero when this returns.
+///
+/// # Errors
+/// Limits outside their range; the device's own.
+pub fn drive<V: Device<f64, 1>>(
+    plan: &MeasurePlan,
+    device: &mut V,
+    applied: &mut dyn FnMut(&V, f64) -> f64,
+    progress: &dyn Fn(u64),
+    stop: &AtomicBool,
+) -> Result<Driven, DriveError<V::Error>> {
+    let first = device.read().map_err(DriveError::Device)?;
+    let limits = plan.limits(first.position_m[0]);
+    let chain = SafetyChain::from_limits(&limits, Seconds(plan.sample_time_s));
+    let chain = chain.map_err(DriveError::Plan)?;
+    let mut controller = Controller::<f64, 1, _>::new(Excitation::new(*plan), chain);
+    // Whatever ends this function, no force stays.
+    let mut engaged = controller.engage(device);
+    let capacity = plan.ticks_at_most() as usize;
+    let mut record = MotionRecord::with_capacity(plan.sample_time_s, capacity);
+    let mut outcome = None;
+    let mut next = first.tick;
+    let mut reading = first;
+    loop {
+        let phase = engaged.controller_mut().law_mut().1.phase;
+        let done = engaged.tick_reading(reading);
+        let done = done.map_err(DriveError::Device)?;
+        let missing = reading.tick.saturating_sub(next);
+        next = reading.tick + 1;
+        if outcome.is_none() {
+            let force = applied(engaged.device(), done.force.newtons()[0]);
+            match phase {
+                Phase::Rest => record.rest = record.len() + 1,
+                Phase::Driven => {}
+                _ => record.driven_from = record.len() + 1,
+            }
+            record.push(missing, reading.position_m[0], force);
+            progress(record.len() as u64);
+            let course = engaged.controller_mut().law_mut().1;
+            outcome = ended(course, done.fault, stop);
+            if let [Some(up), Some(down)] = course.moved_at_n {
+                record.breakaway_n = Some((up, down));
+            }
+        }
+        if outcome.is_some() {
+            engaged.controller_mut().stop();
+        }
+        if let (Some(outcome), true) = (outcome, engaged.controller().safety().is_at_rest()) {
+            return Ok(Driven { record, outcome });
+        }
+        reading = engaged.read().map_err(DriveError::Device)?;
+    }
+}
+
+/// Reason to end, if there is one.
+fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Outcome> {
+    if let Some(fault) = fault {
+        return Some(match fault {
+            Fault::PositionStuck => Outcome::Blocked,
+            // There is no force yet that could have moved it.
+            Fault::Workspace | Fault::Velocity if course.phase == Phase::Rest => {
+                Outcome::MovesByItself
+            }
+            fault => Outcome::Fault(fault),
+        });
+    }
+    if course.finding.is_some() {
+        return course.finding;
+    }
+    if stop.load(Ordering::Relaxed) {
+        return Some(Outcome::Interrupted);
+    }
+    (course.phase == Phase::Over).then_some(Outcome::Complete)
+}
+
+impl Outcome {
+    /// Refuses all but a measurement that came to its end.
+    ///
+    /// # Errors
+    /// In one line what happened, that the force is zero, and what to do.
+    pub fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
+        let force = plan.force_n();
+        let box_mm = 1e3 * plan.box_m;
+        Err(Failure::Run(match self {
+            Self::Complete => return Ok(()),
+            Self::Interrupted => {
+                anyhow::anyhow!("interrupted: the force is zero, nothing was written")
+            }
+            Self::Fault(Fault::Workspace) => anyhow::anyhow!(
+                "the device left the box of {box_mm} mm about its start, and the force is zero: put it in the middle of its range, give a larger \
+                 {MEASURE_BOX} or a smaller {MEASURE_FORCE_LIMIT}"
+            ),
+            Self::Fault(fault @ (Fault::Velocity | Fault::PositionJump)) => anyhow::anyhow!(
+                "the device is too fast, and the force is zero ({fault}): give a smaller {MEASURE_FORCE_LIMIT}, or see to its sensor"
+            ),
+            Self::Fault(fault) => {
+                anyhow::anyhow!("the measurement ended in a fault, and the force is zero: {fault}")
+            }
+            Self::Blocked => anyhow::anyhow!(
+                "the device does not move under {force} N, and the force is zero: free it, see that its motor is on and its sensor works, or give \
+                 a larger {MEASURE_FORCE_LIMIT}, of which a fifth is used"
+            ),
+            Self::MovesByItself => anyhow::anyhow!(
+                "the device moves by itself, without any force: level it, let go of it, or give {HELD} if a hand holds it"
+            ),
+        }))
+    }
+}
+
+/// Measures a simulated device in virtual time.
+///
+/// # Errors
+/// A parameter outside its range; a measurement that did not come to its end.
+pub fn on_simulated(
+    plan: &MeasurePlan,
+    (device, sensors): (MassDamperConfig, Sensors),
+    progress: &dyn Fn(u64),
+    stop: &AtomicBool,
+) -> Result<MotionRecord, Failure> {
+    plan.check()?;
+    let config = MassDamperConfig {
+        sample_time: Seconds(plan.sample_time_s),
+        ..device
+    };
+    let plant = MassDamper::<1>::new(config).map_err(Failure::input)?;
+    let mut device = sensors.before(plant)?;
+    let driven = drive(plan, &mut device, &mut |_, sent| sent, progress, stop);
+    let driven = driven.map_err(|error| match error {
+        DriveError::Plan(error) => Failure::input(error),
+        DriveError::Device(never) => match never {},
+    })?;
+    driven.outcome.require_complete(plan)?;
+    Ok(driven.record)
+}
+
+/// Lowest and highest line of the slow group, Hz: they move the device through the box.
+const SLOW_HZ: [f64; 2] = [1.5, 20.0];
+/// Lowest line of the fast group, Hz: its lines hardly move the device, but tell delay from lag.
+const FAST_FROM_HZ: f64 = 28.0;
+/// Highest line, Hz, and as cycles a sample; the lower of the two.
+const FAST_TO: (f64, f64) = (400.0, 0.22);
+/// Lines of each group.
+const LINES: [usize; 2] = [8, 12];
+/// Shares of the largest force that the groups have, as rms.
+const RMS: [f64; 2] = [0.3, 0.3];
+/// Powers of the frequency with which the amplitudes of the groups grow: slow lines move the device furthest, and the fastest tell delay from
+/// lag.
+const SLOPES: [f64; 2] = [1.0, 0.5];
+/// Force of the spring at the end of the box, as a share of the largest.
+const SPRING: f64 = 0.2;
+/// Share of the box beyond which the slow group is made smaller, for the place where the device will be after [`AHEAD_S`].
+const WIDE: f64 = 0.5;
+const AHEAD_S: f64 = 0.04;
+/// Times in which the slow group grows and shrinks, s, and the share with which it begins.
+const GROWS_S: f64 = 1.0;
+const SHRINKS_S: f64 = 0.03;
+const BEGINS: f64 = 0.05;
+/// Time constant of the velocity that is looked at for that, s.
+const FOLLOWS_S: f64 = 0.01;
+/// Time in which the force of a ramp falls to zero, and time to come to rest after it, s.
+const FALL_S: f64 = 0.05;
+const PAUSE_S: f64 = 0.25;
+/// A device that moves less than this share of [`MeasurePlan::near_m`] in so many seconds of the multi-sine is blocked. While the slow group is
+/// small, so much less.
+const STILL: (f64, f64) = (0.005, 0.5);
+
+/// The part of the measurement that is going on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// No force.
+    Rest,
+    /// A force that grows, in this direction, until the device moves.
+    Ramp(f64),
+    /// A force that falls from this one, and a pause.
+    Fall(f64),
+    /// Multi-sine and spring.
+    Driven,
+    /// No force any more.
+    Over,
+}
+
+/// One line of the multi-sine.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    /// Radians a tick.
+    step: f64,
+    amplitude_n: f64,
+    phase: f64,
+}
+
+/// The law: see the module.
+#[derive(Clone, Debug)]
+struct Excitation {
+    plan: MeasurePlan,
+    slow: Vec<Line>,
+    fast: Vec<Line>,
+}
+
+/// Where a measurement is.
+#[derive(Clone, Debug)]
+struct Course {
+    phase: Phase,
+    /// Ticks since the phase began.
+    since: u64,
+    /// All ticks.
+    tick: u64,
+    start_m: Option<f64>,
+    /// Position at which the phase began, m.
+    from_m: f64,
+    /// Forces at which the device moved, upwards and downwards, N.
+    moved_at_n: [Option<f64>; 2],
+    /// Share of the slow group that is used.
+    slow: f64,
+    /// Position of the tick before, m, and velocity, m/s.
+    last_m: f64,
+    velocity_m_per_s: f64,
+    /// Lowest and highest position since it was looked at last, m.
+    seen: (f64, f64),
+    /// What ends it before its time.
+    finding: Option<Outcome>,
+}
+
+impl Excitation {
+    fn new(plan: MeasurePlan) -> Self {
+        let highest = f64::min(FAST_TO.0, FAST_TO.1 / plan.sample_time_s);
+        let group = |[low, high]: [f64; 2], lines: usize, rms: f64, slope: f64| -> Vec<Line> {
+            let place = |n: usize| n as f64 / (lines - 1) as f64;
+            let frequency = |n: usize| low * libm::pow(high / low, place(n));
+            let weight = |n: usize| libm::pow(frequency(n) / high, slope);
+            let squares: f64 = (0..lines).map(|n| 0.5 * weight(n) * weight(n)).sum();
+            let unit = rms * plan.force_n() / squares.sqrt();
+            let line = |n: usize| {
+                Line {
+                    step: TAU * frequency(n) * plan.sample_time_s,
+                    amplitude_n: unit * weight(n),
+                    // M. R. Schroeder's phases: a flat multi-sine with low peaks.
+                    phase: -PI * (n * (n + 1)) as f64 / lines as f64,
+                }
+            };
+            (0..lines).map(line).collect()
+        };
+        let fast_from = f64::min(FAST_FROM_HZ, 0.5 * highest);
+        let slow_to = f64::min(SLOW_HZ[1], 0.7 * fast_from);
+        Self {
+            plan,
+            slow: group([SLOW_HZ[0], slow_to], LINES[0], RMS[0], SLOPES[0]),
+            fast: group([fast_from, highest], LINES[1], RMS[1], SLOPES[1]),
+        }
+    }
+
+    fn driven(&self, course: &Course, position_m: f64) -> f64 {
+        let most = self.plan.force_n();
+        let tick = course.since as f64;
+        let sum = |lines: &[Line]| -> f64 {
+            let each = lines
+                .iter()
+                .map(|line| line.amplitude_n * libm::sin(line.step * tick + line.phase));
+            each.sum()
+        };
+        // The fast group rises within half a second.
+        let rise = f64::min(1.0, tick * self.plan.sample_time_s / 0.5);
+        let away = position_m - course.start_m.unwrap_or(position_m);
+        let spring = -SPRING * most * away / self.plan.box_m;
+        let wanted = spring + course.slow * sum(&self.slow) + rise * sum(&self.fast);
+        wanted.clamp(-most, most)
+    }
+
+    fn enter(course: &mut Course, phase: Phase, position_m: f64) {
+        course.phase = phase;
+        course.since = 0;
+        course.from_m = position_m;
+        course.seen = (position_m, position_m);
+    }
+
+    /// Ends the measurement, if the device does what it must not.
+    fn find(course: &mut Course, finding: Outcome, position_m: f64) {
+        course.finding = Some(finding);
+        Self::enter(course, Phase::Over, position_m);
+    }
+
+    fn follow(&self, course: &mut Course, position_m: f64) {
+        let plan = &self.plan;
+        let moved = (position_m - course.from_m).abs();
+        let moves = MeasurePlan::MOVES * plan.near_m();
+        match course.phase {
+            Phase::Rest => {
+                let rests = MeasurePlan::MOVES * plan.box_m;
+                // A hand trembles.
+                let most = if plan.hand { 10.0 * rests } else { rests };
+                if moved > most {
+                    Self::find(course, Outcome::MovesByItself, position_m);
+                } else if course.since >= plan.ticks(MeasurePlan::REST_S) {
+                    Self::enter(course, Phase::Ramp(1.0), position_m);
+                }
+            }
+            Phase::Ramp(direction) => {
+                let force = self.ramp(course.since);
+                if moved > moves {
+                    let index = usize::from(direction < 0.0);
+                    course.moved_at_n[index] = Some(direction * force);
+                    Self::enter(course, Phase::Fall(direction * force), position_m);
+                } else if course.since > plan.ticks(MeasurePlan::RAMP_S) {
+                    Self::find(course, Outcome::Blocked, position_m);
+                }
+            }
+            Phase::Fall(_) if course.since >= plan.ticks(FALL_S + PAUSE_S) => {
+                let next = match course.moved_at_n[1] {
+                    None => Phase::Ramp(-1.0),
+                    Some(_) => Phase::Driven,
+                };
+                Self::enter(course, next, position_m);
+            }
+            Phase::Driven => self.watch(course, position_m),
+            Phase::Fall(_) | Phase::Over => {}
+        }
+    }
+
+    /// Keeps the slow group within the box, and sees a device that stands still.
+    fn watch(&self, course: &mut Course, position_m: f64) {
+        let plan = &self.plan;
+        let t = plan.sample_time_s;
+        let moved = (position_m - course.last_m) / t - course.velocity_m_per_s;
+        course.velocity_m_per_s -= libm::expm1(-t / FOLLOWS_S) * moved;
+        let there = position_m + AHEAD_S * course.velocity_m_per_s;
+        let away = (there - course.start_m.unwrap_or(there)).abs();
+        course.slow = if away > WIDE * plan.box_m {
+            course.slow * libm::exp(-t / SHRINKS_S)
+        } else {
+            f64::min(1.0, course.slow * libm::exp(t / GROWS_S))
+        };
+        let (low, high) = course.seen;
+        course.seen = (low.min(position_m), high.max(position_m));
+        let look = plan.ticks(STILL.1);
+        if course.since > 0 && course.since.is_multiple_of(look) {
+            if course.seen.1 - course.seen.0 < STILL.0 * course.slow * plan.near_m() {
+                Self::find(course, Outcome::Blocked, position_m);
+                return;
+            }
+            course.seen = (position_m, position_m);
+        }
+        if course.since >= plan.ticks(plan.duration_s) {
+            Self::enter(course, Phase::Over, position_m);
+        }
+    }
+
+    /// Force of a ramp, N.
+    fn ramp(&self, since: u64) -> f64 {
+        let share = since as f64 * self.plan.sample_time_s / MeasurePlan::RAMP_S;
+        self.plan.force_n() * share.min(1.0)
+    }
+}
+
+impl Environment<f64, 1> for Excitation {
+    type History = Course;
+
+    fn at_rest(&self) -> Course {
+        Course {
+            phase: Phase::Rest,
+            since: 0,
+            tick: 0,
+            start_m: None,
+            from_m: 0.0,
+            moved_at_n: [None; 2],
+            slow: BEGINS,
+            last_m: 0.0,
+            velocity_m_per_s: 0.0,
+            seen: (0.0, 0.0),
+            finding: None,
+        }
+    }
+
+    fn force(&self, course: &Course, position_m: &Vector1<f64>) -> Vector1<f64> {
+        let force = match course.phase {
+            Phase::Rest | Phase::Over => 0.0,
+            Phase::Ramp(direction) => direction * self.ramp(course.since),
+            Phase::Fall(from) => {
+                let share = course.since as f64 * self.plan.sample_time_s / FALL_S;
+                from * f64::max(0.0, 1.0 - share)
+            }
+            Phase::Driven => self.driven(course, position_m[0]),
+        };
+        SVector::from([force])
+    }
+
+    fn advance(&self, course: &mut Course, position_m: &Vector1<f64>) {
+        let position_m = position_m[0];
+        if course.start_m.is_none() {
+            course.start_m = Some(position_m);
+            course.last_m = position_m;
+            Self::enter(course, Phase::Rest, position_m);
+        }
+        course.since += 1;
+        course.tick += 1;
+        self.follow(course, position_m);
+        course.last_m = position_m;
+    }
+}
+
+/// A motion of a serial device, and what the device calls itself.
+#[derive(Clone, Debug)]
+pub struct SerialMotion {
+    /// The motion.
+    pub record: MotionRecord,
+    /// Name of the board, and its firmware.
+    pub board: String,
+    /// True if the device simulates its plant.
+    pub simulated: bool,
+}
+
+/// Measures a serial device. Its own limits hold too, where they are tighter.
+///
+/// The delay that is found is the device's own: the line is not in it, as the force of each tick is the one that the device says it applied.
+///
+/// # Errors
+/// A device that cannot be used; a parameter outside its range; a measurement that did not come to its end.
+pub fn on_serial(
+    plan: &MeasurePlan,
+    remote: &RemoteDevice,
+    warn: Warn<'_>,
+    progress: &dyn Fn(u64),
+    stop: &AtomicBool,
+) -> Result<SerialMotion, Failure> {
+    plan.check()?;
+    let remote = RemoteDevice {
+        loop_mode: LoopMode::Host,
+        ..remote.clone()
+    };
+    let mut link = remote
+        .name
+        .connect_with(1, remote.patience, warn, Some(stop))?;
+    let driven = driven(plan, &remote, &mut link, warn, progress, stop);
+    let driven = driven.map_err(|failure| at_link(&link, failure))?;
+    let can = link.capabilities();
+    Ok(SerialMotion {
+        record: driven.record,
+        board: format!("{} {}", can.board(), firmware_version(link.hello())),
+        simulated: can.simulated,
+    })
+}
+
+/// The excitation, from limits to rest.
+fn driven(
+    plan: &MeasurePlan,
+    remote: &RemoteDevice,
+    link: &mut SerialLink,
+    warn: Warn<'_>,
+    progress: &dyn Fn(u64),
+    stop: &AtomicBool,
+) -> Result<Driven, Failure> {
+    let path = link.path().to_owned();
+    let problem = |error| refused_at_port(&path, error);
+    let (set, _) = link
+        .configuration()
+        .map_err(|error| at_port(&path, &error))?;
+    // The box is about the start, which is not known yet: the chain here watches over it.
+    let limits = haptic_loop::Limits {
+        workspace: None,
+        ..plan.limits(0.0)
+    };
+    let simulation = Simulation {
+        kind: SimulationKind::MassDamper,
+        ..push(0.0)
+    };
+    let law = RemoteLaw::bare(limits, simulation);
+    let schedule = Schedule {
+        samples: plan.ticks_at_most(),
+        sample_time_s: plan.sample_time_s,
+        pace: Pace::Realtime(RealtimeOptions::NORMAL),
+    };
+    let configuration = agreed(remote, &law, schedule, link, &set, &|text| warn(text))?;
+    link.set_for(configuration, &law.operator.1, Scope::Run)
+        .map_err(problem)?;
+    link.arm(remote.watchdog()).map_err(problem)?;
+    link.start(Start::ENDLESS).map_err(problem)?;
+    let mut applied = |stoppable: &Stoppable<'_>, _sent: f64| {
+        let axis = stoppable.link.newest().axes.first();
+        axis.map_or(0.0, |axis| f64::from(axis.force_n))
+    };
+    let mut stoppable = Stoppable { link, stop };
+    let driven = drive(plan, &mut stoppable, &mut applied, progress, stop);
+    // After an error too: dropped, the link does it once more.
+    let disarmed = link.disarm();
+    if let (None, Some(trouble)) = (link.lost_board(), link.trouble()) {
+        warn(&trouble.words);
+    }
+    let stopped = DriveError::Device(LinkError::Stopped.into());
+    if driven.as_ref().err() == Some(&stopped) && disarmed.is_ok() && link.wait_for_rest() {
+        Outcome::Interrupted.require_complete(plan)?;
+    }
+    let driven = driven.map_err(|error| match error {
+        DriveError::Plan(error) => Failure::input(error),
+        DriveError::Device(error) => {
+            too_busy(&error, remote.lateness()).unwrap_or_else(|| at_port(&path, &error))
+        }
+    })?;
+    driven.outcome.require_complete(plan)?;
+    disarmed.map_err(problem)?;
+    Ok(driven)
+}
+
+/// A link whose loop hears who stops it, even where no sample comes.
+struct Stoppable<'a> {
+    link: &'a mut SerialLink,
+    stop: &'a AtomicBool,
+}
+
+impl Device<f64, 1> for Stoppable<'_> {
+    type Error = SerialError;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, SerialError> {
+        self.link.read_or_stop(self.stop)
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), SerialError> {
+        self.link.write(force)
+    }
+
+    fn let_go(&mut self) {
+        Device::<f64, 1>::let_go(self.link);
+    }
+}
+
+/// A fault that the machine makes, and no device: with its remedy.
+fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
+    let SerialError::Link(LinkError::Faulted(report)) = error else {
+        return None;
+    };
+    let advice = lateness.advice(Fault::from_code(report.status.fault)?)?;
+    Some(Failure::Run(anyhow::anyhow!("{error}{advice}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::ending::reported;
+
+    #[test]
+    fn who_leaves_the_box_before_there_is_a_force_moves_by_itself() {
+        let mut course = Excitation::new(MeasurePlan::default()).at_rest();
+        let never = AtomicBool::new(false);
+        let mut seen = |phase, fault| {
+            course.phase = phase;
+            ended(&course, Some(fault), &never)
+        };
+        for fault in [Fault::Workspace, Fault::Velocity] {
+            let itself = seen(Phase::Rest, fault);
+            assert_eq!(itself, Some(Outcome::MovesByItself), "{fault}");
+            let driven = seen(Phase::Driven, fault);
+            assert_eq!(driven, Some(Outcome::Fault(fault)));
+        }
+        // A sensor that jumps is none that moves.
+        let jump = seen(Phase::Rest, Fault::PositionJump);
+        assert_eq!(jump, Some(Outcome::Fault(Fault::PositionJump)));
+    }
+
+    #[test]
+    fn a_device_that_is_held_after_it_moved_is_blocked_in_any_box() {
+        for box_m in [0.005, 0.2] {
+            let law = Excitation::new(MeasurePlan {
+                box_m,
+                ..MeasurePlan::default()
+            });
+            let mut course = law.at_rest();
+            law.advance(&mut course, &Vector1::new(0.0));
+            Excitation::enter(&mut course, Phase::Driven, 0.0);
+            // Held but for a sensor that trembles by a step.
+            let step_m = 2e-5;
+            let steps = law.plan.ticks(4.0 + STILL.1);
+            for tick in 0..steps {
+                let read_m = if tick.is_multiple_of(2) { 0.0 } else { step_m };
+                law.advance(&mut course, &Vector1::new(read_m));
+            }
+            assert_eq!(course.finding, Some(Outcome::Blocked), "{box_m}");
+        }
+    }
+
+    #[test]
+    fn a_fault_of_a_busy_machine_says_what_to_allow() {
+        let lateness = Lateness {
+            watchdog_ms: 20,
+            max_age_ticks: 10,
+        };
+        let error = LinkError::Faulted(reported(Fault::HostSilent)).into();
+        let failure = too_busy(&error, lateness).expect("the machine was busy");
+        assert_eq!(failure.exit_code(), 1);
+        assert!(failure.to_string().ends_with("`watchdog_s` = 0.1"));
+    }
+}
