@@ -23,13 +23,12 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE};
 use crate::experiment::DRIVE_TABLE as DRIVE;
-use crate::experiment::trial::reading::with_devices;
+use crate::experiment::reading::with_devices;
 use crate::experiment::{coupler, drive, rendering, teleoperation, touch, wall};
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use crate::{
-    CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
-    WallExperiment,
+    CouplerExperiment, Drive, Indentation, TeleoperationExperiment, TouchExperiment, WallExperiment,
 };
 use std::path::Path;
 use std::time::Duration;
@@ -53,9 +52,9 @@ use std::time::Duration;
 #[derive(Clone, Debug)]
 pub enum ExperimentFile {
     /// `[relax]`.
-    Relax(Relaxation),
+    Relax(Indentation),
     /// `[creep]`.
-    Creep(Creep),
+    Creep(Indentation),
     /// `[wall]`.
     Wall(WallExperiment),
     /// `[coupler]`.
@@ -105,19 +104,19 @@ impl ExperimentFile {
             return Err(drive.fail(reason));
         }
         let drive = drive
-            .map(|drive| drive.with_keys(&[(DRIVE, drive::keys::DRIVE)]))
+            .map(|drive| drive.with_keys(&[(DRIVE, drive::DRIVE)]))
             .transpose()?;
         let drive = drive.as_ref();
         match kind {
-            "relax" => rendering::reading::relax(&table, drive).map(Self::Relax),
-            "creep" => rendering::reading::creep(&table, drive).map(Self::Creep),
-            "coupler" => coupler::reading::coupler(&table).map(Self::Coupler),
+            "relax" => rendering::relax(&table, drive).map(Self::Relax),
+            "creep" => rendering::creep(&table, drive).map(Self::Creep),
+            "coupler" => coupler::coupler(&table).map(Self::Coupler),
             "teleoperation" => {
-                let read = teleoperation::reading::teleoperation(&table)?;
+                let read = teleoperation::teleoperation(&table)?;
                 Ok(Self::Teleoperation(Box::new(read)))
             }
-            "touch" => Ok(Self::Touch(Box::new(touch::reading::touch(&table)?))),
-            _ => wall::reading::wall(&table).map(Self::Wall),
+            "touch" => Ok(Self::Touch(Box::new(touch::touch(&table)?))),
+            _ => wall::wall(&table).map(Self::Wall),
         }
     }
 
@@ -140,9 +139,8 @@ impl ExperimentFile {
     #[must_use]
     pub fn remote(&self) -> Option<&RemoteDevice> {
         match self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.remote.as_ref()
-            }
+            Self::Relax(Indentation { rendering, .. })
+            | Self::Creep(Indentation { rendering, .. }) => rendering.remote.as_ref(),
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
             Self::Touch(touch) => touch.remote.as_ref(),
@@ -154,9 +152,8 @@ impl ExperimentFile {
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
         let remote = match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.remote.as_mut()
-            }
+            Self::Relax(Indentation { rendering, .. })
+            | Self::Creep(Indentation { rendering, .. }) => rendering.remote.as_mut(),
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_mut(),
             Self::Touch(touch) => touch.remote.as_mut(),
@@ -172,9 +169,8 @@ impl ExperimentFile {
     #[must_use]
     pub const fn drive(&self) -> Option<&Drive> {
         match self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.drive.as_ref()
-            }
+            Self::Relax(Indentation { rendering, .. })
+            | Self::Creep(Indentation { rendering, .. }) => rendering.drive.as_ref(),
             Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) | Self::Touch(_) => None,
         }
     }
@@ -193,9 +189,8 @@ impl ExperimentFile {
             )));
         }
         let force_unstable = match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                &mut rendering.preflight.force_unstable
-            }
+            Self::Relax(Indentation { rendering, .. })
+            | Self::Creep(Indentation { rendering, .. }) => &mut rendering.preflight.force_unstable,
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.force_unstable,
             Self::Teleoperation(experiment) => &mut experiment.force_unstable,
@@ -209,7 +204,8 @@ impl ExperimentFile {
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
         match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+            Self::Relax(Indentation { rendering, .. })
+            | Self::Creep(Indentation { rendering, .. }) => {
                 rendering.pace = pace;
             }
             Self::Wall(WallExperiment { setup, .. })

@@ -4,7 +4,7 @@ use super::Kind;
 use super::figure::{Axis, Curve, Figure, Panel, logarithmic};
 use fracdiff::parameter::RangeError;
 use haptic_analysis::AnalysisError;
-use haptic_experiment::{Failure, ModelledTissue, Relaxation, Rendering};
+use haptic_experiment::{Failure, Indentation, ModelledTissue, Rendering};
 use haptic_figure::{Look, Scale};
 use haptic_tissue::Library;
 use std::ops::ControlFlow;
@@ -35,7 +35,7 @@ pub fn relax(kind: Kind) -> Result<Relaxed, Failure> {
     if kind == Kind::Muir {
         rendering.scheme = kind.scheme();
     }
-    let experiment = Relaxation::of(rendering);
+    let experiment = Indentation::relaxation(rendering);
     let samples = experiment.check()? as usize;
     let mut relaxed = Relaxed {
         time_s: Vec::with_capacity(samples),

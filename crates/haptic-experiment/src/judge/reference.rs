@@ -4,13 +4,61 @@
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
 use crate::document::failure::Failure;
-use crate::judge::Reference;
+use crate::judge::modelled_tissue::memory;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
-use fracdiff::{Channel, Operator, Order, Seconds};
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Channel, Operator, Order, Scheme, Seconds, batch};
+use haptic_tissue::Model;
 
 /// Largest relative error of any weight of an operator that stands for the full history.
 pub(crate) const TOLERANCE: f64 = 1e-9;
+
+/// The weights whose full history a run is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+
+pub(crate) enum Reference {
+    /// Of a full memory.
+    Kernel(Kernel),
+    /// Of `full-bdf2`.
+    Bdf2,
+}
+
+impl Reference {
+    /// Those of the scheme itself where it has the full history, else Grünwald's.
+    #[must_use]
+    pub(crate) fn of(scheme: Scheme) -> Self {
+        match scheme {
+            Scheme::Full { kernel, .. } => Self::Kernel(kernel),
+            Scheme::FullBdf2 { .. } => Self::Bdf2,
+            _ => Self::Kernel(Kernel::Grunwald),
+        }
+    }
+
+    /// The scheme with these weights, of this tolerance.
+    pub(crate) fn scheme(self, tolerance: f64) -> Scheme {
+        match self {
+            Self::Kernel(kernel) => Scheme::Full { kernel, tolerance },
+            Self::Bdf2 => Scheme::FullBdf2 { tolerance },
+        }
+    }
+
+    /// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
+    ///
+    /// # Errors
+    /// If the kernel's weights cannot be made, which valid orders and sample times rule out.
+    pub(crate) fn full_history(
+        self,
+        order: Order,
+        sample_time: Seconds,
+        x: &[f64],
+    ) -> anyhow::Result<Vec<f64>> {
+        Ok(match self {
+            Self::Kernel(kernel) => batch::full_history(kernel, order, sample_time, x)?,
+            Self::Bdf2 => batch::full_bdf2(order, sample_time, x)?,
+        })
+    }
+}
 
 /// A value for each sample, asked for in their order.
 pub(crate) struct ReferenceSeries<'a>(Source<'a>);
@@ -49,6 +97,35 @@ impl<'a> ReferenceSeries<'a> {
         }))
     }
 
+    /// What the damper of a law feels of the positions of a run of so many planned samples: the memory of its model, or D^μ by
+    /// this kernel.
+    ///
+    /// # Errors
+    /// A model, order or sample time for which there is no reference.
+    pub(crate) fn of_law(
+        samples: Samples<'_>,
+        (model, kernel, order): (Option<&Model>, Reference, Order),
+        t: Seconds,
+        planned: u64,
+    ) -> Result<Self, Failure> {
+        Self::new(
+            samples,
+            |x| felt_by(model, kernel, order, t, x),
+            || {
+                Ok(match model {
+                    Some(model) => {
+                        let mut step = memory(model, t, planned)?;
+                        Box::new(move |_, x| step(x))
+                    }
+                    None => {
+                        let mut channel = operator(kernel, order, t, planned)?;
+                        Box::new(move |_, x| channel.step(x))
+                    }
+                })
+            },
+        )
+    }
+
     /// The value of this sample.
     pub(crate) fn at(&mut self, sample: &KeptSample) -> f64 {
         match &mut self.0 {
@@ -70,6 +147,25 @@ impl<'a> ReferenceSeries<'a> {
                 step(sample.tick, x)
             }
         }
+    }
+}
+
+/// What the damper of a law feels of a whole record: the memory of its model, or D^μ by this kernel.
+///
+/// # Errors
+/// As [`ReferenceSeries::of_law`].
+pub(crate) fn felt_by(
+    model: Option<&Model>,
+    kernel: Reference,
+    order: Order,
+    t: Seconds,
+    x: &[f64],
+) -> Result<Vec<f64>, Failure> {
+    match model {
+        Some(model) => Ok((x.iter().copied())
+            .map(memory(model, t, x.len() as u64)?)
+            .collect()),
+        None => kernel.full_history(order, t, x).map_err(Failure::Run),
     }
 }
 
@@ -107,7 +203,6 @@ pub(crate) fn operator(
     samples: u64,
 ) -> Result<Channel<f64, Operator<f64>>, Failure> {
     let scheme = reference.scheme(TOLERANCE);
-    // A little more than needed, so that the last weights are not at the very edge.
     let horizon = crate::run::schedule::horizon(samples);
     let operator = scheme.build(order, sample_time, horizon);
     Ok(Channel::new(operator.map_err(Failure::input)?))

@@ -4,7 +4,7 @@ use crate::document::parameters::kind::{Parameter, joined};
 use crate::document::parameters::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME,
 };
-use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
+use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 
 /// Of a simulated one.
 pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[

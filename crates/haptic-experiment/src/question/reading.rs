@@ -4,8 +4,8 @@ use super::design::Device;
 use crate::document::error::FileError;
 use crate::document::parameters::{Parameter, SAMPLE_TIME, SCHEME};
 use crate::document::reader::Table;
-use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
-use crate::experiment::trial::reading::device;
+use crate::experiment::reading::device;
+use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use fracdiff::{Order, Scheme};
 
 pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {

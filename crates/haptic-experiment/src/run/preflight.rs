@@ -6,6 +6,9 @@ mod verdict;
 use crate::document::failure::Failure;
 use haptic_analysis::Dynamics;
 pub use llewellyn::CouplerVerdict;
+use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::time::Duration;
 pub use verdict::PreflightVerdict;
 
@@ -34,4 +37,30 @@ pub(crate) trait PreflightSubject {
     /// # Errors
     /// A number that the analysis does not take.
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure>;
+}
+
+/// Adds findings to the metadata of a log, each by its key of reports behind `prefix` and a point.
+pub(crate) fn note_findings(
+    metadata: &mut BTreeMap<String, String>,
+    prefix: &str,
+    findings: &impl Serialize,
+) {
+    fn entry(metadata: &mut BTreeMap<String, String>, key: &str, value: &Value) {
+        let text = match value {
+            Value::Object(inner) => {
+                for (name, value) in inner {
+                    entry(metadata, &format!("{key}.{name}"), value);
+                }
+                return;
+            }
+            Value::Null => "none".to_owned(),
+            Value::Number(number) => number.as_f64().unwrap_or(f64::NAN).to_string(),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        metadata.insert(key.to_owned(), text);
+    }
+    // A structure of numbers and words always becomes JSON.
+    let findings = serde_json::to_value(findings).unwrap_or_default();
+    entry(metadata, prefix, &findings);
 }

@@ -15,7 +15,6 @@ use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
 };
 use haptic_loop::{Limits, SpeedLimit, Stuck, Workspace};
-use std::collections::BTreeMap;
 
 /// Settings that an experiment asks for; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -208,36 +207,6 @@ impl Safety {
             device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),
             device_delay_samples: delay_samples,
             ..limits
-        }
-    }
-
-    /// Adds the settings that were asked for to the metadata of a log.
-    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
-        if self.guard != GuardChoice::Off {
-            metadata.insert("guard".to_owned(), self.guard.name().to_owned());
-        }
-        let numbers = [
-            ("workspace_low_m", self.workspace_m.map(|ends| ends.0)),
-            ("workspace_high_m", self.workspace_m.map(|ends| ends.1)),
-            ("speed_limit_m_per_s", self.speed_limit_m_per_s),
-            ("rise_time_s", self.rise_time_s),
-            ("braking_n_s_per_m", self.braking_n_s_per_m),
-            ("stop_time_s", self.stop_time_s),
-            ("brake_force_n", self.brake_force_n),
-            ("stuck_force_n", self.stuck_force_n),
-            ("stuck_time_s", self.stuck_time_s),
-            ("jump_m", self.jump_m),
-            ("device_mass_kg", self.device_mass_kg),
-            ("device_damping_n_s_per_m", self.device_damping_n_s_per_m),
-            ("device_delay_least_s", self.device_delay_s.map(|d| d.0)),
-            ("device_delay_most_s", self.device_delay_s.map(|d| d.1)),
-            ("device_lag_s", self.device_lag_s),
-            ("device_noise_m", self.device_noise_m),
-        ];
-        for (key, value) in numbers {
-            if let Some(value) = value {
-                metadata.insert(key.to_owned(), value.to_string());
-            }
         }
     }
 }

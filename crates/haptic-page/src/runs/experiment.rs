@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::form::{document, place, simulated};
 use super::work::{Attendant, Drawn, Finished, Work};
 use haptic_experiment::experiment::teleoperation::TeleoperationCurves;
-use haptic_experiment::experiment::{CouplerCurves, TheoryCurves, WallCurves};
+use haptic_experiment::experiment::{TheoryCurves, TrialCurves};
 use haptic_experiment::judge::Published;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
@@ -36,13 +36,11 @@ impl Work for Job {
     }
 
     fn drawn(&self) -> Option<Drawn> {
-        let (axes, metadata) = match &self.experiment {
+        let (axes, mut metadata) = match &self.experiment {
             ExperimentFile::Touch(touch) => (touch.axes, touch.metadata()),
-            _ => (
-                1,
-                BTreeMap::from([("experiment".to_owned(), self.kind.clone())]),
-            ),
+            _ => (1, BTreeMap::new()),
         };
+        metadata.extend(self.request.provenance.clone());
         Some(Drawn {
             channels: Channels::of(axes),
             sample_time_s: sample_time_s(&self.experiment),
@@ -110,12 +108,12 @@ impl Job {
             ExperimentFile::Wall(wall) => {
                 let published = wall.run(request, supervisor)?;
                 let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
-                result(&published, verdict, of_wall)
+                result(&published, verdict, of_trial)
             }
             ExperimentFile::Coupler(coupler) => {
                 let published = coupler.run(request, supervisor)?;
                 let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
-                result(&published, verdict, of_coupler)
+                result(&published, verdict, of_trial)
             }
             ExperimentFile::Teleoperation(far) => {
                 let published = far.run(request, supervisor)?;
@@ -173,25 +171,18 @@ fn theory(curves: &TheoryCurves) -> Value {
     })
 }
 
-fn of_wall(curves: &WallCurves) -> Value {
-    json!({
+fn of_trial(curves: &TrialCurves) -> Value {
+    let mut curves_of_it = json!({
         "title": curves.subtitle,
         "time_s": curves.time_s,
         "position_m": curves.position_m,
         "force_n": curves.force_n,
         "expected_deflection_m": curves.expected_deflection_m,
-    })
-}
-
-fn of_coupler(curves: &CouplerCurves) -> Value {
-    json!({
-        "title": curves.subtitle,
-        "time_s": curves.time_s,
-        "position_m": curves.position_m,
-        "object_position_m": curves.object_position_m,
-        "force_n": curves.force_n,
-        "expected_deflection_m": curves.expected_deflection_m,
-    })
+    });
+    if let Some(object_m) = &curves.object_position_m {
+        curves_of_it["object_position_m"] = json!(object_m);
+    }
+    curves_of_it
 }
 
 fn of_teleoperation(curves: &TeleoperationCurves) -> Value {

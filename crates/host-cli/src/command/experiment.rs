@@ -6,7 +6,7 @@ use super::realtime::RealtimeArguments;
 use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
-use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
+use crate::picture::{of_teleoperation, of_theory, of_touch, of_trial};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::document::Document;
@@ -93,13 +93,13 @@ impl RunArguments {
                 Ok(())
             }
             ExperimentFile::Wall(wall) => {
-                let report = conduct(samples, output, of_wall, |supervisor| {
+                let report = conduct(samples, output, of_trial, |supervisor| {
                     wall.run(request, supervisor.watched(live))
                 })?;
                 wall_held(&wall, &report)
             }
             ExperimentFile::Coupler(coupler) => {
-                let report = conduct(samples, output, of_coupler, |supervisor| {
+                let report = conduct(samples, output, of_trial, |supervisor| {
                     coupler.run(request, supervisor.watched(live))
                 })?;
                 coupler_held(&coupler, &report)

@@ -117,9 +117,9 @@ pub struct CouplerDesign {
 impl CouplerDesign {
     /// The object of an experiment file that names none.
     pub const OBJECT: CoupledObject = CoupledObject {
-        mass_kg: crate::experiment::coupler::keys::OBJECT_MASS.default_number(),
-        damping_n_s_per_m: crate::experiment::coupler::keys::OBJECT_DAMPING.default_number(),
-        stiffness_n_per_m: crate::experiment::coupler::keys::OBJECT_STIFFNESS.default_number(),
+        mass_kg: crate::experiment::coupler::OBJECT_MASS.default_number(),
+        damping_n_s_per_m: crate::experiment::coupler::OBJECT_DAMPING.default_number(),
+        stiffness_n_per_m: crate::experiment::coupler::OBJECT_STIFFNESS.default_number(),
     };
 
     /// The stiffest coupler of each order, in their sequence.

@@ -3,8 +3,8 @@
 use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::parameters::DEVICE;
+use crate::experiment::reading::{device, with_devices};
 use crate::experiment::reading::{remote_by, without};
-use crate::experiment::trial::reading::{device, with_devices};
 use crate::question::keys::SIMULATED;
 use crate::question::measurement::MeasurePlan;
 use crate::question::measurement::keys::{

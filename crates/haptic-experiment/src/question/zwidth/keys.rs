@@ -3,8 +3,8 @@
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range;
 use crate::document::parameters::{SCHEME, TRIAL_DURATION};
-use crate::experiment::trial::keys::{IMPACT, PUSH, WINDOW};
-use crate::experiment::wall::keys::ONE_SIDED;
+use crate::experiment::trial::{IMPACT, PUSH, WINDOW};
+use crate::experiment::wall::ONE_SIDED;
 
 parameters! {
     /// Orders of a Z-width.

@@ -6,10 +6,10 @@ use crate::document::error::FileError;
 use crate::document::parameters::{DEVICE, LESS_THAN_IDEAL, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, samples_fit, without};
+use crate::experiment::trial::IMPACT;
 use crate::experiment::trial::TRIAL_SAMPLES;
-use crate::experiment::trial::keys::IMPACT;
-use crate::experiment::trial::reading::plan;
-use crate::experiment::wall::keys::ONE_SIDED;
+use crate::experiment::trial::plan;
+use crate::experiment::wall::ONE_SIDED;
 use crate::question::reading::{bench, orders, scheme};
 use crate::run::imperfections::Imperfections;
 

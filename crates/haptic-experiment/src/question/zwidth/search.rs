@@ -6,7 +6,7 @@ use super::theory::Theory;
 use super::upward::Settled;
 use crate::document::failure::Failure;
 use crate::experiment::trial::{
-    TrialPlan, encoder_step, force_alone, force_limit, thrown, try_out, wall_at_start,
+    TrialPlan, encoder_step, force_and_rate, force_limit, thrown, try_out, wall_at_start,
 };
 use crate::judge::settling::Judge;
 use crate::question::zwidth::trials::Trials;
@@ -308,7 +308,7 @@ impl<'a> Search<'a> {
             order: self.order.get(),
             one_sided: self.experiment.one_sided,
             operator: operator.clone(),
-            limits: force_alone(self.plan.force_limit_n, device.sample_time),
+            limits: force_and_rate(self.plan.force_limit_n, None, device.sample_time),
             unchanged: UnchangedLimits::default(),
             guard: Default::default(),
             simulation: Simulation {

@@ -127,28 +127,6 @@ impl CouplerVerdict {
             None => "the coupler is active by itself, so no damping is enough".to_owned(),
         }
     }
-
-    /// As metadata.
-    pub(crate) fn entries(&self) -> [(&'static str, String); 5] {
-        let or_none =
-            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
-        [
-            ("llewellyn", self.llewellyn.to_string()),
-            ("damping_n_s_per_m", self.damping_n_s_per_m.to_string()),
-            (
-                "llewellyn_damping_n_s_per_m",
-                or_none(self.llewellyn_damping_n_s_per_m),
-            ),
-            (
-                "corollary_damping_n_s_per_m",
-                self.corollary_damping_n_s_per_m.to_string(),
-            ),
-            (
-                "sampled_damping_n_s_per_m",
-                or_none(self.sampled_damping_n_s_per_m),
-            ),
-        ]
-    }
 }
 
 /// As a message shows a factor that must not be exceeded.

@@ -4,7 +4,6 @@ use super::llewellyn::{CouplerVerdict, Sampled, three_digits_down};
 use crate::document::failure::Failure;
 use crate::document::parameters::FORCE_UNSTABLE;
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// Findings of the pre-flight. Keys of reports and, with `preflight.` before them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -154,31 +153,6 @@ impl PreflightVerdict {
             )
         } else {
             String::new()
-        }
-    }
-
-    /// Adds the verdict to the metadata of a log.
-    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
-        let or_none =
-            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
-        for (key, value) in [
-            ("stable", self.stable.to_string()),
-            ("margin", or_none(self.margin)),
-            ("passive", self.passive.to_string()),
-            ("required_delta", or_none(self.required_delta)),
-            ("delta", self.delta.to_string()),
-            ("delay_samples", self.delay_samples.to_string()),
-            ("delay_s", self.delay_s.to_string()),
-            ("current_lag_s", self.current_lag_s.to_string()),
-            ("alpha", self.alpha.to_string()),
-            ("beta", self.beta.to_string()),
-        ] {
-            metadata.insert(format!("preflight.{key}"), value);
-        }
-        if let Some(coupler) = &self.coupler {
-            for (key, value) in coupler.entries() {
-                metadata.insert(format!("preflight.coupler.{key}"), value);
-            }
         }
     }
 }
