@@ -19,7 +19,7 @@ pub use experiment::touch::{TouchExperiment, TouchReport};
 pub use experiment::trial::{TrialPlan, TrialReport, TrialSetup, dynamics};
 pub use experiment::wall::{WallExperiment, WallReport};
 pub use haptic_analysis::Dynamics;
-pub use judge::modelled_tissue::{ModelledTissue, TissuePiece};
+pub use judge::modelled_tissue::{Matter, ModelledTissue, TissuePiece};
 pub use judge::report::{RunReport, Summary};
 pub use judge::rows::{Line, Row, Table, lines};
 pub use judge::settling::{Criterion, Settling, TrialVerdict};

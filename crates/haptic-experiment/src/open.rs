@@ -28,7 +28,8 @@ use crate::experiment::{coupler, drive, rendering, teleoperation, touch, wall};
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use crate::{
-    CouplerExperiment, Drive, Indentation, TeleoperationExperiment, TouchExperiment, WallExperiment,
+    CouplerExperiment, Indentation, TeleoperationExperiment, TouchExperiment, TrialSetup,
+    WallExperiment,
 };
 use std::path::Path;
 use std::time::Duration;
@@ -126,8 +127,7 @@ impl ExperimentFile {
     /// A parameter outside its range, which reading has ruled out.
     pub fn samples(&self) -> Result<u64, Failure> {
         match self {
-            Self::Relax(experiment) => experiment.check(),
-            Self::Creep(experiment) => experiment.check(),
+            Self::Relax(experiment) | Self::Creep(experiment) => experiment.check(),
             Self::Wall(experiment) => experiment.check(),
             Self::Coupler(experiment) => experiment.check(),
             Self::Teleoperation(experiment) => experiment.check(),
@@ -139,40 +139,40 @@ impl ExperimentFile {
     #[must_use]
     pub fn remote(&self) -> Option<&RemoteDevice> {
         match self {
-            Self::Relax(Indentation { rendering, .. })
-            | Self::Creep(Indentation { rendering, .. }) => rendering.remote.as_ref(),
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
+            Self::Relax(own) | Self::Creep(own) => own.rendering.remote.as_ref(),
+            Self::Wall(wall) => wall.setup.remote.as_ref(),
+            Self::Coupler(coupler) => coupler.setup.remote.as_ref(),
             Self::Touch(touch) => touch.remote.as_ref(),
             Self::Teleoperation(_) => None,
+        }
+    }
+
+    /// Pace, whether it is run though it is unstable, and the serial device.
+    fn conducted(&mut self) -> (&mut Pace, &mut bool, Option<&mut RemoteDevice>) {
+        fn of(setup: &mut TrialSetup) -> (&mut Pace, &mut bool, Option<&mut RemoteDevice>) {
+            let remote = setup.remote.as_mut();
+            (&mut setup.pace, &mut setup.force_unstable, remote)
+        }
+        match self {
+            Self::Relax(own) | Self::Creep(own) => {
+                let own = &mut own.rendering;
+                let force_unstable = &mut own.preflight.force_unstable;
+                (&mut own.pace, force_unstable, own.remote.as_mut())
+            }
+            Self::Wall(wall) => of(&mut wall.setup),
+            Self::Coupler(coupler) => of(&mut coupler.setup),
+            Self::Touch(own) => (&mut own.pace, &mut own.force_unstable, own.remote.as_mut()),
+            Self::Teleoperation(own) => (&mut own.pace, &mut own.force_unstable, None),
         }
     }
 
     /// The same, for a program that waits so long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
-        let remote = match &mut self {
-            Self::Relax(Indentation { rendering, .. })
-            | Self::Creep(Indentation { rendering, .. }) => rendering.remote.as_mut(),
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_mut(),
-            Self::Touch(touch) => touch.remote.as_mut(),
-            Self::Teleoperation(_) => None,
-        };
-        if let Some(remote) = remote {
+        if let (.., Some(remote)) = self.conducted() {
             remote.patience = patience;
         }
         self
-    }
-
-    /// The controller that holds the indenter; `None` without one.
-    #[must_use]
-    pub const fn drive(&self) -> Option<&Drive> {
-        match self {
-            Self::Relax(Indentation { rendering, .. })
-            | Self::Creep(Indentation { rendering, .. }) => rendering.drive.as_ref(),
-            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) | Self::Touch(_) => None,
-        }
     }
 
     /// The same, to be run though the pre-flight calls it unstable.
@@ -180,39 +180,26 @@ impl ExperimentFile {
     /// # Errors
     /// An experiment that no pre-flight refuses.
     pub fn though_unstable(mut self) -> Result<Self, Failure> {
-        let far = matches!(self, Self::Teleoperation(_));
-        if self.remote().is_none() && self.drive().is_none() && !far {
+        let is_looked_at = match &self {
+            Self::Relax(own) | Self::Creep(own) => own.rendering.drive.is_some(),
+            Self::Teleoperation(_) => true,
+            _ => false,
+        };
+        if self.remote().is_none() && !is_looked_at {
             return Err(Failure::bad_input(format_args!(
                 "{FORCE_UNSTABLE} is for serial devices, drives and teleoperations: give {} or {} too",
                 DEVICE.set_to("serial:PATH"),
                 CONTROLLER.set_to("FILE.toml")
             )));
         }
-        let force_unstable = match &mut self {
-            Self::Relax(Indentation { rendering, .. })
-            | Self::Creep(Indentation { rendering, .. }) => &mut rendering.preflight.force_unstable,
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.force_unstable,
-            Self::Teleoperation(experiment) => &mut experiment.force_unstable,
-            Self::Touch(touch) => &mut touch.force_unstable,
-        };
-        *force_unstable = true;
+        *self.conducted().1 = true;
         Ok(self)
     }
 
     /// The same, in another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
-        match &mut self {
-            Self::Relax(Indentation { rendering, .. })
-            | Self::Creep(Indentation { rendering, .. }) => {
-                rendering.pace = pace;
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.pace = pace,
-            Self::Teleoperation(experiment) => experiment.pace = pace,
-            Self::Touch(experiment) => experiment.pace = pace,
-        }
+        *self.conducted().0 = pace;
         self
     }
 }

@@ -238,17 +238,11 @@ impl CouplerExperiment {
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn check(&self) -> Result<u64, Failure> {
         self.parts().map(|parts| parts.samples)
     }
 
     /// Refuses a loop on a device, which cannot carry it.
-    ///
-    /// # Errors
-    /// If the loop is closed there.
     pub(crate) fn check_loop(&self) -> Result<(), Failure> {
         match self.setup.remote.as_ref().map(|remote| remote.loop_mode) {
             Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(

@@ -54,7 +54,7 @@ pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
 /// A controller for the indenter, and the largest force of its motor.
 ///
 /// ```
-/// use haptic_experiment::{Drive, ModelledTissue, Relaxation, Rendering};
+/// use haptic_experiment::{Drive, Indentation, ModelledTissue, Rendering};
 /// use std::ops::ControlFlow;
 /// use std::path::Path;
 ///
@@ -70,7 +70,7 @@ pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
 /// let drive = Drive::parse(Path::new("my-own.toml"), text)?;
 /// let tissue = haptic_tissue::Library::load(None)?.find("prostate-cancerous")?;
 /// let rendering = Rendering { drive: Some(drive), ..Rendering::new(ModelledTissue::new(tissue)?)? };
-/// let relaxation = Relaxation { duration_s: 2.0, ..Relaxation::of(rendering) };
+/// let relaxation = Indentation { duration_s: 2.0, ..Indentation::relaxation(rendering) };
 /// let mut place_m = 0.0;
 /// relaxation.simulate(&mut |sample| {
 ///     place_m = sample.indenter_position_m;
@@ -142,9 +142,6 @@ impl Drive {
     }
 
     /// The controller at rest, at this sample time.
-    ///
-    /// # Errors
-    /// A force limit that is not above 0, a controller that cannot be made or is made for another sample time.
     pub(crate) fn holder(&self, sample_time_s: f64) -> Result<ControllerHolder, Failure> {
         let limited = self.limited(sample_time_s)?;
         ControllerHolder::new(&limited).map_err(|error| self.refused(&error))
@@ -358,9 +355,6 @@ pub(crate) struct DriveJudge {
 
 impl DriveJudge {
     /// Of no sample yet.
-    ///
-    /// # Errors
-    /// A controller that cannot be made.
     pub(crate) fn new(
         own: &Drive,
         drive: RigDrive,

@@ -14,7 +14,6 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
 use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
 use crate::judge::Published;
-use crate::judge::modelled_tissue::loop_operator;
 use crate::judge::preflight::Preflight;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::note_findings;
@@ -23,7 +22,7 @@ use crate::run::remote::{
     no_operator, portable, push,
 };
 use crate::run::safety::GuardedDevice;
-use crate::run::schedule::{Schedule, horizon, samples};
+use crate::run::schedule::{Schedule, samples};
 use crate::run::simulate::{Simulated, Sink, simulate};
 use crate::run::{Ran, SAMPLES, Supervisor, run_logged};
 use fracdiff::parameter::Shown;
@@ -178,16 +177,10 @@ impl Indentation {
         let Some(own) = &rendering.drive else {
             return Ok(None);
         };
-        let (stiffness, dissipation) = rendering.spring_and_damper();
-        let (t, material) = (rendering.sample_time_s, &rendering.material);
-        let operator = loop_operator(
-            material.composed(),
-            rendering.scheme,
-            material.order(),
-            Seconds(t),
-            horizon(samples),
-        )?;
-        let tissue = TissueLaw::new(stiffness, dissipation, operator, t);
+        let look = self.look(samples);
+        let (stiffness, dissipation) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        let operator = look.loop_operator()?;
+        let tissue = TissueLaw::new(stiffness, dissipation, operator, look.sample_time_s);
         own.verdict(&self.rig()?, tissue).map(Some)
     }
 
@@ -373,19 +366,24 @@ impl Indentation {
     /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
     /// closes no loop.
     fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
+        let rigid = self.rendering.contact == Contact::Rigid;
+        let imposed = matches!(self.load, Load::Strain { .. }) && rigid;
+        (!imposed).then(|| self.look(samples))
+    }
+
+    /// The tissue as a wall.
+    fn look(&self, samples: u64) -> Preflight<'_> {
         let rendering = &self.rendering;
-        let imposed =
-            matches!(self.load, Load::Strain { .. }) && rendering.contact == Contact::Rigid;
-        let (stiffness, dissipation) = rendering.spring_and_damper();
-        (!imposed).then(|| Preflight {
-            stiffness_n_per_m: stiffness,
-            dissipation_n_s_mu_per_m: dissipation,
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = rendering.spring_and_damper();
+        Preflight {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
             order: rendering.material.order(),
             model: rendering.material.composed(),
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
-        })
+        }
     }
 
     /// The operator, for so many samples.

@@ -35,7 +35,7 @@ use crate::document::parameters::{
     AREA, DAMPING, FORCE_LIMIT, LIBRARY, MASS, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
 };
 use crate::document::reader::Table;
-use crate::judge::preflight::Preflight;
+use crate::judge::modelled_tissue::Matter;
 use crate::run::SAMPLES;
 use crate::run::imperfections::Imperfections;
 use crate::run::preflight::PreflightVerdict;
@@ -169,30 +169,22 @@ pub const TELEOPERATION: &[Parameter] = &joined::<39>(&[
     &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],
 ]);
 
-/// An architecture, by its name in files and options.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ArchitectureName(pub Architecture);
-
-impl Named for ArchitectureName {
+impl Named for Architecture {
     const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
         (
-            Self(Architecture::PositionPosition),
-            Architecture::PositionPosition.name(),
+            Self::PositionPosition,
+            Self::PositionPosition.name(),
             "A fractional coupler pulls each side to the other",
         ),
         (
-            Self(Architecture::PositionForce),
-            Architecture::PositionForce.name(),
+            Self::PositionForce,
+            Self::PositionForce.name(),
             "The slave is pulled to the master, which feels that force",
         ),
+        (Self::Wave, Self::Wave.name(), "Waves: passive at any delay"),
         (
-            Self(Architecture::Wave),
-            Architecture::Wave.name(),
-            "Waves: passive at any delay",
-        ),
-        (
-            Self(Architecture::TimeDomain),
-            Architecture::TimeDomain.name(),
+            Self::TimeDomain,
+            Self::TimeDomain.name(),
             "Position-position with an energy account: passive at any delay",
         ),
     ];
@@ -334,9 +326,6 @@ impl TeleoperationExperiment {
     }
 
     /// Waves that both devices bear: each feels b as a damper that is told a sample late, and pays for that with its own damping.
-    ///
-    /// # Errors
-    /// A wave impedance above the damping of a device.
     fn check_waves(&self) -> Result<(), Failure> {
         let impedance = self.wave_impedance_n_s_per_m;
         for (device, side) in [
@@ -357,18 +346,12 @@ impl TeleoperationExperiment {
     }
 
     /// A duration of a number of samples.
-    ///
-    /// # Errors
-    /// Too few or too many.
     fn check_duration(&self) -> Result<(), Failure> {
         schedule::samples(self.duration_s, self.sample_time().0, &SAMPLES)?;
         Ok(())
     }
 
     /// Times and frequencies that fit each other.
-    ///
-    /// # Errors
-    /// One that does not.
     fn check_times(&self) -> Result<(), Failure> {
         self.check_duration()?;
         let t = self.sample_time().0;
@@ -497,31 +480,18 @@ impl TeleoperationExperiment {
 
     /// The loop of the slave and its remote place as they are simulated, several steps a sample, without coupler, hand and
     /// line. `None` for a place without spring and damper, which is no loop.
-    ///
-    /// # Errors
-    /// A number that the analysis does not take.
     fn preflight(&self) -> Result<Option<PreflightVerdict>, Failure> {
-        let law = self.place.constants();
-        if law.stiffness_n_per_m <= 0.0 && law.dissipation_n_s_mu_per_m <= 0.0 {
+        let step = Seconds(self.sample_time().0 / SUB_STEPS as f64);
+        let steps = self.samples() * SUB_STEPS as u64;
+        let loops = self.place.matter.run_by(self.scheme, step, steps);
+        if loops.stiffness_n_per_m <= 0.0 && loops.dissipation_n_s_mu_per_m <= 0.0 {
             return Ok(None);
         }
-        let loops = Preflight {
-            stiffness_n_per_m: law.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: law.dissipation_n_s_mu_per_m,
-            order: law.order,
-            model: law.model,
-            scheme: self.scheme,
-            sample_time_s: self.sample_time().0 / SUB_STEPS as f64,
-            samples: self.samples() * SUB_STEPS as u64,
-        };
         let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
         loops.verdict(slave, 0).map(Some)
     }
 
     /// The same; refuses what is unstable, unless `force_unstable` is set.
-    ///
-    /// # Errors
-    /// Bad input, with the numbers and what to change.
     fn require_stable(&self) -> Result<Option<PreflightVerdict>, Failure> {
         let verdict = self.preflight()?;
         if let Some(verdict) = &verdict {
@@ -537,9 +507,8 @@ impl TeleoperationExperiment {
     /// Of the log of a run, or of a side of one.
     fn metadata(&self) -> BTreeMap<String, String> {
         let mut metadata = metadata("teleoperation");
-        if let RemotePlace::Tissue(piece) = &self.place {
-            metadata.insert("tissue_file".to_owned(), piece.material.to_toml());
-        }
+        let file = self.place.matter.file();
+        metadata.extend(file.map(|file| ("tissue_file".to_owned(), file)));
         metadata
     }
 }
@@ -574,7 +543,6 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
     let slave_mass = table.number_if(&SLAVE_MASS)?.unwrap_or(mass);
     let slave_damping = table.number_if(&SLAVE_DAMPING)?.unwrap_or(damping);
     let window_s = table.number(&TELEOPERATION_WINDOW)?;
-    let architecture: ArchitectureName = table.choice(&ARCHITECTURE)?;
     let order = table.number(&HAND_COUPLER_ORDER)?;
     let scheme = table.text(&SCHEME)?.parse();
     let experiment = TeleoperationExperiment {
@@ -586,7 +554,7 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
         },
         motion: motion(table, window_s)?,
         place: place(table)?,
-        architecture: architecture.0,
+        architecture: table.choice(&ARCHITECTURE)?,
         coupler: CouplerGains {
             stiffness_n_per_m: table.number(&HAND_COUPLER_STIFFNESS)?,
             dissipation_n_s_mu_per_m: table.number(&HAND_COUPLER_DISSIPATION)?,
@@ -636,18 +604,21 @@ fn motion(table: &Table<'_>, window_s: f64) -> Result<HandMotion, FileError> {
 }
 
 fn place(table: &Table<'_>) -> Result<RemotePlace, FileError> {
-    match table.choice(&PLACE)? {
-        PlaceName::Tissue => Ok(RemotePlace::Tissue(piece(table)?)),
-        PlaceName::Wall => {
-            let order = Order::new(table.number(&PLACE_ORDER)?);
-            Ok(RemotePlace::Wall {
-                stiffness_n_per_m: table.number(&PLACE_STIFFNESS)?,
-                dissipation_n_s_mu_per_m: table.number(&PLACE_DISSIPATION)?,
-                order: order.map_err(|error| table.fail_at("wall_order", error.to_string()))?,
-                one_sided: table.flag(&PLACE_ONE_SIDED)?,
-            })
-        }
+    if table.choice::<PlaceName>(&PLACE)? == PlaceName::Tissue {
+        return Ok(RemotePlace {
+            matter: Matter::Tissue(piece(table)?),
+            one_sided: false,
+        });
     }
+    let order = Order::new(table.number(&PLACE_ORDER)?);
+    Ok(RemotePlace {
+        matter: Matter::Wall {
+            stiffness_n_per_m: table.number(&PLACE_STIFFNESS)?,
+            dissipation_n_s_mu_per_m: table.number(&PLACE_DISSIPATION)?,
+            order: order.map_err(|error| table.fail_at("wall_order", error.to_string()))?,
+        },
+        one_sided: table.flag(&PLACE_ONE_SIDED)?,
+    })
 }
 
 fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {

@@ -32,6 +32,8 @@ use crate::document::parameters::{
     THICKNESS, TOUCH_AXES, WORKSPACE_LOW,
 };
 use crate::document::reader::Table;
+use crate::judge::modelled_tissue::Matter;
+use crate::judge::preflight::Preflight;
 use crate::run::record::WHOLE_MOST;
 use crate::run::remote::{RemoteDevice, host_limits};
 use crate::run::safety::reading::safety;
@@ -46,7 +48,7 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMe
 use haptic_loop::{Limits, SafetyChain};
 pub use report::{TouchCurves, TouchReport, TouchVerdict};
 pub use running::PostureVerdict;
-use shape::{Grip, HandPath, TouchLaw, TouchShape};
+use shape::{Grip, HandPath, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
 parameters! {
@@ -159,7 +161,7 @@ pub struct TouchExperiment {
     pub axes: usize,
     shape: TouchShape,
     /// The matter behind its surface.
-    law: TouchLaw,
+    matter: Matter,
     scheme: Scheme,
     /// Mass of the device on each axis, kg, above 0.
     mass_kg: Vec<f64>,
@@ -198,9 +200,6 @@ impl TouchExperiment {
     }
 
     /// That at time 0 included.
-    ///
-    /// # Errors
-    /// Fewer than 10 or more than a million.
     fn samples(&self) -> Result<u64, Failure> {
         let allowed = 10.0..=WHOLE_MOST as f64;
         crate::run::schedule::samples(self.duration_s, self.sample_time().0, &allowed)
@@ -217,6 +216,11 @@ impl TouchExperiment {
             stiffness: NewtonsPerMetre(stiffness),
             ..self.device
         }
+    }
+
+    /// The loop of so many samples.
+    fn look(&self, samples: u64) -> Preflight<'_> {
+        self.matter.run_by(self.scheme, self.sample_time(), samples)
     }
 
     fn lightest(&self) -> MassDamperConfig {
@@ -239,9 +243,6 @@ impl TouchExperiment {
 
     /// The safety chain of the loop that runs here: force limited by its norm, the guard for the lightest axis. On a device it is that
     /// of the force alone; the rest is the device's.
-    ///
-    /// # Errors
-    /// A limit outside its range; settings that would have no effect.
     fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
         if self.remote.is_none() {
             let limits = self.norm_and_box();
@@ -290,13 +291,14 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
     let t = table.number(&SAMPLE_TIME)?;
     let duration_s = table.number(&TOUCH_DURATION)?;
     samples_fit(table, t, duration_s, &(10.0..=WHOLE_MOST as f64))?;
-    let law = law(table)?;
+    let matter = matter(table)?;
+    let look = matter.run_by(Scheme::Exact, Seconds(t), 0);
     let shape = shape(table, axes)?;
     let safety = safety(table)?;
     let touch = TouchExperiment {
         axes,
-        scheme: scheme(table, law.model(), law.order(), t, duration_s)?,
-        law,
+        scheme: scheme(table, look.model, look.order, t, duration_s)?,
+        matter,
         mass_kg: masses(table, axes)?,
         device: device(table, t)?,
         sensors: sensors(table)?,
@@ -392,12 +394,12 @@ fn shape(table: &Table<'_>, axes: usize) -> Result<TouchShape, FileError> {
     })
 }
 
-fn law(table: &Table<'_>) -> Result<TouchLaw, FileError> {
+fn matter(table: &Table<'_>) -> Result<Matter, FileError> {
     if !table.text(&TOUCH_TISSUE)?.is_empty() {
-        return Ok(TouchLaw::Tissue(piece(table)?));
+        return Ok(Matter::Tissue(piece(table)?));
     }
     let order = Order::new(table.number(&TOUCH_ORDER)?);
-    Ok(TouchLaw::Wall {
+    Ok(Matter::Wall {
         stiffness_n_per_m: table.number(&TOUCH_STIFFNESS)?,
         dissipation_n_s_mu_per_m: table.number(&TOUCH_DISSIPATION)?,
         order: order.map_err(|error| table.fail_at("order", error.to_string()))?,

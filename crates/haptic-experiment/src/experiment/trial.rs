@@ -208,9 +208,6 @@ pub(crate) fn try_out<E: Environment<f64, 1>>(
 }
 
 /// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.
-///
-/// # Errors
-/// As [`Wall::new`].
 pub(crate) fn wall_at_start(
     stiffness: f64,
     dissipation: f64,
@@ -234,9 +231,6 @@ pub fn dynamics(device: &MassDamperConfig) -> Dynamics {
 }
 
 /// The device at the moment it hits the wall, with the push on it.
-///
-/// # Errors
-/// A parameter of the device outside its range.
 pub(crate) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassDamper<1>, Failure> {
     let mut device = MassDamper::new(config).map_err(parameter)?;
     device.set_external_force(SVector::from([plan.push_n]));
@@ -250,17 +244,11 @@ pub(crate) fn encoder_step(sensors: Sensors) -> f64 {
 }
 
 /// A safety chain that limits the force alone.
-///
-/// # Errors
-/// A limit or sample time outside its range.
 pub(crate) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, Failure> {
     SafetyChain::from_limits(&force_and_rate(limit_n, None, t), t).map_err(parameter)
 }
 
 /// A chain with these limits of force and rate and what else is asked for; guard and braking are made for the device.
-///
-/// # Errors
-/// A limit, sample time, or mass, damping or delay of the device outside its range; settings that would have no effect.
 pub(crate) fn safe_force_limit(
     limits: Limits,
     device: &MassDamperConfig,

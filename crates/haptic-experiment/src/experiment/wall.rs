@@ -15,18 +15,15 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::judge::Published;
 use crate::judge::Reference;
-use crate::judge::modelled_tissue::operator;
 use crate::judge::preflight::Preflight;
-use crate::judge::reference::ReferenceSeries;
 use crate::judge::report::{RunReport, Summary};
 use crate::judge::settling::Settling;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::PreflightSubject;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::samples::Samples;
-use crate::run::schedule::horizon;
 use crate::run::{Ran, Supervisor};
-use fracdiff::{FrequencyResponse as _, Operator, Order, Real, Scheme};
+use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::LoopMode;
 use haptic_loop::Controller;
 use haptic_tissue::Model;
@@ -165,17 +162,20 @@ impl WallExperiment {
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn check(&self) -> Result<u64, Failure> {
         self.parts().map(|parts| parts.samples)
     }
 
-    /// The operator, for so many samples.
-    fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        let (model, t) = (self.model.as_ref(), self.setup.device.sample_time);
-        operator(model, self.scheme, self.order, t, horizon(samples))
+    fn look(&self, samples: u64) -> Preflight<'_> {
+        Preflight {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
+            order: self.order,
+            model: self.model.as_ref(),
+            scheme: self.scheme,
+            sample_time_s: self.setup.device.sample_time.0,
+            samples,
+        }
     }
 
     /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
@@ -205,21 +205,13 @@ impl Trial for WallExperiment {
     }
 
     fn subject(&self, samples: u64) -> impl PreflightSubject {
-        Preflight {
-            stiffness_n_per_m: self.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
-            order: self.order,
-            model: self.model.as_ref(),
-            scheme: self.scheme,
-            sample_time_s: self.setup.device.sample_time.0,
-            samples,
-        }
+        self.look(samples)
     }
 
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
         let law = self.setup.law();
         let operator = match remote.loop_mode {
-            LoopMode::Device => portable(&self.operator(samples)?)?,
+            LoopMode::Device => portable(&self.look(samples).operator()?)?,
             LoopMode::Host => law.operator,
         };
         Ok(RemoteLaw {
@@ -256,7 +248,7 @@ impl Trial for WallExperiment {
         let plan = self.setup.plan();
         let samples = plan.samples(t)?;
         let device = self.setup.sensed()?;
-        let operator = self.operator::<f64>(samples)?;
+        let operator = self.look(samples).operator()?;
         let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
         let judge = plan.judge(
@@ -286,11 +278,9 @@ impl Trial for WallExperiment {
                 object_m: None,
             });
         }
-        let t = self.setup.device.sample_time;
+        let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let planned = self.setup.plan().samples(t)?;
-        let law = (self.model.as_ref(), kernel, self.order);
-        let mut derivative = ReferenceSeries::of_law(samples, law, t, planned)?;
+        let mut derivative = self.look(planned).felt_of(samples)?;
         Ok(Theory {
             off_n: Ok(Box::new(move |sample| {
                 let (x, d) = (sample.position_m, derivative.at(sample));

@@ -17,9 +17,12 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{CURRENT_LAG, DAMPING, DELAY, HAND_STIFFNESS, MASS, SAMPLE_TIME};
-use crate::judge::modelled_tissue::loop_operator;
+use crate::judge::modelled_tissue::{loop_operator, memory, operator};
+use crate::judge::reference::{self, Reference, ReferenceSeries};
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
-use fracdiff::{Order, Scheme, Seconds};
+use crate::run::samples::Samples;
+use crate::run::schedule::horizon;
+use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Dynamics, Environment, LoopOperator, SampledLoop};
 use haptic_tissue::Model;
 
@@ -45,6 +48,58 @@ pub struct Preflight<'a> {
 impl PreflightSubject for Preflight<'_> {
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         Self::verdict(self, dynamics, line)
+    }
+}
+
+/// The same loop for whoever runs it, or compares the run with its full history.
+impl Preflight<'_> {
+    pub(crate) fn operator<F: Real>(&self) -> Result<Operator<F>, Failure> {
+        let (t, horizon) = (Seconds(self.sample_time_s), horizon(self.samples));
+        operator(self.model, self.scheme, self.order, t, horizon)
+    }
+
+    pub(crate) fn loop_operator(&self) -> Result<LoopOperator, Failure> {
+        let (t, horizon) = (Seconds(self.sample_time_s), horizon(self.samples));
+        loop_operator(self.model, self.scheme, self.order, t, horizon)
+    }
+
+    /// What the damper feels of a whole record: the memory of the model, or D^μ x.
+    pub(crate) fn felt(&self, x: &[f64]) -> Result<Vec<f64>, Failure> {
+        let t = Seconds(self.sample_time_s);
+        match self.model {
+            Some(model) => Ok((x.iter().copied())
+                .map(memory(model, t, x.len() as u64)?)
+                .collect()),
+            None => {
+                let felt = Reference::of(self.scheme).full_history(self.order, t, x);
+                felt.map_err(Failure::Run)
+            }
+        }
+    }
+
+    /// The same of the samples of a run.
+    pub(crate) fn felt_of(
+        &self,
+        samples: Samples<'_>,
+    ) -> Result<ReferenceSeries<'static>, Failure> {
+        let (t, planned) = (Seconds(self.sample_time_s), self.samples);
+        ReferenceSeries::new(
+            samples,
+            |x| self.felt(x),
+            || {
+                Ok(match self.model {
+                    Some(model) => {
+                        let mut step = memory(model, t, planned)?;
+                        Box::new(move |_, x| step(x))
+                    }
+                    None => {
+                        let kernel = Reference::of(self.scheme);
+                        let mut channel = reference::operator(kernel, self.order, t, planned)?;
+                        Box::new(move |_, x| channel.step(x))
+                    }
+                })
+            },
+        )
     }
 }
 
@@ -78,9 +133,7 @@ impl Preflight<'_> {
     /// # Errors
     /// A number that the analysis does not take.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        let horizon = crate::run::schedule::horizon(self.samples);
-        let t = Seconds(self.sample_time_s);
-        let operator = loop_operator(self.model, self.scheme, self.order, t, horizon);
+        let operator = self.loop_operator();
         let operator =
             operator.map_err(|error| Failure::bad_input(format_args!("pre-flight: {error}")))?;
         self.judge(dynamics, line, &operator)

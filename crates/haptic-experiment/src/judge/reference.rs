@@ -4,12 +4,10 @@
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
 use crate::document::failure::Failure;
-use crate::judge::modelled_tissue::memory;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds, batch};
-use haptic_tissue::Model;
 
 /// Largest relative error of any weight of an operator that stands for the full history.
 pub(crate) const TOLERANCE: f64 = 1e-9;
@@ -44,9 +42,6 @@ impl Reference {
     }
 
     /// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
-    ///
-    /// # Errors
-    /// If the kernel's weights cannot be made, which valid orders and sample times rule out.
     pub(crate) fn full_history(
         self,
         order: Order,
@@ -79,9 +74,6 @@ pub(crate) type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
 
 impl<'a> ReferenceSeries<'a> {
     /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick.
-    ///
-    /// # Errors
-    /// Those of the functions.
     pub(crate) fn new(
         samples: Samples<'_>,
         whole: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
@@ -95,35 +87,6 @@ impl<'a> ReferenceSeries<'a> {
                 step: step()?,
             },
         }))
-    }
-
-    /// What the damper of a law feels of the positions of a run of so many planned samples: the memory of its model, or D^μ by
-    /// this kernel.
-    ///
-    /// # Errors
-    /// A model, order or sample time for which there is no reference.
-    pub(crate) fn of_law(
-        samples: Samples<'_>,
-        (model, kernel, order): (Option<&Model>, Reference, Order),
-        t: Seconds,
-        planned: u64,
-    ) -> Result<Self, Failure> {
-        Self::new(
-            samples,
-            |x| felt_by(model, kernel, order, t, x),
-            || {
-                Ok(match model {
-                    Some(model) => {
-                        let mut step = memory(model, t, planned)?;
-                        Box::new(move |_, x| step(x))
-                    }
-                    None => {
-                        let mut channel = operator(kernel, order, t, planned)?;
-                        Box::new(move |_, x| channel.step(x))
-                    }
-                })
-            },
-        )
     }
 
     /// The value of this sample.
@@ -147,25 +110,6 @@ impl<'a> ReferenceSeries<'a> {
                 step(sample.tick, x)
             }
         }
-    }
-}
-
-/// What the damper of a law feels of a whole record: the memory of its model, or D^μ by this kernel.
-///
-/// # Errors
-/// As [`ReferenceSeries::of_law`].
-pub(crate) fn felt_by(
-    model: Option<&Model>,
-    kernel: Reference,
-    order: Order,
-    t: Seconds,
-    x: &[f64],
-) -> Result<Vec<f64>, Failure> {
-    match model {
-        Some(model) => Ok((x.iter().copied())
-            .map(memory(model, t, x.len() as u64)?)
-            .collect()),
-        None => kernel.full_history(order, t, x).map_err(Failure::Run),
     }
 }
 
@@ -193,9 +137,6 @@ fn of_every_tick(
 }
 
 /// D^μ by an operator that stands for the full history of so many samples.
-///
-/// # Errors
-/// An order and length for which there is none within the tolerance.
 pub(crate) fn operator(
     reference: Reference,
     order: Order,

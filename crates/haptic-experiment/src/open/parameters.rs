@@ -28,12 +28,13 @@ pub use crate::question::measurement::keys::*;
 pub use crate::question::zwidth::keys::*;
 pub use crate::question::{MEASUREMENT, QUESTIONS};
 
-use crate::experiment::teleoperation::{ArchitectureName, PlaceName};
+use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
 use crate::question::design::{RequireName, WishName};
 use crate::run::device::Loop;
 use crate::{Contact, GuardChoice, Named, Precision};
 use crate::{experiment, question};
+use haptic_link::Architecture;
 
 /// True of a kind whose simulated device is that of its device file.
 #[must_use]
@@ -55,7 +56,7 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         choices.map(|(_, name, help)| (*name, *help)).collect()
     }
     match key {
-        "architecture" => names::<ArchitectureName>(),
+        "architecture" => names::<Architecture>(),
         "contact" => names::<Contact>(),
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),

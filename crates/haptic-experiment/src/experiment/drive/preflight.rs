@@ -119,9 +119,6 @@ impl DriveVerdict {
     }
 
     /// Refuses what is unstable, unless it is forced.
-    ///
-    /// # Errors
-    /// Bad input, with what to change.
     pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
         if force || self.stable() {
             return Ok(());
@@ -182,9 +179,6 @@ impl SampledLaw for TissueLaw {
 
 impl Drive {
     /// Looks at the loop on this rig with this tissue.
-    ///
-    /// # Errors
-    /// A controller or rig that the analysis does not take.
     pub(crate) fn verdict(
         &self,
         rig: &RigConfig,
@@ -269,9 +263,6 @@ struct LatePort {
 
 impl LatePort {
     /// Of this rig, the force on the indenter so many seconds late.
-    ///
-    /// # Errors
-    /// A rig that cannot be run.
     fn new(rig: &RigConfig, delay_s: f64) -> Result<Self, Failure> {
         let Seconds(t) = rig.sample_time;
         let samples = delay_s / t;

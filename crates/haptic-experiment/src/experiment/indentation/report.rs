@@ -158,9 +158,6 @@ type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
 impl Indentation {
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
-    ///
-    /// # Errors
-    /// A log that cannot be read again, a file that cannot be written.
     pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<TheoryCurves>), Failure> {
         let (rendering, record, own) = (&self.rendering, &ran.record, self.drive()?);
         let (quantity, from_s, unit, without_rig) = match self.load {

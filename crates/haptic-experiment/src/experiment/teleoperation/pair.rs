@@ -4,16 +4,15 @@ use super::{HandModel, HandMotion, TeleoperationExperiment, parameter};
 use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::experiment::trial::{VirtualWall, wall_at_start};
-use crate::judge::modelled_tissue::{TissuePiece, operator};
+use crate::judge::modelled_tissue::Matter;
 use crate::run::ending::Ending;
 use fracdiff::num_complex::Complex;
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::{Operator, Scheme, Seconds};
 use haptic_link::HandSide;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
 use haptic_teleoperation::{Channel, Port};
-use haptic_tissue::Model;
 use nalgebra::Vector1;
 use std::ops::ControlFlow;
 
@@ -37,107 +36,37 @@ impl Named for PlaceName {
     ];
 }
 
-/// What the slave touches, from its start on.
+/// What the slave touches, and is joined to, from its start on.
 #[derive(Clone, Debug)]
-pub enum RemotePlace {
-    /// A piece of tissue that the slave is joined to.
-    Tissue(TissuePiece),
-    /// K + B·D^μ.
-    Wall {
-        /// K, N/m, at least 0.
-        stiffness_n_per_m: f64,
-        /// B, N·s^μ/m, at least 0.
-        dissipation_n_s_mu_per_m: f64,
-        /// μ, 0 to 2.
-        order: Order,
-        /// It pushes but never pulls.
-        one_sided: bool,
-    },
-}
-
-/// A remote place as spring and damper.
-pub(super) struct PlaceConstants<'a> {
-    pub(super) stiffness_n_per_m: f64,
-    pub(super) dissipation_n_s_mu_per_m: f64,
-    pub(super) order: Order,
-    /// The model whose memory the damper is; `None` for D^μ.
-    pub(super) model: Option<&'a Model>,
-    one_sided: bool,
+pub struct RemotePlace {
+    /// A piece of tissue, or a wall.
+    pub matter: Matter,
+    /// It pushes but never pulls.
+    pub one_sided: bool,
 }
 
 impl RemotePlace {
-    pub(super) fn constants(&self) -> PlaceConstants<'_> {
-        match self {
-            Self::Tissue(piece) => {
-                let (stiffness, dissipation) = piece.spring_and_damper();
-                PlaceConstants {
-                    stiffness_n_per_m: stiffness,
-                    dissipation_n_s_mu_per_m: dissipation,
-                    order: piece.material.order(),
-                    model: piece.material.composed(),
-                    one_sided: false,
-                }
-            }
-            Self::Wall {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                order,
-                one_sided,
-            } => PlaceConstants {
-                stiffness_n_per_m: *stiffness_n_per_m,
-                dissipation_n_s_mu_per_m: *dissipation_n_s_mu_per_m,
-                order: *order,
-                model: None,
-                one_sided: *one_sided,
-            },
-        }
-    }
-
-    /// Its law, stepped with `step`.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    fn law(&self, scheme: Scheme, step: Seconds, horizon: f64) -> Result<VirtualWall, Failure> {
-        let law = self.constants();
-        let operator = operator(law.model, scheme, law.order, step, horizon)?;
-        let (k, b) = (law.stiffness_n_per_m, law.dissipation_n_s_mu_per_m);
-        wall_at_start(k, b, operator, law.one_sided).map_err(Failure::input)
+    /// Its law, stepped with `step` for so many steps.
+    fn law(&self, scheme: Scheme, step: Seconds, steps: u64) -> Result<VirtualWall, Failure> {
+        let look = self.matter.run_by(scheme, step, steps);
+        let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        wall_at_start(k, b, look.operator()?, self.one_sided).map_err(Failure::input)
     }
 
     /// Force for a place at a frequency, N/m; `None` where it is not linear.
     #[must_use]
     pub fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
-        let s = Complex::new(0.0, omega_rad_s);
-        match self {
-            Self::Tissue(piece) => Some(piece.material.model.modulus(s) * piece.shape_m()),
-            Self::Wall {
-                one_sided: true, ..
-            } => None,
-            Self::Wall {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                order,
-                ..
-            } => Some(s.powf(order.get()) * *dissipation_n_s_mu_per_m + *stiffness_n_per_m),
-        }
+        (!self.one_sided).then(|| self.matter.stiffness(omega_rad_s))
     }
 
     /// In a few words.
     #[must_use]
     pub fn words(&self) -> String {
-        match self {
-            Self::Tissue(piece) => piece.material.name.clone(),
-            Self::Wall {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                order,
-                one_sided,
-            } => {
-                let kind = if *one_sided { "one-sided wall" } else { "wall" };
-                format!(
-                    "{kind} of {stiffness_n_per_m} N/m and {dissipation_n_s_mu_per_m} N·s^{order}/m"
-                )
-            }
+        let words = self.matter.words();
+        match (&self.matter, self.one_sided) {
+            (Matter::Tissue(_), _) => words,
+            (Matter::Wall { .. }, false) => format!("wall of {words}"),
+            (Matter::Wall { .. }, true) => format!("one-sided wall of {words}"),
         }
     }
 }
@@ -170,9 +99,6 @@ pub(super) struct Body {
 
 impl TeleoperationExperiment {
     /// The device of a side at rest.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(super) fn body(&self, side: HandSide) -> Result<Body, Failure> {
         let t = self.sample_time();
         let step = Seconds(t.0 / SUB_STEPS as f64);
@@ -182,8 +108,8 @@ impl TeleoperationExperiment {
                 (&self.master, World::Hand { model, motion }, model)
             }
             HandSide::Slave => {
-                let horizon = self.horizon() * SUB_STEPS as f64;
-                let law = self.place.law(self.scheme, step, horizon)?;
+                let steps = self.samples() * SUB_STEPS as u64;
+                let law = self.place.law(self.scheme, step, steps)?;
                 let history = Environment::<f64, 1>::at_rest(&law);
                 (&self.slave, World::Place { law, history }, HandModel::NONE)
             }
@@ -327,9 +253,6 @@ pub(super) struct Pair {
 
 impl TeleoperationExperiment {
     /// Both sides at rest.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(super) fn pair(&self) -> Result<Pair, Failure> {
         self.check_times()?;
         let t = self.sample_time();

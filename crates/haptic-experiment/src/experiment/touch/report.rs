@@ -3,12 +3,11 @@
 use super::TouchExperiment;
 use super::device::{HandEnergy, depth};
 use super::running::PostureVerdict;
-use super::shape::{TouchLaw, TouchShape};
+use super::shape::TouchShape;
 use crate::document::failure::Failure;
 use crate::document::parameters::{GUARD, RISE_TIME, SAMPLE_TIME};
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
-use crate::judge::reference::felt_by;
 use crate::judge::report::{Errors, Files, RunReport, Summary};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Origin, Reference};
@@ -164,8 +163,8 @@ impl TouchExperiment {
         let report = TouchReport {
             axes: D,
             shape: self.shape.words(),
-            matter: self.law.words(),
-            order: self.law.order().get(),
+            matter: self.matter.words(),
+            order: self.look(0).order.get(),
             scheme: self.scheme.to_string(),
             run,
             errors: Errors::new(
@@ -256,7 +255,7 @@ impl TouchExperiment {
         let step = self.sample_time().0 / rise_s;
         let samples = record.whole.iter().flatten();
         let rising = samples.take_while(|sample| sample.time_s < rise_s);
-        let (stiffness, _) = self.law.spring_and_damper();
+        let stiffness = self.look(0).stiffness_n_per_m;
         let energies = rising.map(|sample| {
             let share = (sample.time_s / rise_s).max(step);
             // What is held at a place is more than its spring where the law remembers the way there.
@@ -277,9 +276,9 @@ impl TouchExperiment {
     /// long.
     fn full_history<const D: usize>(&self, depths: &[f64]) -> Result<Vec<f64>, Failure> {
         let shape = self.shape.of::<D>()?;
-        let t = self.sample_time();
-        let (kernel, (k, b)) = (Reference::of(self.scheme), self.law.spring_and_damper());
-        let rates = felt_by(self.law.model(), kernel, self.law.order(), t, depths)?;
+        let look = self.look(depths.len() as u64);
+        let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        let rates = look.felt(depths)?;
         let force = depths.iter().zip(rates).map(|(p, rate)| {
             // Outside nothing pushes, inside nothing pulls.
             if *p > 0.0 {
@@ -299,9 +298,10 @@ impl TouchExperiment {
             .windows(2)
             .any(|pair| pair[1].tick != pair[0].tick + 1);
         let reason = missing.then_some("samples did not come");
-        let reason = reason.or_else(|| match &self.law {
-            TouchLaw::Tissue(piece) if piece.material.composed().is_some() => None,
-            law => incomparable(reference, law.order(), record),
+        let look = self.look(0);
+        let reason = reason.or_else(|| match look.model {
+            Some(_) => None,
+            None => incomparable(reference, look.order, record),
         });
         let reason = match reason {
             _ if record.largest_force_n() == 0.0 => Some("no force was commanded"),
@@ -369,7 +369,7 @@ impl TouchExperiment {
             subtitle: format!(
                 "{} · {} · scheme {} · {} · {}",
                 self.shape.words(),
-                self.law.words(),
+                self.matter.words(),
                 self.scheme,
                 if self.remote.is_some() {
                     format!("device {}", device_name(self.remote.as_ref()))

@@ -3,7 +3,7 @@
 
 use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
 use super::report::{TouchCurves, TouchReport};
-use super::shape::{Grip, HandPath, TouchLaw, TouchShape, Touched, per_axis};
+use super::shape::{Grip, HandPath, TouchShape, Touched, per_axis};
 use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
     TouchExperiment,
@@ -19,15 +19,15 @@ use crate::run::folder::FolderRequest;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, held};
 use crate::run::safety::GuardedDevice;
-use crate::run::schedule::{Schedule, horizon};
+use crate::run::schedule::Schedule;
 use crate::run::simulate::Simulated;
 use crate::run::{Ran, Supervisor, run_logged};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::Plane;
 use haptic_link::LoopMode;
-use haptic_loop::Controller;
 use haptic_loop::plant::{Axes, MassMatrix, Sensed};
 use haptic_loop::units::Kilograms;
+use haptic_loop::{Contact, Controller, SpringDamper};
 use nalgebra::SVector;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -137,14 +137,13 @@ impl TouchExperiment {
     }
 
     /// The loop, and its number of samples.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     fn loop_of<const D: usize>(&self) -> Result<(Controller<f64, D, Touched<D>>, u64), Failure> {
         let samples = self.samples()?;
         let shape = self.shape.of::<D>()?;
-        let (t, horizon) = (self.sample_time(), horizon(samples));
-        let touched = self.law.behind(shape, self.scheme, t, horizon)?;
+        let look = self.look(samples);
+        let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        let law = SpringDamper::new(k, b, look.operator()?).map_err(parameter)?;
+        let touched = Contact::behind(shape, law);
         Ok((Controller::new(touched, self.chain()?), samples))
     }
 
@@ -172,16 +171,15 @@ impl TouchExperiment {
         let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
         let mut metadata = metadata("touch");
         metadata.insert(key.to_owned(), numbers.join(" "));
-        if let TouchLaw::Tissue(piece) = &self.law {
-            metadata.insert("tissue_file".to_owned(), piece.material.to_toml());
-        }
+        metadata.extend(
+            self.matter
+                .file()
+                .map(|file| ("tissue_file".to_owned(), file)),
+        );
         metadata
     }
 
     /// Refuses what a device at a port cannot do.
-    ///
-    /// # Errors
-    /// A loop on the device; a question for the simulated device alone; a box that the arms of a 2DIY do not reach.
     fn check_on<const D: usize>(&self, remote: &RemoteDevice) -> Result<(), Failure> {
         if remote.loop_mode == LoopMode::Device {
             return Err(Failure::bad_input(format_args!(
@@ -201,9 +199,6 @@ impl TouchExperiment {
     }
 
     /// Runs it there: the shape here, limits on both sides.
-    ///
-    /// # Errors
-    /// A device that cannot be used, parameters that it refuses; a log or CSV that cannot be written.
     fn run_on<const D: usize>(
         &self,
         remote: &RemoteDevice,
@@ -285,9 +280,6 @@ struct Postures<'a> {
 
 impl Postures<'_> {
     /// The verdict of the worse of both, and its mass, with this device but for the mass and so many samples of delay on a line.
-    ///
-    /// # Errors
-    /// A number that the analysis does not take.
     fn worse(
         &self,
         dynamics: Dynamics,
@@ -332,9 +324,6 @@ impl PreflightSubject for Postures<'_> {
 impl TouchExperiment {
     /// Least and largest effective mass along the normals that come up, kg: of axes that are masses of their own those of the
     /// axes themselves, unless there is one normal alone; of arms those of their postures in the box.
-    ///
-    /// # Errors
-    /// A normal without length, a box that the arms do not reach.
     fn effective_masses<const D: usize>(&self) -> Result<[f64; 2], Failure> {
         let masses = per_axis::<D>(&self.mass_kg);
         if let Some(plane) = self.plane() {
@@ -358,9 +347,6 @@ impl TouchExperiment {
     }
 
     /// Least and largest mass in the box, or in the middle of the plane without one, for 1 kg in its centre.
-    ///
-    /// # Errors
-    /// A box that the arms do not reach.
     fn reached(&self, plane: &Plane) -> Result<[f64; 2], Failure> {
         let corners = self.workspace_m.as_ref();
         let (low_m, high_m) = corners.map_or(Plane::HANDY_M, |[low_m, high_m]| {
@@ -375,21 +361,9 @@ impl TouchExperiment {
     }
 
     /// What the pre-flight is of.
-    ///
-    /// # Errors
-    /// As [`effective_masses`](Self::effective_masses).
     fn postures<const D: usize>(&self, samples: u64) -> Result<Postures<'_>, Failure> {
-        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = self.law.spring_and_damper();
         Ok(Postures {
-            loops: Preflight {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                order: self.law.order(),
-                model: self.law.model(),
-                scheme: self.scheme,
-                sample_time_s: self.sample_time().0,
-                samples,
-            },
+            loops: self.look(samples),
             masses: self.effective_masses::<D>()?,
         })
     }

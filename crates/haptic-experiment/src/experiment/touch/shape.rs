@@ -1,14 +1,11 @@
-//! The hand: a path, and how it holds the device on it. And what is touched: a shape, and the law behind its surface.
+//! The hand: a path, and how it holds the device on it. And the shape that is touched.
 
 use super::{TOUCH_NORMAL, TOUCH_SURFACE};
-use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::judge::modelled_tissue::{TissuePiece, operator};
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::Operator;
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
-use haptic_tissue::Model;
 use std::f64::consts::{PI, TAU};
 
 /// How the hand moves the device.
@@ -158,9 +155,6 @@ pub(super) enum TouchShape {
 
 impl TouchShape {
     /// For so many axes as it has.
-    ///
-    /// # Errors
-    /// A normal without length.
     pub(super) fn of<const D: usize>(&self) -> Result<Shape<f64, D>, Failure> {
         match self {
             Self::Plane { normal, surface_m } => {
@@ -213,81 +207,9 @@ pub(super) fn per_axis<const D: usize>(numbers: &[f64]) -> [f64; D] {
     std::array::from_fn(|axis| numbers.get(axis).copied().unwrap_or(0.0))
 }
 
-/// The matter behind the surface.
-#[derive(Clone, Debug)]
-pub(super) enum TouchLaw {
-    /// A piece of tissue under every place of the surface.
-    Tissue(TissuePiece),
-    /// K + B·D^μ.
-    Wall {
-        /// K, N/m, at least 0.
-        stiffness_n_per_m: f64,
-        /// B, N·s^μ/m, at least 0.
-        dissipation_n_s_mu_per_m: f64,
-        /// μ, 0 to 2.
-        order: Order,
-    },
-}
-
 /// A shape with the law behind it.
 pub(super) type Touched<const D: usize> =
     Contact<f64, SpringDamper<f64, Operator<f64>>, D, Shape<f64, D>>;
-
-impl TouchLaw {
-    /// K in N/m, and B in N·s^μ/m.
-    pub(super) fn spring_and_damper(&self) -> (f64, f64) {
-        match self {
-            Self::Tissue(piece) => piece.spring_and_damper(),
-            Self::Wall {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                ..
-            } => (*stiffness_n_per_m, *dissipation_n_s_mu_per_m),
-        }
-    }
-
-    /// μ.
-    pub(super) const fn order(&self) -> Order {
-        match self {
-            Self::Tissue(piece) => piece.material.order(),
-            Self::Wall { order, .. } => *order,
-        }
-    }
-
-    /// The model whose memory the operator is; `None` for D^μ.
-    pub(super) const fn model(&self) -> Option<&Model> {
-        match self {
-            Self::Tissue(piece) => piece.material.composed(),
-            Self::Wall { .. } => None,
-        }
-    }
-
-    /// Behind this surface.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub(super) fn behind<const D: usize>(
-        &self,
-        surface: Shape<f64, D>,
-        scheme: Scheme,
-        t: Seconds,
-        horizon: f64,
-    ) -> Result<Touched<D>, Failure> {
-        let operator = operator(self.model(), scheme, self.order(), t, horizon)?;
-        let (k, b) = self.spring_and_damper();
-        let law = SpringDamper::new(k, b, operator).map_err(parameter)?;
-        Ok(Contact::behind(surface, law))
-    }
-
-    /// In a few words.
-    pub(super) fn words(&self) -> String {
-        if let Self::Tissue(piece) = self {
-            return piece.material.name.clone();
-        }
-        let ((k, b), order) = (self.spring_and_damper(), self.order());
-        format!("{k} N/m and {b} N·s^{order}/m")
-    }
-}
 
 #[cfg(test)]
 mod tests {

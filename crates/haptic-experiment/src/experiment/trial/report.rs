@@ -123,24 +123,15 @@ pub(crate) trait Trial: Clone {
     fn law_in_words(&self) -> String;
 
     /// The loop, made of good parameters.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
 
     /// The loop for the analysis.
     fn subject(&self, samples: u64) -> impl PreflightSubject;
 
     /// The same law and push for a serial device.
-    ///
-    /// # Errors
-    /// An operator that does not fit there.
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
 
     /// What theory says of a run that reached its end.
-    ///
-    /// # Errors
-    /// A reference that cannot be made, a log that cannot be read again.
     fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure>;
 
     /// The report of a trial.
@@ -152,9 +143,6 @@ pub(crate) trait Trial: Clone {
     }
 
     /// Runs the loop, writes the log and judges the run.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a file that cannot be written, a log that cannot be read again.
     fn published(
         &self,
         request: &FolderRequest,
@@ -167,9 +155,6 @@ pub(crate) trait Trial: Clone {
     }
 
     /// Runs the loop and writes the log.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log that cannot be written.
     fn recorded(
         &self,
         request: &FolderRequest,
@@ -217,17 +202,11 @@ pub(crate) trait Trial: Clone {
     }
 
     /// Runs it without log or files: does it settle, and without friction too?
-    ///
-    /// # Errors
-    /// Bad parameters.
     fn settled(&self) -> Result<Settling, Failure> {
         self.named(self.tried()?)
     }
 
     /// Runs it without log or files: does it settle?
-    ///
-    /// # Errors
-    /// Bad parameters.
     fn tried(&self) -> Result<Settling, Failure> {
         let Parts {
             mut controller,
@@ -241,9 +220,6 @@ pub(crate) trait Trial: Clone {
     }
 
     /// The same judgement, unless friction alone holds the device: then it is called that.
-    ///
-    /// # Errors
-    /// Those of the trial.
     fn named(&self, settling: Settling) -> Result<Settling, Failure> {
         let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
             return Ok(settling);
@@ -257,9 +233,6 @@ pub(crate) trait Trial: Clone {
     }
 
     /// Judges a run, and writes the table of one that reached its end.
-    ///
-    /// # Errors
-    /// A log that cannot be read again.
     fn judged(&self, ran: &Ran) -> Result<Judged, Failure> {
         let (
             setup,

@@ -115,18 +115,12 @@ impl TrialSetup {
     }
 
     /// The device behind its sensors, pushed and thrown.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn sensed(&self) -> Result<Sensed<MassDamper<1>>, Failure> {
         self.sensors.before(thrown(self.device, &self.plan())?)
     }
 
     /// The safety chain of the loop that runs here. With a serial device in a host loop it does force and rate alone, and with
     /// the device's own loop it runs only to be checked.
-    ///
-    /// # Errors
-    /// A limit outside its range; settings that would have no effect.
     pub(crate) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
         let Some(remote) = &self.remote else {
             let limits = self.force_and_rate();
