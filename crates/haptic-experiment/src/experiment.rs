@@ -3,10 +3,9 @@
 #[cfg(test)]
 mod bounded_tests;
 pub(crate) mod coupler;
-pub(crate) mod creep;
 pub(crate) mod drive;
+pub(crate) mod indentation;
 pub(crate) mod reading;
-pub(crate) mod relaxation;
 pub(crate) mod rendering;
 pub mod teleoperation;
 pub(crate) mod touch;
@@ -14,13 +13,11 @@ pub(crate) mod trial;
 pub(crate) mod wall;
 
 use crate::document::parameters::{ON_DEVICE, Parameter, SAFETY};
-pub use coupler::CouplerCurves;
-pub use drive::{DriveCurves, DriveReport, LoopVerdict};
-pub use rendering::{Quantity, TheoryCurves};
-pub use touch::{
-    Grip, HandPath, PostureVerdict, TouchCurves, TouchLaw, TouchShape, TouchVerdict, WorkspaceBox,
-};
-pub use wall::WallCurves;
+pub use drive::{DriveCurves, LoopVerdict};
+pub use indentation::{Quantity, TheoryCurves};
+use std::collections::BTreeMap;
+pub use touch::{PostureVerdict, TouchCurves, TouchVerdict};
+pub use trial::TrialCurves;
 
 /// Kinds of experiments, the names of their tables in files.
 pub const KINDS: [&str; 6] = [
@@ -39,23 +36,20 @@ pub const DRIVE_TABLE: &str = "drive";
 pub(crate) fn tables(kind: &str) -> Option<Vec<(&'static str, &'static [Parameter])>> {
     let own: &[(&str, &[Parameter])] = match kind {
         "relax" => &[
-            ("relaxation", rendering::keys::RELAX),
-            ("rendering", rendering::keys::RENDERING),
+            ("relaxation", rendering::RELAX),
+            ("rendering", rendering::RENDERING),
         ],
         "creep" => &[
-            ("creep", rendering::keys::CREEP),
-            ("rendering", rendering::keys::RENDERING),
+            ("creep", rendering::CREEP),
+            ("rendering", rendering::RENDERING),
         ],
-        "wall" => &[
-            ("required", wall::keys::WALL_REQUIRED),
-            ("wall", wall::keys::WALL),
-        ],
+        "wall" => &[("required", wall::WALL_REQUIRED), ("wall", wall::WALL)],
         "coupler" => &[
-            ("required", coupler::keys::COUPLER_REQUIRED),
-            ("coupler", coupler::keys::COUPLER),
+            ("required", coupler::COUPLER_REQUIRED),
+            ("coupler", coupler::COUPLER),
         ],
-        "teleoperation" => &[("teleoperation", teleoperation::keys::TELEOPERATION)],
-        "touch" => &[("touch", touch::keys::TOUCH)],
+        "teleoperation" => &[("teleoperation", teleoperation::TELEOPERATION)],
+        "touch" => &[("touch", touch::TOUCH)],
         _ => return None,
     };
     let common = match kind {
@@ -64,4 +58,9 @@ pub(crate) fn tables(kind: &str) -> Option<Vec<(&'static str, &'static [Paramete
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     Some(own.iter().copied().chain(common).collect())
+}
+
+/// What the log of a run of this kind says of it beside its document.
+pub(crate) fn metadata(kind: &str) -> BTreeMap<String, String> {
+    BTreeMap::from([("experiment".to_owned(), kind.to_owned())])
 }

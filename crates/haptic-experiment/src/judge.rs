@@ -1,6 +1,5 @@
-//! Force as it should have been: the full history, and the largest error beside it.
+//! Force as it should have been, the largest error beside it, and what a run leaves for whoever draws it.
 
-pub(crate) mod curves;
 pub(crate) mod decimated;
 pub(crate) mod modelled_tissue;
 pub(crate) mod preflight;
@@ -10,64 +9,16 @@ pub(crate) mod rows;
 pub(crate) mod settling;
 pub(crate) mod warnings;
 
-pub use curves::{Origin, Published};
-use fracdiff::batch::Batch;
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Order, Scheme, Seconds};
+use crate::run::folder::OutputFolder;
+use crate::run::record::Record;
 pub use modelled_tissue::operator;
 pub use preflight::Preflight;
+pub(crate) use reference::Reference;
 pub use report::{Errors, RunReport, TickTimes};
-
-/// D^μ of a whole record by its full history, no memory cut: [`Batch`].
-///
-/// # Errors
-/// If the kernel's weights cannot be made, which valid orders and sample times rule out.
-pub(crate) fn full_history(
-    reference: Reference,
-    order: Order,
-    sample_time: Seconds,
-    x: &[f64],
-) -> anyhow::Result<Vec<f64>> {
-    let sum = match reference {
-        Reference::Kernel(kernel) => Batch::full_history(kernel, order, sample_time)?,
-        Reference::Bdf2 => Batch::full_bdf2(order, sample_time)?,
-    };
-    Ok(sum.run(x))
-}
 
 /// In per cent, without the digits that binary fractions add.
 pub(crate) fn percent(fraction: f64) -> f64 {
     (fraction * 1e8).round() / 1e6
-}
-
-/// The weights whose full history a run is compared with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Reference {
-    /// Of a full memory.
-    Kernel(Kernel),
-    /// Of `full-bdf2`.
-    Bdf2,
-}
-
-impl Reference {
-    /// Those of the scheme itself where it has the full history, else Grünwald's.
-    #[must_use]
-    pub fn of(scheme: Scheme) -> Self {
-        match scheme {
-            Scheme::Full { kernel, .. } => Self::Kernel(kernel),
-            Scheme::FullBdf2 { .. } => Self::Bdf2,
-            _ => Self::Kernel(Kernel::Grunwald),
-        }
-    }
-
-    /// The scheme with these weights, of this tolerance.
-    pub(crate) fn scheme(self, tolerance: f64) -> Scheme {
-        match self {
-            Self::Kernel(kernel) => Scheme::Full { kernel, tolerance },
-            Self::Bdf2 => Scheme::FullBdf2 { tolerance },
-        }
-    }
 }
 
 /// A wanted value below this share of the largest one counts as nothing: what is left there is rounding, and a
@@ -244,6 +195,61 @@ impl LargestError {
     }
 }
 
+/// Origin of a quantity: the device decides. No instrument measured it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A simulated device.
+    Simulated,
+    /// A device's own record of what it commanded and read.
+    Rendered,
+}
+
+impl Origin {
+    /// Of the force of a run: without a link, or with a device that simulates its plant, nothing but a simulation.
+    #[must_use]
+    pub(crate) fn of(record: &Record) -> Self {
+        Self::of_device(record.link.as_ref().map(|link| link.simulated))
+    }
+
+    /// Of a device that says whether it simulates its plant; `None` without a link, which is a simulation too.
+    const fn of_device(simulates: Option<bool>) -> Self {
+        match simulates {
+            None | Some(true) => Self::Simulated,
+            Some(false) => Self::Rendered,
+        }
+    }
+
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Simulated => "simulated",
+            Self::Rendered => "rendered",
+        }
+    }
+}
+
+/// Results of an experiment: a report, and the folder of its further files.
+#[derive(Debug)]
+pub struct Published<R, C> {
+    /// The report. Whoever saves a picture names it there.
+    pub report: R,
+    /// Curves to draw; `None` for a run that was cut short.
+    pub curves: Option<C>,
+    /// The folder of the log.
+    pub folder: OutputFolder,
+}
+
+impl<R, C> Published<R, C> {
+    pub(crate) fn new((report, curves): (R, Option<C>), folder: OutputFolder) -> Self {
+        Self {
+            report,
+            curves,
+            folder,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -304,6 +310,17 @@ mod tests {
             assert!(reason(compared([0.0, odd, 1.0, 1.0], [1.0; 4], 0.0)).starts_with("at 1 s"));
             assert!(reason(compared([0.0; 4], [0.0, odd, 1.0, 1.0], 1.0)).contains("no meaning"));
             assert!(reason(compared([0.0, odd, 0.0, 0.0], [0.0; 4], 0.0)).starts_with("at 1 s"));
+        }
+    }
+
+    #[test]
+    fn the_device_decides_between_simulated_and_rendered() {
+        for (simulates, word) in [
+            (None, "simulated"),
+            (Some(true), "simulated"),
+            (Some(false), "rendered"),
+        ] {
+            assert_eq!(Origin::of_device(simulates).word(), word);
         }
     }
 }

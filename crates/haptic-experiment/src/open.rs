@@ -20,13 +20,15 @@ mod tests;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE};
+use crate::document::parameters::{Parameter, Value};
+use crate::document::reader::Table;
 use crate::document::{Document, IN_LOG, choice, line};
-use crate::experiment::trial::reading::with_devices;
+use crate::experiment::reading::with_devices;
 use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use crate::{
-    CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
+    CouplerExperiment, Indentation, TeleoperationExperiment, TouchExperiment, TrialSetup,
     WallExperiment,
 };
 use parameters::{
@@ -56,9 +58,9 @@ use std::time::Duration;
 #[derive(Clone, Debug)]
 pub enum ExperimentFile {
     /// `[relax]`.
-    Relax(Relaxation),
+    Relax(Indentation),
     /// `[creep]`.
-    Creep(Creep),
+    Creep(Indentation),
     /// `[wall]`.
     Wall(WallExperiment),
     /// `[coupler]`.
@@ -115,15 +117,15 @@ impl ExperimentFile {
             .transpose()?;
         let drive = drive.as_ref();
         match kind {
-            "relax" => rendering::reading::relax(&table, drive).map(Self::Relax),
-            "creep" => rendering::reading::creep(&table, drive).map(Self::Creep),
-            "coupler" => coupler::reading::coupler(&table).map(Self::Coupler),
+            "relax" => rendering::relax(&table, drive).map(Self::Relax),
+            "creep" => rendering::creep(&table, drive).map(Self::Creep),
+            "coupler" => coupler::coupler(&table).map(Self::Coupler),
             "teleoperation" => {
-                let read = teleoperation::reading::teleoperation(&table)?;
+                let read = teleoperation::teleoperation(&table)?;
                 Ok(Self::Teleoperation(Box::new(read)))
             }
-            "touch" => Ok(Self::Touch(Box::new(touch::reading::touch(&table)?))),
-            _ => wall::reading::wall(&table).map(Self::Wall),
+            "touch" => Ok(Self::Touch(Box::new(touch::touch(&table)?))),
+            _ => wall::wall(&table).map(Self::Wall),
         }
     }
 
@@ -133,8 +135,7 @@ impl ExperimentFile {
     /// A parameter outside its range, which reading has ruled out.
     pub fn samples(&self) -> Result<u64, Failure> {
         match self {
-            Self::Relax(experiment) => experiment.check(),
-            Self::Creep(experiment) => experiment.check(),
+            Self::Relax(experiment) | Self::Creep(experiment) => experiment.check(),
             Self::Wall(experiment) => experiment.check(),
             Self::Coupler(experiment) => experiment.check(),
             Self::Teleoperation(experiment) => experiment.check(),
@@ -146,43 +147,40 @@ impl ExperimentFile {
     #[must_use]
     pub fn remote(&self) -> Option<&RemoteDevice> {
         match self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.remote.as_ref()
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
+            Self::Relax(own) | Self::Creep(own) => own.rendering.remote.as_ref(),
+            Self::Wall(wall) => wall.setup.remote.as_ref(),
+            Self::Coupler(coupler) => coupler.setup.remote.as_ref(),
             Self::Touch(touch) => touch.remote.as_ref(),
             Self::Teleoperation(_) => None,
+        }
+    }
+
+    /// Pace, whether it is run though it is unstable, and the serial device.
+    fn conducted(&mut self) -> (&mut Pace, &mut bool, Option<&mut RemoteDevice>) {
+        fn of(setup: &mut TrialSetup) -> (&mut Pace, &mut bool, Option<&mut RemoteDevice>) {
+            let remote = setup.remote.as_mut();
+            (&mut setup.pace, &mut setup.force_unstable, remote)
+        }
+        match self {
+            Self::Relax(own) | Self::Creep(own) => {
+                let own = &mut own.rendering;
+                let force_unstable = &mut own.preflight.force_unstable;
+                (&mut own.pace, force_unstable, own.remote.as_mut())
+            }
+            Self::Wall(wall) => of(&mut wall.setup),
+            Self::Coupler(coupler) => of(&mut coupler.setup),
+            Self::Touch(own) => (&mut own.pace, &mut own.force_unstable, own.remote.as_mut()),
+            Self::Teleoperation(own) => (&mut own.pace, &mut own.force_unstable, None),
         }
     }
 
     /// The same, for a program that waits so long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
-        let remote = match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.remote.as_mut()
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_mut(),
-            Self::Touch(touch) => touch.remote.as_mut(),
-            Self::Teleoperation(_) => None,
-        };
-        if let Some(remote) = remote {
+        if let (.., Some(remote)) = self.conducted() {
             remote.patience = patience;
         }
         self
-    }
-
-    /// The controller that holds the indenter; `None` without one.
-    #[must_use]
-    pub const fn drive(&self) -> Option<&Drive> {
-        match self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.drive.as_ref()
-            }
-            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) | Self::Touch(_) => None,
-        }
     }
 
     /// The same, to be run though the pre-flight calls it unstable.
@@ -190,39 +188,26 @@ impl ExperimentFile {
     /// # Errors
     /// An experiment that no pre-flight refuses.
     pub fn though_unstable(mut self) -> Result<Self, Failure> {
-        let far = matches!(self, Self::Teleoperation(_));
-        if self.remote().is_none() && self.drive().is_none() && !far {
+        let is_looked_at = match &self {
+            Self::Relax(own) | Self::Creep(own) => own.rendering.drive.is_some(),
+            Self::Teleoperation(_) => true,
+            _ => false,
+        };
+        if self.remote().is_none() && !is_looked_at {
             return Err(Failure::bad_input(format_args!(
                 "{FORCE_UNSTABLE} is for serial devices, drives and teleoperations: give {} or {} too",
                 DEVICE.set_to("serial:PATH"),
                 CONTROLLER.set_to("FILE.toml")
             )));
         }
-        let force_unstable = match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                &mut rendering.preflight.force_unstable
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.force_unstable,
-            Self::Teleoperation(experiment) => &mut experiment.force_unstable,
-            Self::Touch(touch) => &mut touch.force_unstable,
-        };
-        *force_unstable = true;
+        *self.conducted().1 = true;
         Ok(self)
     }
 
     /// The same, in another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
-        match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.pace = pace;
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.pace = pace,
-            Self::Teleoperation(experiment) => experiment.pace = pace,
-            Self::Touch(experiment) => experiment.pace = pace,
-        }
+        *self.conducted().0 = pace;
         self
     }
 }
@@ -266,12 +251,56 @@ impl Document {
         Ok(text)
     }
 
-    /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it.
+    /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it, and beside it the kind and each
+    /// key with its value, given or by default.
     ///
     /// # Errors
-    /// As those of [`kind`](Self::kind).
+    /// As those of [`kind`](Self::kind); a value that is not of its kind.
     pub fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
-        provenance.insert(IN_LOG.1.to_owned(), self.to_toml()?);
+        let kind = self.kind()?;
+        let mut keep = |key: &str, value: String| provenance.insert(key.to_owned(), value);
+        keep("experiment", kind.to_owned());
+        let parsed = self.parse()?;
+        for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
+            let table = match takes_device(name) {
+                true => with_devices(table)?,
+                false => table,
+            };
+            let known = match name {
+                DRIVE_TABLE => vec![(name, DRIVE)],
+                kind => of_kind(kind),
+            };
+            for parameter in known.iter().flat_map(|(_, parameters)| *parameters) {
+                if let Some(value) = in_words(&table, parameter)? {
+                    keep(parameter.key, value);
+                }
+            }
+        }
+        keep(IN_LOG.1, self.to_toml()?);
         Ok(())
     }
+}
+
+/// The value of a parameter as a log has it: numbers with spaces between them, rows with semicolons.
+fn in_words(table: &Table<'_>, parameter: &Parameter) -> Result<Option<String>, FileError> {
+    let row = |numbers: Vec<f64>| {
+        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        numbers.join(" ")
+    };
+    Ok(match parameter.value {
+        Value::Number(default, _) => {
+            let number = table.number_if(parameter)?.or(default);
+            number.map(|number| number.to_string())
+        }
+        Value::Count(_) => Some(table.count(parameter)?.to_string()),
+        Value::Flag(_) => Some(table.flag(parameter)?.to_string()),
+        Value::Text(_) => Some(table.text(parameter)?.to_owned()).filter(|text| !text.is_empty()),
+        Value::List(_) => match table.numbers_if(parameter) {
+            Ok(numbers) => numbers.map(row),
+            Err(_) => {
+                let rows = table.matrix_if(parameter)?;
+                rows.map(|rows| rows.into_iter().map(row).collect::<Vec<_>>().join("; "))
+            }
+        },
+    })
 }

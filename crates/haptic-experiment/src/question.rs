@@ -10,7 +10,7 @@ pub(crate) mod zwidth;
 use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::parameters::{ON_DEVICE, Parameter};
-use crate::experiment::trial::reading::with_devices;
+use crate::experiment::reading::with_devices;
 use bench::BENCH;
 use design::coupler::CouplerDesign;
 use design::{Design, WishName};

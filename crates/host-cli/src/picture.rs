@@ -3,7 +3,7 @@
 use haptic_experiment::experiment::DriveCurves;
 use haptic_experiment::experiment::TouchCurves;
 use haptic_experiment::experiment::teleoperation::{FeltAt, SideCurves, TeleoperationCurves};
-use haptic_experiment::experiment::{CouplerCurves, TheoryCurves, WallCurves};
+use haptic_experiment::experiment::{TheoryCurves, TrialCurves};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
@@ -51,40 +51,6 @@ fn tracking(drive: &DriveCurves) -> (&'static str, Vec<f64>) {
     };
     let scaled = drive.tracking_error.iter().map(|error| factor * error);
     (label, scaled.collect())
-}
-
-/// The trial of a wall: the position over its place of rest, and the force below.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_wall(curves: &WallCurves) -> Result<Picture, FigureError> {
-    of_trial(&Trial {
-        what: "wall",
-        subtitle: &curves.subtitle,
-        run: curves.origin.word(),
-        rest_m: curves.expected_deflection_m,
-        time_s: &curves.time_s,
-        position_m: &curves.position_m,
-        object_m: None,
-        force_n: &curves.force_n,
-    })
-}
-
-/// The trial of a coupler: device and object over the device's place of rest, and the force below.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_coupler(curves: &CouplerCurves) -> Result<Picture, FigureError> {
-    of_trial(&Trial {
-        what: "coupler",
-        subtitle: &curves.subtitle,
-        run: curves.origin.word(),
-        rest_m: curves.expected_deflection_m,
-        time_s: &curves.time_s,
-        position_m: &curves.position_m,
-        object_m: Some(&curves.object_position_m),
-        force_n: &curves.force_n,
-    })
 }
 
 /// Values in another unit, each at its time.
@@ -236,33 +202,25 @@ pub fn of_touch(curves: &TouchCurves) -> Result<Picture, FigureError> {
     .draw()
 }
 
-/// A device that is pushed into a wall or a coupler.
-struct Trial<'a> {
-    what: &'a str,
-    subtitle: &'a str,
-    /// Simulated or rendered.
-    run: &'a str,
-    rest_m: Option<f64>,
-    time_s: &'a [f64],
-    position_m: &'a [f64],
-    object_m: Option<&'a [f64]>,
-    force_n: &'a [f64],
-}
-
-fn of_trial(trial: &Trial<'_>) -> Result<Picture, FigureError> {
-    let time = trial.time_s;
+/// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
+///
+/// # Errors
+/// If there is nothing to draw.
+pub fn of_trial(trial: &TrialCurves) -> Result<Picture, FigureError> {
+    let time = &trial.time_s;
     let against_time = |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> {
         time.iter().copied().zip(values).collect()
     };
     let position = against_time(&mut trial.position_m.iter().map(|x| 1e3 * x));
-    let object = (trial.object_m).map(|object| against_time(&mut object.iter().map(|x| 1e3 * x)));
+    let object = (trial.object_position_m.as_ref())
+        .map(|object| against_time(&mut object.iter().map(|x| 1e3 * x)));
     let force = against_time(&mut trial.force_n.iter().copied());
     let ends = [time.first(), time.last()].into_iter().flatten();
     let rest: Vec<(f64, f64)> = trial
-        .rest_m
+        .expected_deflection_m
         .map(|x| ends.map(|&t| (t, 1e3 * x)).collect())
         .unwrap_or_default();
-    let run = trial.run;
+    let run = trial.origin.word();
     let device = if object.is_some() {
         format!("device, {run}")
     } else {
@@ -293,7 +251,7 @@ fn of_trial(trial: &Trial<'_>) -> Result<Picture, FigureError> {
     };
     ChartPage {
         title: &format!("A trial of a {}, {run}", trial.what),
-        subtitle: trial.subtitle,
+        subtitle: &trial.subtitle,
         columns: 1,
         charts: vec![
             chart(&format!("position{rest}"), "position / mm", positions),

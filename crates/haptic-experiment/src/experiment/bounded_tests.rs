@@ -33,10 +33,11 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
     let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
     let report = |ran: &Ran| -> Result<Value, Failure> {
         let value = match &experiment {
-            ExperimentFile::Relax(relaxation) => serde_json::to_value(relaxation.report(ran)?.0),
-            ExperimentFile::Creep(creep) => serde_json::to_value(creep.report(ran)?.0),
-            ExperimentFile::Wall(wall) => serde_json::to_value(wall.report(ran)?.0),
-            ExperimentFile::Coupler(coupler) => serde_json::to_value(coupler.report(ran)?.0),
+            ExperimentFile::Relax(own) | ExperimentFile::Creep(own) => {
+                serde_json::to_value(own.report(ran)?.0)
+            }
+            ExperimentFile::Wall(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
+            ExperimentFile::Coupler(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
             ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
                 unreachable!("it is judged while it runs")
             }
@@ -44,12 +45,9 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         Ok(value.expect("is JSON"))
     };
     let ran = match &experiment {
-        ExperimentFile::Relax(relaxation) => relaxation.record(&request, supervisor),
-        ExperimentFile::Creep(creep) => creep.record(&request, supervisor),
-        ExperimentFile::Wall(wall) => wall.recorded(&request, supervisor).map(|(ran, ..)| ran),
-        ExperimentFile::Coupler(coupler) => {
-            coupler.recorded(&request, supervisor).map(|(ran, ..)| ran)
-        }
+        ExperimentFile::Relax(own) | ExperimentFile::Creep(own) => own.record(&request, supervisor),
+        ExperimentFile::Wall(own) => own.recorded(&request, supervisor),
+        ExperimentFile::Coupler(own) => own.recorded(&request, supervisor),
         ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
             unreachable!("it is judged while it runs")
         }

@@ -6,21 +6,593 @@
 //! at rest, μ = 1: x = push/(k + 1/(1/b_c + 1/k_o)), the object at F/k_o
 //! ```
 //! - *Below order 1* nothing holds the push: the coupler creeps as t^(1−μ) under it. There is no place of rest then, and the force
-//!   alone is verdict, as for a wall without a spring.
-//! - *The rule* by which all is at rest is that of a wall, [`settling`](crate::judge::settling).
-//! - *Before the run* Llewellyn's criterion and the sampled loop are looked at, see [`CouplerPreflight`].
+//!   alone is judged, as for a wall without a spring.
 //! - *The object* is in no log: it follows from the positions, and the table of the run has it.
 //! - *A loop on a device* cannot carry it: its firmware renders walls. The loop on the host can.
 //!
+//! Before the run the loop is looked at, and the two criteria for every hand and object:
+//!
+//! ```text
+//! stable      the sampled loop of this device, this hand and this object has no pole on or outside the unit circle: certified
+//! Llewellyn   2b·Re(1/Z_c) ≥ cos(θ/2)(1 − cos(θ/2)): every passive hand and object, of a device under Tustin's rule
+//! passive     2b·Re(1/Z_c) ≥ 1 − cos θ (no delay): every passive hand and object, of the sampled device
+//! ```
+//! - *Llewellyn is not enough for a real device.* Under Tustin's rule the force acts half a sample earlier than a held one does. The
+//!   sampled port asks for at least four times his damping, and a coupler that he passes can be unstable with a light device: so the
+//!   loop that runs is looked at beside him. A run needs both, `stable` and Llewellyn; `passive` is told.
+//! - *Only* `passive` *promises anything for another hand.*
+//!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
-pub(crate) mod keys;
-mod preflight;
-pub(crate) mod reading;
-mod report;
-mod running;
-mod specification;
-mod verdict;
+use super::reading::{remote, scheme};
+use super::trial::{
+    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialCurves, TrialReport, TrialSetup,
+    encoder_step, incomparable, limited, setup, six_digits, times,
+};
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters as p;
+use crate::document::parameters::kind::{Parameter, joined, parameters};
+use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
+use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
+use crate::document::reader::Table;
+use crate::judge::preflight::{refused, softer};
+use crate::judge::reference::operator;
+use crate::judge::report::{RunReport, Summary};
+use crate::judge::settling::Settling;
+use crate::judge::{Published, Reference};
+use crate::run::folder::FolderRequest;
+use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
+use crate::run::remote::{RemoteDevice, RemoteLaw};
+use crate::run::safety::GuardChoice;
+use crate::run::schedule::horizon;
+use crate::run::tick::KeptSample;
+use crate::run::{Ran, Supervisor};
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_analysis::{
+    AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LeastDamping,
+    LoopOperator,
+};
+use haptic_link::LoopMode;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::{Controller, Environment, VirtualCoupler, VirtualObject, deflection_order};
+use nalgebra::Vector1;
+use serde::Serialize;
 
-pub use report::{CouplerCurves, CouplerReport};
-pub use specification::CouplerExperiment;
+parameters! {
+    crate;
+    /// Order of a coupler.
+    COUPLER_ORDER = optional("order", COUPLER_ORDERS,
+        "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps; above 1 it would generate energy");
+    /// Mass of the object, kg.
+    OBJECT_MASS = number("object_mass_kg", 0.1, "100g", OBJECT_MASSES, "Mass of the object behind the coupler");
+    /// Damping of the object, N·s/m.
+    OBJECT_DAMPING = number("object_damping_n_s_per_m", 1.0, "1", DAMPINGS, "Viscous damping of the object");
+    /// Spring of the object, N/m.
+    OBJECT_STIFFNESS = number("object_stiffness_n_per_m", 500.0, "500", STIFFNESSES,
+        "Spring between object and ground; 0 = the object drifts");
+    /// True if a refused coupler is a failure.
+    COUPLER_MUST_BE_STABLE = flag("must_be_stable",
+        "Fail unless trial, analysis and Llewellyn's criterion accept the coupler");
+}
+
+/// Of `[coupler]` that have to be given in a file.
+pub const COUPLER_REQUIRED: &[Parameter] = &[
+    p::MASS,
+    p::DAMPING,
+    p::SAMPLE_TIME,
+    COUPLER_ORDER,
+    COUPLER_STIFFNESS,
+    COUPLER_DISSIPATION,
+];
+
+/// Of `[coupler]`, with defaults.
+pub const COUPLER: &[Parameter] = &joined::<19>(&[
+    &[
+        p::DEVICE_MODEL,
+        OBJECT_MASS,
+        OBJECT_DAMPING,
+        OBJECT_STIFFNESS,
+    ],
+    &[p::HAND_STIFFNESS],
+    p::LESS_THAN_IDEAL,
+    TRIAL_LOOP,
+    TRIAL,
+    &[COUPLER_MUST_BE_STABLE],
+]);
+
+/// A coupler experiment.
+///
+/// ```
+/// use fracdiff::{Order, Seconds};
+/// use haptic_analysis::CoupledObject;
+/// use haptic_experiment::{CouplerExperiment, Imperfections, TrialPlan, TrialSetup, dissertation_device};
+///
+/// let device = dissertation_device(Seconds(1e-3));
+/// let setup = TrialSetup::new(device, Imperfections::NONE.sensors, TrialPlan::DEFAULT);
+/// let coupler = CouplerExperiment {
+///     setup,
+///     order: Order::new(1.0)?,
+///     scheme: "full".parse()?,
+///     coupler_stiffness_n_s_per_m: 2.0,
+///     coupler_dissipation_n_s_1_minus_mu_per_m: 3000.0,
+///     object: CoupledObject { mass_kg: 0.1, damping_n_s_per_m: 1.0, stiffness_n_per_m: 1000.0 },
+/// };
+/// let settling = coupler.try_out()?;
+/// // 1 N on 3000 N/m and 1000 N/m in series.
+/// assert!(settling.stable);
+/// assert!(settling.deflection_m.is_some_and(|x| (x / (4.0 / 3000.0) - 1.0).abs() < 1e-3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CouplerExperiment {
+    /// Device, trial, safety and pace.
+    pub setup: TrialSetup,
+    /// μ, 0 to 1.
+    pub order: Order,
+    /// The operator, which is run on the deflection with the order 1 − μ.
+    pub scheme: Scheme,
+    /// `k_c`, N·s/m, at least 0.
+    pub coupler_stiffness_n_s_per_m: f64,
+    /// `b_c`, N·s^(1−μ)/m, at least 0.
+    pub coupler_dissipation_n_s_1_minus_mu_per_m: f64,
+    /// The object behind it.
+    pub object: CoupledObject,
+}
+
+/// The result. The mean deflection is compared with the springs in series, not for a coupler that creeps.
+#[derive(Clone, Debug, Serialize)]
+pub struct CouplerReport {
+    /// `k_c`, N·s/m.
+    pub coupler_stiffness_n_s_per_m: f64,
+    /// `b_c`, N·s^(1−μ)/m.
+    pub coupler_dissipation_n_s_1_minus_mu_per_m: f64,
+    /// `m_o`, kg.
+    pub object_mass_kg: f64,
+    /// `b_o`, N·s/m.
+    pub object_damping_n_s_per_m: f64,
+    /// `k_o`, N/m.
+    pub object_stiffness_n_per_m: f64,
+    /// Place of the object at the end, m; null for a run that was cut short.
+    pub object_position_m: Option<f64>,
+    /// Of the trial.
+    #[serde(flatten)]
+    pub trial: TrialReport,
+}
+
+impl CouplerReport {
+    /// Stable by the trial and by the analysis, and passed by Llewellyn.
+    #[must_use]
+    pub fn stable_by_all(&self) -> bool {
+        let trial = &self.trial;
+        let llewellyn = trial.run.preflight.and_then(|verdict| verdict.coupler);
+        trial.stable_by_both() && llewellyn.is_some_and(|coupler| coupler.llewellyn)
+    }
+}
+
+impl Summary for CouplerReport {
+    fn run(&self) -> &RunReport {
+        &self.trial.run
+    }
+
+    fn run_mut(&mut self) -> &mut RunReport {
+        &mut self.trial.run
+    }
+}
+
+/// `[coupler]`: device, coupler, object and trial.
+pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
+    let remote = remote(table)?;
+    let (sample_time_s, duration_s) = times(table)?;
+    let order = table.required(&COUPLER_ORDER)?;
+    let wrong = |reason: String| table.fail_at("order", reason);
+    let order = Order::new(order).map_err(|error| wrong(error.to_string()))?;
+    let run = deflection_order(order).map_err(|error| wrong(error.to_string()))?;
+    let mut setup = setup(table, remote, (sample_time_s, duration_s))?;
+    setup.must_be_stable = table.flag(&COUPLER_MUST_BE_STABLE)?;
+    let coupler = CouplerExperiment {
+        setup,
+        order,
+        scheme: scheme(table, None, run, sample_time_s, duration_s)?,
+        coupler_stiffness_n_s_per_m: table.required(&p::COUPLER_STIFFNESS)?,
+        coupler_dissipation_n_s_1_minus_mu_per_m: table.required(&p::COUPLER_DISSIPATION)?,
+        object: CoupledObject {
+            mass_kg: table.number(&OBJECT_MASS)?,
+            damping_n_s_per_m: table.number(&OBJECT_DAMPING)?,
+            stiffness_n_per_m: table.number(&OBJECT_STIFFNESS)?,
+        },
+    };
+    (coupler.check_loop()).map_err(|error| table.fail_at(p::LOOP.key, error.to_string()))?;
+    (coupler.check()).map_err(|error| table.fail(error.to_string()))?;
+    Ok(coupler)
+}
+
+/// The coupler of an experiment.
+type Law = VirtualCoupler<f64, Operator<f64>>;
+impl CouplerExperiment {
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<CouplerReport, TrialCurves>, Failure> {
+        self.check_loop()?;
+        self.published(request, supervisor)
+    }
+
+    /// The same without log or files: does it settle, and without friction too?
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn try_out(&self) -> Result<Settling, Failure> {
+        self.settled()
+    }
+
+    /// What the analysis says of it on the simulated device.
+    #[cfg(test)]
+    pub(crate) fn look(&self) -> Result<PreflightVerdict, Failure> {
+        (self.subject(self.check()?)).verdict(self.setup.dynamics(), 0)
+    }
+
+    /// The number of samples, if all parameters are good.
+    pub(crate) fn check(&self) -> Result<u64, Failure> {
+        self.parts().map(|parts| parts.samples)
+    }
+
+    /// Refuses a loop on a device, which cannot carry it.
+    pub(crate) fn check_loop(&self) -> Result<(), Failure> {
+        match self.setup.remote.as_ref().map(|remote| remote.loop_mode) {
+            Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
+                "a loop on the device cannot carry a coupler, its firmware renders walls: give {loop_host}",
+                loop_host = p::LOOP.set_to("host")
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// The coupler with its object, for a run of so many samples.
+    fn law(&self, samples: u64) -> Result<Law, Failure> {
+        let t = self.setup.device.sample_time;
+        let order = deflection_order(self.order).map_err(Failure::input)?;
+        let operator = self.scheme.build(order, t, horizon(samples));
+        let object = VirtualObject::new(
+            Kilograms(self.object.mass_kg),
+            NewtonSecondsPerMetre(self.object.damping_n_s_per_m),
+            NewtonsPerMetre(self.object.stiffness_n_per_m),
+        );
+        let object = object.map_err(|error| {
+            Failure::input_with_advice(
+                error,
+                format_args!("give {OBJECT_MASS}, {OBJECT_DAMPING} or {OBJECT_STIFFNESS} above 0"),
+            )
+        })?;
+        VirtualCoupler::new(
+            self.coupler_stiffness_n_s_per_m,
+            self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            operator.map_err(Failure::input)?,
+            object,
+            t,
+        )
+        .map_err(|error| {
+            Failure::input_with_advice(
+                error,
+                format_args!("give {COUPLER_STIFFNESS} or {COUPLER_DISSIPATION} above 0"),
+            )
+        })
+    }
+
+    /// Stiffness that coupler and object hold a push with for ever, N/m: both springs in series at order 1, none below.
+    fn holding_stiffness(&self) -> f64 {
+        let (spring, ground) = (
+            self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            self.object.stiffness_n_per_m,
+        );
+        if self.order.get() < 1.0 || spring <= 0.0 || ground <= 0.0 {
+            0.0
+        } else {
+            1.0 / (1.0 / spring + 1.0 / ground)
+        }
+    }
+}
+
+impl Trial for CouplerExperiment {
+    type Law = Law;
+    type Report = CouplerReport;
+    const KIND: &'static str = "coupler";
+    const NO_REST: &'static str =
+        "the coupler creeps or nothing holds the object, so there is no place of rest";
+
+    fn setup(&self) -> &TrialSetup {
+        &self.setup
+    }
+
+    fn setup_mut(&mut self) -> &mut TrialSetup {
+        &mut self.setup
+    }
+
+    /// The analysis has its say here on the simulated device alone: a serial one heard it before it was armed.
+    fn warning(&self, ran: &Ran) -> Option<String> {
+        let analysis = ran.preflight.filter(|_| self.setup.remote.is_none());
+        // Energy bounding promises passivity for the damping of the device.
+        let guarded = self.setup.safety.guard == GuardChoice::EnergyBounding;
+        analysis.and_then(|analysis| analysis.warning(guarded))
+    }
+
+    fn subject(&self, samples: u64) -> impl PreflightSubject {
+        CouplerPreflight {
+            coupler: self,
+            samples,
+        }
+    }
+
+    /// Only a loop on the host carries a coupler: the device renders nothing.
+    fn law_there(&self, _: &RemoteDevice, _: u64) -> Result<RemoteLaw, Failure> {
+        Ok(self.setup.law())
+    }
+
+    fn operator_choice(&self) -> (Order, Scheme) {
+        (self.order, self.scheme)
+    }
+
+    fn law_in_words(&self) -> String {
+        let object = self.object;
+        format!(
+            "order μ = {} · damper {} N·s/m · spring {} N·s^{{1−μ}}/m\nobject {} kg, {} N·s/m, {} N/m",
+            self.order,
+            six_digits(self.coupler_stiffness_n_s_per_m),
+            six_digits(self.coupler_dissipation_n_s_1_minus_mu_per_m),
+            six_digits(object.mass_kg),
+            six_digits(object.damping_n_s_per_m),
+            six_digits(object.stiffness_n_per_m)
+        )
+    }
+
+    fn parts(&self) -> Result<Parts<Law>, Failure> {
+        let setup = &self.setup;
+        let plan = setup.plan();
+        let samples = plan.samples(self.setup.device.sample_time)?;
+        let device = setup.sensed()?;
+        let law = self.law(samples)?;
+        let holding = self.holding_stiffness();
+        // A coupler that creeps has no place of rest, whatever the hand: the force alone is judged.
+        let spring = match holding > 0.0 {
+            true => holding + self.setup.device.stiffness.0,
+            false => 0.0,
+        };
+        let judge = plan.judge(
+            (spring, law.step_stiffness_n_per_m()),
+            encoder_step(self.setup.sensors),
+            self.setup.device.sample_time.0,
+        );
+        Ok(Parts {
+            controller: Controller::new(law, setup.chain()?),
+            device,
+            samples,
+            judge,
+            rest_m: (spring > 0.0).then(|| self.setup.plan.push_n / spring),
+        })
+    }
+
+    /// The force is k_c·y' + b_c·D^(1−μ) y by the full history of the deflection y, which follows from the forces.
+    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
+        let record = &ran.record;
+        let reference = Reference::of(self.scheme);
+        let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
+        let t = self.setup.device.sample_time;
+        let planned = self.setup.plan().samples(t)?;
+        let mut replay = Replay::new(self.law(planned)?);
+        let object_m: Option<Box<dyn FnMut(&KeptSample) -> f64>> =
+            Some(Box::new(move |sample| replay.at(sample)));
+        let serial = self.setup.remote.is_some();
+        let reason = limited(record)
+            .or_else(|| {
+                (record.dropped > 0).then_some("samples are missing, so the object is not known")
+            })
+            .or_else(|| {
+                serial.then_some("a serial device makes each force some samples after its position")
+            })
+            .or_else(|| incomparable(reference, order, record));
+        if let Some(reason) = reason {
+            return Ok(Theory {
+                off_n: Err(reason),
+                object_m,
+            });
+        }
+        // D^(1−μ) of each deflection.
+        let mut derivative: Box<dyn FnMut(f64) -> f64> = match &record.whole {
+            Some(whole) => {
+                let mut object = Object::default();
+                let deflection: Vec<f64> = (whole.iter())
+                    .map(|sample| object.deflection(self, sample.position_m, -sample.force_n))
+                    .collect();
+                let values = reference.full_history(order, t, &deflection);
+                let mut values = values.map_err(Failure::Run)?.into_iter();
+                Box::new(move |_| values.next().unwrap_or(f64::NAN))
+            }
+            None => {
+                let mut channel = operator(reference, order, t, planned)?;
+                Box::new(move |y| channel.step(y))
+            }
+        };
+        let (mut object, mut last) = (Object::default(), 0.0);
+        let off_n = move |sample: &KeptSample| {
+            let reaction_force_n = sample.reaction_n();
+            let y = object.deflection(self, sample.position_m, reaction_force_n);
+            // F = k_c·(y[n] − y[n−1])/T + b_c·D^(1−μ) y
+            let wanted = self.coupler_stiffness_n_s_per_m * (y - last) / t.0
+                + self.coupler_dissipation_n_s_1_minus_mu_per_m * derivative(y);
+            last = y;
+            (reaction_force_n - wanted).abs()
+        };
+        Ok(Theory {
+            off_n: Ok(Box::new(off_n)),
+            object_m,
+        })
+    }
+
+    fn reported(&self, judged: &Judged) -> CouplerReport {
+        CouplerReport {
+            trial: judged.trial.clone(),
+            coupler_stiffness_n_s_per_m: self.coupler_stiffness_n_s_per_m,
+            coupler_dissipation_n_s_1_minus_mu_per_m: self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            object_mass_kg: self.object.mass_kg,
+            object_damping_n_s_per_m: self.object.damping_n_s_per_m,
+            object_stiffness_n_per_m: self.object.stiffness_n_per_m,
+            object_position_m: judged.object_m,
+        }
+    }
+}
+
+/// A coupler and an object that are to be looked at.
+struct CouplerPreflight<'a> {
+    coupler: &'a CouplerExperiment,
+    samples: u64,
+}
+
+impl PreflightSubject for CouplerPreflight<'_> {
+    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
+        self.judge(dynamics, line).map_err(|error| refused(&error))
+    }
+}
+
+impl CouplerPreflight<'_> {
+    fn judge(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, AnalysisError> {
+        let own = self.coupler;
+        let t = own.setup.device.sample_time.0;
+        let dynamics = Dynamics {
+            delay_s: dynamics.delay_s + line as f64 * t,
+            ..dynamics
+        };
+        let path = dynamics.path(t)?;
+        let order = Order::new(1.0 - own.order.get())?;
+        let operator = LoopOperator::new(own.scheme, order, Seconds(t), horizon(self.samples))?;
+        let exact = Coupler::exact(
+            own.order,
+            t,
+            own.coupler_stiffness_n_s_per_m,
+            own.coupler_dissipation_n_s_1_minus_mu_per_m,
+        )?;
+        let runs = CouplerOperator(&operator);
+        let coupler = exact.with_operator(&runs, operator.memory());
+        let coupled = CoupledLoop::new(&dynamics, &exact, &own.object, &operator)?;
+        let stable = coupled.is_stable();
+        let margin = if stable {
+            coupled.gain_margin()?.map(|edge| edge.value)
+        } else {
+            softer(|factor| Ok(coupled.scaled(factor).is_stable()))?
+        };
+        let enough = |least: LeastDamping| match least {
+            LeastDamping::Enough {
+                damping_n_s_per_m, ..
+            } => Some(damping_n_s_per_m),
+            LeastDamping::NoneIsEnough { .. } => None,
+        };
+        let damping = dynamics.damping_n_s_per_m;
+        let llewellyn = enough(coupler.least_damping()?);
+        let sampled = enough(coupler.sampled_damping(path)?);
+        let per_delta = t / dynamics.mass_kg;
+        let (alpha, beta) = coupled.nondimensional();
+        Ok(PreflightVerdict {
+            stable,
+            margin,
+            passive: sampled.is_some_and(|needed| damping >= needed),
+            required_delta: sampled.map(|needed| needed * per_delta),
+            delta: damping * per_delta,
+            delay_samples: path.delay_samples(),
+            delay_s: dynamics.delay_s,
+            current_lag_s: dynamics.current_lag_s,
+            alpha,
+            beta,
+            coupler: Some(CouplerVerdict {
+                llewellyn: llewellyn.is_some_and(|needed| damping >= needed),
+                damping_n_s_per_m: damping,
+                llewellyn_damping_n_s_per_m: llewellyn,
+                corollary_damping_n_s_per_m: coupler.corollary_damping(),
+                sampled_damping_n_s_per_m: sampled,
+            }),
+        })
+    }
+}
+
+/// The object again, from the positions that the loop read. Those that a link lost lie on a straight line.
+struct Replay {
+    law: Law,
+    history: <Law as Environment<f64, 1>>::History,
+    next_tick: u64,
+    last_m: f64,
+}
+
+impl Replay {
+    fn new(law: Law) -> Self {
+        Self {
+            history: Environment::<f64, 1>::at_rest(&law),
+            law,
+            next_tick: 0,
+            last_m: 0.0,
+        }
+    }
+
+    /// Place of the object at this sample, m.
+    fn at(&mut self, sample: &KeptSample) -> f64 {
+        let x = sample.position_m;
+        let from = if self.next_tick == 0 { x } else { self.last_m };
+        let missing = sample.tick.saturating_sub(self.next_tick);
+        let slope = (x - from) / (missing + 1) as f64;
+        for n in 1..=missing {
+            self.step(from + n as f64 * slope);
+        }
+        self.step(x);
+        self.next_tick = sample.tick + 1;
+        self.last_m = x;
+        self.law.object_position_m(&self.history)[0]
+    }
+
+    fn step(&mut self, x: f64) {
+        self.law.advance(&mut self.history, &Vector1::new(x));
+    }
+}
+
+/// The object by its own equation from the forces that were commanded, and from it the deflection of the coupler: nothing of
+/// the coupler that ran is in it.
+///
+/// ```text
+/// m_o > 0:  v ← v + (T/2m_o)(a + a'),  a = F − b_o·v − k_o·p,   p ← p + (T/2)(v + v')
+/// m_o = 0:  F = b_o·v + k_o·p;          q = p + (T/2)·v,   y = x − q
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+struct Object {
+    velocity: f64,
+    place: f64,
+    net: f64,
+}
+
+impl Object {
+    /// The deflection after this sample.
+    fn deflection(&mut self, law: &CouplerExperiment, x: f64, force: f64) -> f64 {
+        let (t, object) = (law.setup.device.sample_time.0, law.object);
+        let (m, b, k) = (
+            object.mass_kg,
+            object.damping_n_s_per_m,
+            object.stiffness_n_per_m,
+        );
+        let Self {
+            velocity,
+            place,
+            net,
+        } = *self;
+        let half = 0.5 * t;
+        let ahead = place + half * velocity;
+        let next = if m > 0.0 {
+            (velocity + half / m * (net + force - k * ahead)) / (1.0 + half / m * (b + half * k))
+        } else {
+            (force - k * ahead) / (b + half * k)
+        };
+        self.velocity = next;
+        self.place = ahead + half * next;
+        self.net = force - b * next - k * self.place;
+        x - (self.place + half * next)
+    }
+}

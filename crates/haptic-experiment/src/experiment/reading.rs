@@ -1,18 +1,25 @@
-//! Keys of every table: the device, its sensors, the operator, and how many samples there are.
+//! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
 use crate::document::error::FileError;
 use crate::document::parameters as p;
 use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
 use crate::document::reader::Table;
-use crate::judge::modelled_tissue::operator;
+use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::{DeviceName, Loop};
+use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteDevice;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
-use haptic_tissue::Model;
+use haptic_loop::Specimen;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{
+    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, SquareMetres,
+};
+use haptic_tissue::{Library, Model};
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 /// The device at a port; `None` for the simulated one.
 pub(crate) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
@@ -142,4 +149,58 @@ pub(crate) fn scheme(
         Ok(_) => Ok(scheme),
         Err(error) => Err(fail(error.to_string())),
     }
+}
+
+/// The table with the values of its device files below the keys of the layers that name them.
+pub(crate) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
+    table.with_named(&p::DEVICE_MODEL, |path| {
+        let values = DeviceModel::find(path)?.values.named();
+        Ok(values
+            .map(|(parameter, value)| (parameter.key, value))
+            .into())
+    })
+}
+
+/// The device file, if one is named.
+pub(crate) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
+    let read = |path: PathBuf| {
+        DeviceModel::find(&path)
+            .map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))
+    };
+    table.file(&p::DEVICE_MODEL)?.map(read).transpose()
+}
+
+/// The simulated device and its sensors.
+pub(crate) fn device(
+    table: &Table<'_>,
+    sample_time_s: f64,
+) -> Result<(MassDamperConfig, Sensors), FileError> {
+    let device = MassDamperConfig {
+        mass: Kilograms(table.number(&p::MASS)?),
+        damping: NewtonSecondsPerMetre(table.number(&p::DAMPING)?),
+        stiffness: NewtonsPerMetre(table.number(&p::HAND_STIFFNESS)?),
+        sample_time: Seconds(sample_time_s),
+        delay: Seconds(table.number(&p::DELAY)?),
+        friction: Newtons(table.number(&p::FRICTION)?),
+        saturation: None,
+        lag: Seconds(table.number(&p::CURRENT_LAG)?),
+    };
+    Ok((device, sensors(table)?))
+}
+
+/// A tissue of the library and a piece of it.
+pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
+    let folder = table.file(&p::LIBRARY)?;
+    let library = Library::load(folder.as_deref())
+        .map_err(|error| table.fail_at("library", error.to_string()))?;
+    let tissue = table.file(&p::TISSUE)?.unwrap_or_default();
+    let wrong = |error: String| table.fail_at("tissue", error);
+    let material = library.find(&tissue.to_string_lossy());
+    let material = ModelledTissue::new(material.map_err(|error| wrong(error.to_string()))?);
+    let area = SquareMetres(table.number(&p::AREA)?);
+    let specimen = Specimen::new(area, Metres(table.number(&p::THICKNESS)?));
+    Ok(TissuePiece {
+        material: Box::new(material.map_err(|error| wrong(error.to_string()))?),
+        specimen: specimen.map_err(|error| table.fail(error.to_string()))?,
+    })
 }

@@ -1,14 +1,303 @@
-//! A tissue rendered on the simulated rig: everything that relaxation and creep share.
+//! A tissue, the operator that renders it, and the rig it is rendered on: what relaxation and creep share, and their keys.
 
-mod device;
-mod history;
-pub(crate) mod keys;
-mod metadata;
-pub(crate) mod outcome;
-pub(crate) mod reading;
-mod report;
-mod running;
-mod specification;
+use super::reading::{device_model, piece, remote, samples_fit, scheme, sensors, without};
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::named::Named;
+use crate::document::parameters as p;
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::{DURATIONS, STRAINS, STRESSES};
+use crate::document::reader::Table;
+use crate::experiment::drive::{self, Drive};
+use crate::experiment::indentation::{Indentation, Load};
+use crate::judge::Reference;
+use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use crate::run::SAMPLES;
+use crate::run::preflight::PreflightRequest;
+use crate::run::remote::{RemoteDevice, device_name};
+use crate::run::safety::Safety;
+use crate::run::safety::safety;
+use crate::run::schedule::Pace;
+use crate::run::sensors::Imperfections;
+use crate::run::sensors::Sensors;
+use fracdiff::{Scheme, Seconds};
+use haptic_analysis::Dynamics;
+use haptic_link::LoopMode;
+use haptic_loop::Specimen;
+use haptic_loop::units::{Metres, SquareMetres};
+use serde::Serialize;
 
-pub use report::{Quantity, Report, TheoryCurves};
-pub use specification::{Contact, Precision, Rendering};
+parameters! {
+    /// Strain of a relaxation.
+    STRAIN = number("strain", 0.05, "5%", STRAINS, "Strain to hold");
+    /// Ramp of a relaxation, s.
+    RAMP_TIME = number("ramp_time_s", 1.0, "1s", DURATIONS, "Time to reach it");
+    /// End of a relaxation, s.
+    RELAX_DURATION = number("duration_s", 200.0, "200s", DURATIONS,
+        "Duration, from the start of the ramp");
+    /// Stress of a creep test, Pa.
+    STRESS = number("stress_pa", 100.0, "100Pa", STRESSES, "Stress to hold");
+    /// End of a creep test, s.
+    CREEP_DURATION = number("duration_s", 200.0, "200s", DURATIONS, "Duration");
+    /// Number type of the loop.
+    PRECISION = text("precision", "f64", "Number type of the loop");
+}
+
+/// Of `[relax]`, beside [`RENDERING`].
+pub const RELAX: &[Parameter] = &[STRAIN, RAMP_TIME, RELAX_DURATION];
+
+/// Of `[creep]`, beside [`RENDERING`].
+pub const CREEP: &[Parameter] = &[STRESS, CREEP_DURATION];
+
+/// Of the rendering: the tissue, and how it is rendered.
+pub const RENDERING: &[Parameter] = &[
+    p::TISSUE,
+    p::LIBRARY,
+    p::AREA,
+    p::THICKNESS,
+    p::SCHEME,
+    PRECISION,
+    p::SAMPLE_TIME,
+    p::CONTACT,
+    p::ENCODER_RESOLUTION,
+    p::SENSOR_NOISE,
+    p::SEED,
+    p::FORCE_LIMIT,
+    p::FORCE_RATE_LIMIT,
+    p::DEVICE_MODEL,
+];
+
+/// Contact of the indenter with the renderer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contact {
+    /// A stiff, one-sided spring and damper between two masses, as on a real rig.
+    Compliant,
+    /// The indentation is imposed exactly.
+    Rigid,
+}
+
+impl Named for Contact {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Compliant,
+            "compliant",
+            "A stiff one-sided spring and damper between two masses, as on a real rig",
+        ),
+        (Self::Rigid, "rigid", "The indentation is imposed exactly"),
+    ];
+}
+
+/// The number type of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Double, 53 bits.
+    F64,
+    /// Single, 24 bits, as on a microcontroller.
+    F32,
+}
+
+impl Named for Precision {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::F64, "f64", "Double, 53 bits"),
+        (Self::F32, "f32", "Single, 24 bits, as on a microcontroller"),
+    ];
+}
+
+/// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The tissue.
+    pub material: ModelledTissue,
+    /// The piece of it.
+    pub specimen: Specimen,
+    /// The operator.
+    pub scheme: Scheme,
+    /// Number type of the loop.
+    pub precision: Precision,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Between indenter and renderer.
+    pub contact: Contact,
+    /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
+    pub drive: Option<Drive>,
+    /// Between position and loop.
+    pub sensors: Sensors,
+    /// Largest force, N.
+    pub force_limit_n: f64,
+    /// Largest rate of force, N/s.
+    pub force_rate_limit_n_per_s: f64,
+    /// Further settings of the safety chain.
+    pub safety: Safety,
+    /// Pace of time.
+    pub pace: Pace,
+    /// The serial device; `None` for the simulated rig.
+    pub remote: Option<RemoteDevice>,
+    /// Request for the pre-flight.
+    pub preflight: PreflightRequest,
+}
+
+impl Rendering {
+    /// A tissue with the defaults of the parameters, on the simulated rig in virtual time.
+    ///
+    /// # Errors
+    /// None: the defaults are within their ranges.
+    pub fn new(material: ModelledTissue) -> Result<Self, Failure> {
+        let area = SquareMetres(p::AREA.default_number());
+        let thickness = Metres(p::THICKNESS.default_number());
+        let scheme = p::SCHEME.shown.parse::<Scheme>();
+        Ok(Self {
+            material,
+            specimen: Specimen::new(area, thickness).map_err(Failure::input)?,
+            scheme: scheme.map_err(Failure::input)?,
+            precision: Precision::F64,
+            sample_time_s: p::SAMPLE_TIME.default_number(),
+            contact: Contact::Compliant,
+            drive: None,
+            sensors: Imperfections::NONE.sensors,
+            force_limit_n: p::FORCE_LIMIT.default_number(),
+            force_rate_limit_n_per_s: p::FORCE_RATE_LIMIT.default_number(),
+            safety: Safety::default(),
+            pace: Pace::Virtual,
+            remote: None,
+            preflight: PreflightRequest::default(),
+        })
+    }
+
+    /// Memory of the operator, s; `None` for all of the past.
+    pub(super) fn memory_s(&self) -> Option<f64> {
+        self.scheme.memory_s(Seconds(self.sample_time_s))
+    }
+
+    /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
+    pub(super) fn reference_kernel(&self) -> Reference {
+        Reference::of(self.scheme)
+    }
+
+    /// A/ℓ, m.
+    pub(super) fn shape(&self) -> f64 {
+        self.specimen.area().0 / self.specimen.thickness().0
+    }
+
+    /// K in N/m and B in N·s^μ/m of the specimen.
+    pub(super) fn spring_and_damper(&self) -> (f64, f64) {
+        self.material.spring_and_damper(self.shape())
+    }
+
+    /// The number type that the force was computed in: that of the device, if the loop was closed there.
+    pub(super) fn precision_run(&self) -> Precision {
+        match &self.remote {
+            Some(remote) if remote.loop_mode == LoopMode::Device => Precision::F32,
+            _ => self.precision,
+        }
+    }
+
+    /// The device, as on the command line.
+    pub(super) fn device_name(&self) -> String {
+        device_name(self.remote.as_ref())
+    }
+}
+
+/// `[relax]`, with the table of a controller that holds the indenter.
+pub(crate) fn relax(
+    table: &Table<'_>,
+    drive: Option<&Table<'_>>,
+) -> Result<Indentation, FileError> {
+    let duration_s = table.number(&RELAX_DURATION)?;
+    let ramp_time_s = table.number(&RAMP_TIME)?;
+    if ramp_time_s >= duration_s {
+        let reason = format!("ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}");
+        return Err(table.fail_at("ramp_time_s", reason));
+    }
+    Ok(Indentation {
+        load: Load::Strain {
+            strain: table.number(&STRAIN)?,
+            ramp_time_s,
+        },
+        duration_s,
+        rendering: rendering(table, drive, duration_s)?,
+    })
+}
+
+/// `[creep]`, likewise.
+pub(crate) fn creep(
+    table: &Table<'_>,
+    drive: Option<&Table<'_>>,
+) -> Result<Indentation, FileError> {
+    let duration_s = table.number(&CREEP_DURATION)?;
+    Ok(Indentation {
+        load: Load::Stress {
+            stress_pa: table.number(&STRESS)?,
+        },
+        duration_s,
+        rendering: rendering(table, drive, duration_s)?,
+    })
+}
+
+/// The safety chain and the pre-flight of a device, whose mass, damping, delay and lag its own keys say, and its device file.
+fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), FileError> {
+    let mut safety = safety(table)?;
+    let model = device_model(table)?;
+    if let Some(model) = &model {
+        let on_rig = safety.on_rig(&model.guarded(), real);
+        safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))?;
+    }
+    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+    let dynamics = known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
+        mass_kg,
+        damping_n_s_per_m,
+        ..model.map_or(Dynamics::ideal(mass_kg, damping_n_s_per_m), |model| {
+            model.dynamics()
+        })
+    });
+    let preflight = PreflightRequest {
+        dynamics,
+        ..PreflightRequest::default()
+    };
+    Ok((safety, preflight))
+}
+
+fn rendering(
+    table: &Table<'_>,
+    held: Option<&Table<'_>>,
+    duration_s: f64,
+) -> Result<Rendering, FileError> {
+    let remote = remote(table)?;
+    let sensors = sensors(table)?;
+    if remote.is_some() && !sensors.are_ideal() {
+        let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
+        return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason.to_owned()));
+    }
+    let precision = table.choice(&PRECISION)?;
+    let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
+    if there && precision == Precision::F64 {
+        let idle = &format!(
+            "in a loop on the device, which computes in f32: give {loop_host}",
+            loop_host = p::LOOP.set_to("host")
+        );
+        without(table, [&PRECISION], idle)?;
+    }
+    let (safety, preflight) = guarded(table, remote.is_some())?;
+    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
+    samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
+    let TissuePiece { material, specimen } = piece(table)?;
+    let (model, order) = (material.composed(), material.order());
+    let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
+    Ok(Rendering {
+        preflight,
+        material: *material,
+        specimen,
+        scheme,
+        precision,
+        sample_time_s,
+        contact: table.choice(&p::CONTACT)?,
+        drive: held.map(drive::drive).transpose()?,
+        sensors,
+        force_limit_n: table.number(&p::FORCE_LIMIT)?,
+        force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
+        safety,
+        pace: Pace::Virtual,
+        remote,
+    })
+}

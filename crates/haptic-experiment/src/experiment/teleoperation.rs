@@ -13,24 +13,623 @@
 //! The log has the hand as the reference, the master as the position, the slave as the indenter, the force on the slave's
 //! environment as the contact force, and the energy taken by the line as the observed energy.
 
-mod advice;
-mod body;
-mod conduct;
-mod curves;
-mod judge;
-pub(crate) mod keys;
-mod metadata;
+mod line;
 mod pair;
-mod place;
-mod preflight;
-pub(crate) mod reading;
 mod report;
-mod specification;
-mod udp;
+mod side;
 
-pub use curves::{SideCurves, TeleoperationCurves};
-pub use pair::{PairSink, PairTick, SideTick};
-pub use place::{PlaceName, RemotePlace};
-pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
-pub use specification::{ArchitectureName, HandModel, HandMotion, TeleoperationExperiment};
-pub use udp::{End, FarEnd, FarReport, Terms};
+use super::metadata;
+use super::reading::piece;
+use super::trial::{TRIAL_FORCE_RATE_LIMIT, force_and_rate, safe_force_limit};
+use crate::document::advice;
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::named::Named;
+use crate::document::parameters::kind::{Parameter, joined, parameters};
+use crate::document::parameters::range::{
+    ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
+    FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
+    STIFFNESSES_ABOVE_0, WALL_ORDERS,
+};
+use crate::document::parameters::{
+    AREA, DAMPING, FORCE_LIMIT, LIBRARY, MASS, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
+};
+use crate::document::reader::Table;
+use crate::judge::modelled_tissue::Matter;
+use crate::run::SAMPLES;
+use crate::run::preflight::PreflightVerdict;
+use crate::run::safety::Safety;
+use crate::run::safety::safety;
+use crate::run::schedule::{self, Pace};
+use crate::run::sensors::Imperfections;
+use fracdiff::parameter::Shown;
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
+use haptic_link::{Architecture, HandSide};
+use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+use haptic_loop::{ParameterError, SafetyChain};
+use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
+pub use line::End;
+pub use pair::{PairSink, PairTick, PlaceName, RemotePlace, SideTick};
+pub use report::{
+    FeltAt, LineCounts, TeleoperationCurves, TeleoperationReport, TeleoperationVerdict,
+};
+pub use side::{FarEnd, FarReport, SideCurves, Terms};
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+parameters! {
+    /// How the two are joined.
+    ARCHITECTURE = text("architecture", "position-position",
+        "How the two are joined");
+    /// `k_c` of a coupler, N/m.
+    HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", STIFFNESSES,
+        "Spring of the coupler: force = spring x + damper D^mu x, x the distance between both; not of waves");
+    /// `b_c` of a coupler, N·s^μ/m.
+    HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
+        "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
+    /// Order of a coupler.
+    HAND_COUPLER_ORDER = number("order", 0.5, "0.5", COUPLER_ORDERS, "Order mu of that coupler");
+    /// b of waves, N·s/m.
+    WAVE_IMPEDANCE = number("wave_impedance_n_s_per_m", 3.0, "3", DAMPINGS_ABOVE_0,
+        "b of waves: the damping of the line that both hands feel; at most that of the devices");
+    /// Playout of waves, s.
+    PLAYOUT = optional("playout_s", LINE_TIMES,
+        "Time over which waves or energy arriving in a bunch are played out [default: a sample and what jitter spreads]");
+    /// Delay of the line, s.
+    LINE_DELAY = number("line_delay_s", 0.02, "20ms", LINE_TIMES, "Delay of the line, each way; a message takes one sample more");
+    /// Jitter of the line.
+    LINE_JITTER = number("line_jitter", 0.0, "0", SHARES, "Share of that delay by which messages arrive earlier or later");
+    /// Loss of the line.
+    LINE_LOSS = number("line_loss", 0.0, "0", SHARES, "Chance that a message is lost");
+    /// Duplication of the line.
+    LINE_DUPLICATION = number("line_duplication", 0.0, "0", SHARES, "Chance that a message comes twice");
+    /// Seed of the line.
+    LINE_SEED = count("seed", 1, "1", "Line seed: the same seed gives the same run, bit for bit");
+    /// Silence of the other side, s.
+    SILENCE = number("silence_s", Settings::SILENCE_S, "0.2s", SAFETY_TIMES,
+        "Silence of the other side after which the force falls to zero");
+    /// Mass of the slave, kg.
+    SLAVE_MASS = optional("slave_mass_kg", MASSES, "Mass of the slave [default: that of the master]");
+    /// Damping of the slave, N·s/m.
+    SLAVE_DAMPING = optional("slave_damping_n_s_per_m", DAMPINGS, "Damping of the slave [default: that of the master]");
+    /// Spring of the hand, N/m.
+    HAND_SPRING = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness with which the hand holds the master");
+    /// Damper of the hand, N·s/m.
+    HAND_DAMPER = number("hand_damping_n_s_per_m", 3.0, "3", DAMPINGS, "Damping with which the hand holds the master");
+    /// Press of the hand, m.
+    PRESS = number("press_m", 0.0, "0", ARM_PLACES, "Position that the hand moves to in 1 s and holds");
+    /// Amplitude of the hand, m.
+    AMPLITUDE = number("amplitude_m", 4e-3, "4mm", REACHES_ABOVE_0, "Sum of the amplitudes of its sines");
+    /// Lowest frequency of the hand, Hz.
+    LOW = number("low_hz", 0.5, "0.5", FREQUENCIES_HZ, "Lowest of its frequencies");
+    /// Highest frequency of the hand, Hz.
+    HIGH = number("high_hz", 20.0, "20", FREQUENCIES_HZ, "Highest of its frequencies");
+    /// Number of frequencies.
+    FREQUENCIES = count("frequencies", 8, "8", "Number of frequencies, 1 to 100, evenly on a log scale, each with whole periods in the window");
+    /// The remote place.
+    PLACE = text("place", "tissue", "What the slave touches");
+    /// K of a remote wall, N/m.
+    PLACE_STIFFNESS = number("wall_stiffness_n_per_m", 200.0, "200", STIFFNESSES, "K of a wall");
+    /// B of a remote wall, N·s^μ/m.
+    PLACE_DISSIPATION = number("wall_dissipation_n_s_mu_per_m", 0.0, "0", DISSIPATIONS, "B of a wall");
+    /// Order of a remote wall.
+    PLACE_ORDER = number("wall_order", 1.0, "1", WALL_ORDERS, "Order of its dissipation");
+    /// True if a remote wall only pushes.
+    PLACE_ONE_SIDED = flag("one_sided", "Push but never pull; then there is no formula");
+    /// Length of a teleoperation, s.
+    TELEOPERATION_DURATION = number("duration_s", 10.0, "10s", DURATIONS, "Length of a run");
+    /// Window of a teleoperation, s.
+    TELEOPERATION_WINDOW = number("window_s", 4.0, "4s", DURATIONS, "Window at the end for the impedances");
+    /// True if a line that gives energy is a failure.
+    MUST_BE_PASSIVE = flag("must_be_passive", "Fail if the line, or held forces beyond the damping of the devices, give energy, or a force reaches its limit");
+}
+
+/// Of `[teleoperation]`.
+pub const TELEOPERATION: &[Parameter] = &joined::<39>(&[
+    &[
+        ARCHITECTURE,
+        HAND_COUPLER_STIFFNESS,
+        HAND_COUPLER_DISSIPATION,
+        HAND_COUPLER_ORDER,
+    ],
+    &[
+        WAVE_IMPEDANCE,
+        PLAYOUT,
+        LINE_DELAY,
+        LINE_JITTER,
+        LINE_LOSS,
+        LINE_DUPLICATION,
+        LINE_SEED,
+    ],
+    &[
+        SILENCE,
+        MASS,
+        DAMPING,
+        SLAVE_MASS,
+        SLAVE_DAMPING,
+        HAND_SPRING,
+        HAND_DAMPER,
+    ],
+    &[PRESS, AMPLITUDE, LOW, HIGH, FREQUENCIES],
+    &[PLACE, TISSUE, LIBRARY, AREA, THICKNESS],
+    &[
+        PLACE_STIFFNESS,
+        PLACE_DISSIPATION,
+        PLACE_ORDER,
+        PLACE_ONE_SIDED,
+    ],
+    &[
+        SCHEME,
+        SAMPLE_TIME,
+        TELEOPERATION_DURATION,
+        TELEOPERATION_WINDOW,
+    ],
+    &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],
+]);
+
+impl Named for Architecture {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::PositionPosition,
+            Self::PositionPosition.name(),
+            "A fractional coupler pulls each side to the other",
+        ),
+        (
+            Self::PositionForce,
+            Self::PositionForce.name(),
+            "The slave is pulled to the master, which feels that force",
+        ),
+        (Self::Wave, Self::Wave.name(), "Waves: passive at any delay"),
+        (
+            Self::TimeDomain,
+            Self::TimeDomain.name(),
+            "Position-position with an energy account: passive at any delay",
+        ),
+    ];
+}
+
+/// The hand that holds the master.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandModel {
+    /// `k_h`, N/m, above 0.
+    pub stiffness_n_per_m: f64,
+    /// `b_h`, N·s/m, at least 0.
+    pub damping_n_s_per_m: f64,
+}
+
+impl HandModel {
+    /// No hand at all.
+    const NONE: Self = Self {
+        stiffness_n_per_m: 0.0,
+        damping_n_s_per_m: 0.0,
+    };
+}
+
+/// Motion of the hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandMotion {
+    /// Displacement that is reached in 1 s and held, m.
+    pub press_m: f64,
+    /// Sum of the amplitudes of all sines, m, at least 0; they rise in that time too.
+    pub amplitude_m: f64,
+    /// Frequencies of the sines, Hz, ascending.
+    pub frequencies_hz: Vec<f64>,
+}
+
+impl HandMotion {
+    /// Time in which the motion begins, s.
+    pub(crate) const RISE_S: f64 = 1.0;
+
+    /// So many frequencies from low to high, evenly in the logarithm, each with whole periods in the window.
+    #[must_use]
+    pub fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
+        let last = count.saturating_sub(1).max(1) as f64;
+        let mut periods: Vec<u64> = (0..count)
+            .map(|n| low_hz * (high_hz / low_hz).powf(n as f64 / last))
+            .map(|frequency| ((frequency * window_s).round() as u64).max(1))
+            .collect();
+        periods.dedup();
+        periods.iter().map(|&n| n as f64 / window_s).collect()
+    }
+
+    /// Place and speed of the hand at a time, m and m/s.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> (f64, f64) {
+        // (1 − cos)/2 up to the rise time.
+        let share = (time_s / Self::RISE_S).clamp(0.0, 1.0);
+        let risen = 0.5 * (1.0 - (PI * share).cos());
+        let rising = if share < 1.0 {
+            0.5 * PI / Self::RISE_S * (PI * share).sin()
+        } else {
+            0.0
+        };
+        let count = self.frequencies_hz.len() as f64;
+        let first = self.frequencies_hz.first().copied().unwrap_or(1.0);
+        let (mut sines, mut speeds) = (0.0, 0.0);
+        for (n, &frequency) in self.frequencies_hz.iter().enumerate() {
+            // Slower ones larger; phases that keep the crest low (M. R. Schroeder, 1970).
+            let amplitude = self.amplitude_m / count * (first / frequency).sqrt();
+            let phase = TAU * frequency * time_s + PI * (n * n) as f64 / count;
+            sines += amplitude * phase.sin();
+            speeds += TAU * frequency * amplitude * phase.cos();
+        }
+        let place = self.press_m + sines;
+        (risen * place, rising * place + risen * speeds)
+    }
+}
+
+/// A teleoperation.
+#[derive(Clone, Debug)]
+pub struct TeleoperationExperiment {
+    /// The device in the hand; its sample time is that of both ports.
+    pub master: MassDamperConfig,
+    /// The remote device, of the same sample time.
+    pub slave: MassDamperConfig,
+    /// The hand.
+    pub hand: HandModel,
+    /// Its motion.
+    pub motion: HandMotion,
+    /// What the slave touches.
+    pub place: RemotePlace,
+    /// How the two are joined.
+    pub architecture: Architecture,
+    /// The coupler; not of waves.
+    pub coupler: CouplerGains,
+    /// μ of the coupler, 0 to 1.
+    pub order: Order,
+    /// b of the waves, N·s/m.
+    pub wave_impedance_n_s_per_m: f64,
+    /// Samples over which waves and energy are played out; `None` for two and as many as jitter spreads.
+    pub playout_samples: Option<u32>,
+    /// Each way of the line.
+    pub channel: ChannelModel,
+    /// Seed of its chances.
+    pub seed: u64,
+    /// Silence after which the force falls to zero, s.
+    pub silence_s: f64,
+    /// The operators of coupler and tissue.
+    pub scheme: Scheme,
+    /// Length, s.
+    pub duration_s: f64,
+    /// Window at the end over which impedances are taken, s.
+    pub window_s: f64,
+    /// Largest force on either device, N.
+    pub force_limit_n: f64,
+    /// Largest rate of it, N/s; `None` for none.
+    pub force_rate_limit_n_per_s: Option<f64>,
+    /// A line that gives energy, or a force at its limit, is a failure.
+    pub must_be_passive: bool,
+    /// Further settings of both safety chains.
+    pub safety: Safety,
+    /// Pace of time.
+    pub pace: Pace,
+    /// Run a remote place that the analysis calls unstable for the slave.
+    pub force_unstable: bool,
+}
+
+impl TeleoperationExperiment {
+    /// T.
+    #[must_use]
+    pub const fn sample_time(&self) -> Seconds {
+        self.master.sample_time
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn check(&self) -> Result<u64, Failure> {
+        self.check_waves()?;
+        self.pair().map(|_| self.samples())
+    }
+
+    /// Waves that both devices bear: each feels b as a damper that is told a sample late, and pays for that with its own damping.
+    fn check_waves(&self) -> Result<(), Failure> {
+        let impedance = self.wave_impedance_n_s_per_m;
+        for (device, side) in [
+            (&self.master, HandSide::Master),
+            (&self.slave, HandSide::Slave),
+        ] {
+            let damping = device.damping.0;
+            if self.architecture == Architecture::Wave && impedance > damping {
+                return Err(Failure::bad_input(format_args!(
+                    "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: held forces would give \
+                     it energy; take a smaller {WAVE_IMPEDANCE} or a device with more damping",
+                    impedance = Shown(impedance),
+                    damping = Shown(damping)
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// A duration of a number of samples.
+    fn check_duration(&self) -> Result<(), Failure> {
+        schedule::samples(self.duration_s, self.sample_time().0, &SAMPLES)?;
+        Ok(())
+    }
+
+    /// Times and frequencies that fit each other.
+    fn check_times(&self) -> Result<(), Failure> {
+        self.check_duration()?;
+        let t = self.sample_time().0;
+        let most = self.duration_s - HandMotion::RISE_S;
+        let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
+        if !(self.window_s >= t && self.window_s <= most && whole) {
+            return Err(Failure::bad_input(format_args!(
+                "window {} s is not whole samples of {t} s, at most the run less {} s for the motion to begin: change \
+                 {TELEOPERATION_WINDOW} or {TELEOPERATION_DURATION}",
+                Shown(self.window_s),
+                HandMotion::RISE_S,
+                t = Shown(t)
+            )));
+        }
+        let highest = self.motion.frequencies_hz.last().copied().unwrap_or(0.0);
+        if !(highest > 0.0 && highest < 0.45 / t) {
+            return Err(Failure::bad_input(format_args!(
+                "highest frequency {highest} Hz is not above 0 and below 0.45 of the sample rate, {} Hz: change {HIGH}, \
+                 {FREQUENCIES} or {SAMPLE_TIME}",
+                Shown(0.45 / t),
+                highest = Shown(highest)
+            )));
+        }
+        Ok(())
+    }
+
+    /// That at time 0 included.
+    fn samples(&self) -> u64 {
+        (self.duration_s / self.sample_time().0).round() as u64 + 1
+    }
+
+    fn horizon(&self) -> f64 {
+        schedule::horizon(self.samples())
+    }
+
+    /// Samples of playout of waves and energy: two, which bear the hold of the forces, and what jitter spreads.
+    fn playout(&self) -> u32 {
+        let spread = 2.0 * self.channel.jitter * self.channel.delay.0 / self.sample_time().0;
+        let most = f64::from(Settings::PLAYOUT_MOST);
+        self.playout_samples
+            .unwrap_or((2.0 + spread.ceil()).clamp(1.0, most) as u32)
+    }
+
+    /// The law of a port.
+    fn law(&self) -> Result<PortLaw<Operator<f64>>, Failure> {
+        let mu = self.order.get();
+        if !(0.0..=1.0).contains(&mu) {
+            return Err(Failure::bad_input(format_args!(
+                "order {mu} is not in [0, 1]: a coupler of a higher order pushes ahead of the motion",
+                mu = Shown(mu)
+            )));
+        }
+        let operator = || {
+            let built = (self.scheme).build(self.order, self.sample_time(), self.horizon());
+            built.map_err(Failure::input)
+        };
+        Ok(match self.architecture {
+            Architecture::PositionPosition => PortLaw::PositionPosition(self.coupler, operator()?),
+            Architecture::PositionForce => PortLaw::PositionForce(self.coupler, operator()?),
+            Architecture::TimeDomain => PortLaw::TimeDomain {
+                gains: self.coupler,
+                operator: operator()?,
+                playout_samples: self.playout(),
+            },
+            Architecture::Wave => PortLaw::Wave {
+                impedance_n_s_per_m: self.wave_impedance_n_s_per_m,
+                playout_samples: self.playout(),
+            },
+        })
+    }
+
+    /// The port of a side.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn port(&self, side: HandSide) -> Result<Port<Operator<f64>>, Failure> {
+        let settings = Settings {
+            side,
+            sample_time: self.sample_time(),
+            silence: Seconds(self.silence_s),
+        };
+        Port::new(self.law()?, settings, self.chain(side)?).map_err(parameter)
+    }
+
+    fn chain(&self, side: HandSide) -> Result<SafetyChain<f64>, Failure> {
+        let device = match side {
+            HandSide::Master => &self.master,
+            HandSide::Slave => &self.slave,
+        };
+        let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
+        let limits = force_and_rate(force, rate, self.sample_time());
+        safe_force_limit(limits, device, Imperfections::NONE.sensors, &self.safety)
+    }
+
+    /// The same for the analysis; `None` for time-domain passivity, which is no linear law.
+    #[must_use]
+    pub fn hands(&self) -> Option<Teleoperation> {
+        let mass = |device: &MassDamperConfig| HandMass {
+            mass_kg: device.mass.0,
+            damping_n_s_per_m: device.damping.0,
+        };
+        let coupler = HandCoupler {
+            stiffness_n_per_m: self.coupler.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.coupler.dissipation_n_s_mu_per_m,
+            order: self.order,
+        };
+        let line = match self.architecture {
+            Architecture::TimeDomain => return None,
+            Architecture::PositionPosition => HandLine::PositionPosition(coupler),
+            Architecture::PositionForce => HandLine::PositionForce(coupler),
+            Architecture::Wave => HandLine::Wave {
+                impedance_n_s_per_m: self.wave_impedance_n_s_per_m,
+                playout_samples: self.playout(),
+            },
+        };
+        let t = self.sample_time();
+        Some(Teleoperation {
+            master: mass(&self.master),
+            slave: mass(&self.slave),
+            line,
+            sample_time_s: t.0,
+            // The analysis adds the sample that every message takes.
+            delay_s: (self.channel.samples(t) - 1) as f64 * t.0,
+        })
+    }
+
+    /// The loop of the slave and its remote place as they are simulated, several steps a sample, without coupler, hand and
+    /// line. `None` for a place without spring and damper, which is no loop.
+    fn preflight(&self) -> Result<Option<PreflightVerdict>, Failure> {
+        let step = Seconds(self.sample_time().0 / SUB_STEPS as f64);
+        let steps = self.samples() * SUB_STEPS as u64;
+        let loops = self.place.matter.run_by(self.scheme, step, steps);
+        if loops.stiffness_n_per_m <= 0.0 && loops.dissipation_n_s_mu_per_m <= 0.0 {
+            return Ok(None);
+        }
+        let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
+        loops.verdict(slave, 0).map(Some)
+    }
+
+    /// The same; refuses what is unstable, unless `force_unstable` is set.
+    fn require_stable(&self) -> Result<Option<PreflightVerdict>, Failure> {
+        let verdict = self.preflight()?;
+        if let Some(verdict) = &verdict {
+            verdict
+                .require_stable(self.force_unstable)
+                .map_err(|refusal| {
+                    Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
+                })?;
+        }
+        Ok(verdict)
+    }
+
+    /// Of the log of a run, or of a side of one.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let mut metadata = metadata("teleoperation");
+        let file = self.place.matter.file();
+        metadata.extend(file.map(|file| ("tissue_file".to_owned(), file)));
+        metadata
+    }
+}
+
+/// A parameter that a side or its loop refuses, with the key that sets it.
+fn parameter(error: ParameterError) -> Failure {
+    let ParameterError::Range(range) = &error else {
+        return advice::parameter(error);
+    };
+    let change = |key: Parameter| format!("change {key}");
+    let advice = match range.what {
+        "delay of the line" => change(LINE_DELAY),
+        "jitter" => change(LINE_JITTER),
+        "chance of a lost message" => change(LINE_LOSS),
+        "chance of a repeated message" => change(LINE_DUPLICATION),
+        "silence" => change(SILENCE),
+        "wave impedance" => change(WAVE_IMPEDANCE),
+        "coupler stiffness and dissipation together" => {
+            format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
+        }
+        _ => return advice::parameter(error),
+    };
+    Failure::input_with_advice(error, advice)
+}
+
+/// `[teleoperation]`: devices, hand, motion, remote place, laws, line.
+pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment, FileError> {
+    let t = Seconds(table.number(&SAMPLE_TIME)?);
+    let (mass, damping) = (table.number(&MASS)?, table.number(&DAMPING)?);
+    let device =
+        |mass, damping| MassDamperConfig::ideal(Kilograms(mass), NewtonSecondsPerMetre(damping), t);
+    let slave_mass = table.number_if(&SLAVE_MASS)?.unwrap_or(mass);
+    let slave_damping = table.number_if(&SLAVE_DAMPING)?.unwrap_or(damping);
+    let window_s = table.number(&TELEOPERATION_WINDOW)?;
+    let order = table.number(&HAND_COUPLER_ORDER)?;
+    let scheme = table.text(&SCHEME)?.parse();
+    let experiment = TeleoperationExperiment {
+        master: device(mass, damping),
+        slave: device(slave_mass, slave_damping),
+        hand: HandModel {
+            stiffness_n_per_m: table.number(&HAND_SPRING)?,
+            damping_n_s_per_m: table.number(&HAND_DAMPER)?,
+        },
+        motion: motion(table, window_s)?,
+        place: place(table)?,
+        architecture: table.choice(&ARCHITECTURE)?,
+        coupler: CouplerGains {
+            stiffness_n_per_m: table.number(&HAND_COUPLER_STIFFNESS)?,
+            dissipation_n_s_mu_per_m: table.number(&HAND_COUPLER_DISSIPATION)?,
+        },
+        order: Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?,
+        wave_impedance_n_s_per_m: table.number(&WAVE_IMPEDANCE)?,
+        playout_samples: playout(table, t)?,
+        channel: ChannelModel {
+            delay: Seconds(table.number(&LINE_DELAY)?),
+            jitter: table.number(&LINE_JITTER)?,
+            loss: table.number(&LINE_LOSS)?,
+            duplication: table.number(&LINE_DUPLICATION)?,
+        },
+        seed: table.count(&LINE_SEED)?,
+        silence_s: table.number(&SILENCE)?,
+        scheme: scheme
+            .map_err(|error: fracdiff::SchemeError| table.fail_at("scheme", error.to_string()))?,
+        duration_s: table.number(&TELEOPERATION_DURATION)?,
+        window_s,
+        force_limit_n: table.number(&FORCE_LIMIT)?,
+        force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
+        must_be_passive: table.flag(&MUST_BE_PASSIVE)?,
+        safety: safety(table)?,
+        pace: Pace::Virtual,
+        force_unstable: false,
+    };
+    (experiment.check()).map_err(|error| table.fail(error.to_string()))?;
+    Ok(experiment)
+}
+
+fn motion(table: &Table<'_>, window_s: f64) -> Result<HandMotion, FileError> {
+    let (low, high) = (table.number(&LOW)?, table.number(&HIGH)?);
+    if low > high {
+        let reason = format!("low_hz = {low} is above high_hz = {high}");
+        return Err(table.fail_at("low_hz", reason));
+    }
+    let count = table.count(&FREQUENCIES)?;
+    if !(1..=100).contains(&count) {
+        let reason = format!("frequencies = {count} is not in [1, 100]");
+        return Err(table.fail_at("frequencies", reason));
+    }
+    Ok(HandMotion {
+        press_m: table.number(&PRESS)?,
+        amplitude_m: table.number(&AMPLITUDE)?,
+        frequencies_hz: HandMotion::frequencies(low, high, count, window_s),
+    })
+}
+
+fn place(table: &Table<'_>) -> Result<RemotePlace, FileError> {
+    if table.choice::<PlaceName>(&PLACE)? == PlaceName::Tissue {
+        return Ok(RemotePlace {
+            matter: Matter::Tissue(piece(table)?),
+            one_sided: false,
+        });
+    }
+    let order = Order::new(table.number(&PLACE_ORDER)?);
+    Ok(RemotePlace {
+        matter: Matter::Wall {
+            stiffness_n_per_m: table.number(&PLACE_STIFFNESS)?,
+            dissipation_n_s_mu_per_m: table.number(&PLACE_DISSIPATION)?,
+            order: order.map_err(|error| table.fail_at("wall_order", error.to_string()))?,
+        },
+        one_sided: table.flag(&PLACE_ONE_SIDED)?,
+    })
+}
+
+fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {
+    let Some(time) = table.number_if(&PLAYOUT)? else {
+        return Ok(None);
+    };
+    let samples = 1.0 + (time / t.0).round();
+    if samples > f64::from(Settings::PLAYOUT_MOST) {
+        let most = f64::from(Settings::PLAYOUT_MOST - 1) * t.0;
+        let reason = format!("playout_s = {time} is more than {most} s: take a shorter one");
+        return Err(table.fail_at("playout_s", reason));
+    }
+    Ok(Some(samples as u32))
+}

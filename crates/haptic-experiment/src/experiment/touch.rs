@@ -11,22 +11,518 @@
 //!   the lightest and the heaviest are judged and the worse one is told.
 
 mod device;
-mod hand;
-pub(crate) mod keys;
-mod metadata;
-mod on_device;
-mod posture;
-pub(crate) mod reading;
 mod report;
 mod running;
 mod shape;
-mod specification;
-mod verdict;
 
-pub(crate) use hand::GripName;
-pub use hand::{Grip, HandPath};
-pub use posture::PostureVerdict;
+use super::reading::{piece, remote, samples_fit, scheme, sensors};
+use super::trial::{
+    TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, limits_there, safe_force_limit,
+};
+use crate::document::advice::parameter;
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::kind::{Parameter, joined, parameters};
+use crate::document::parameters::range::{
+    DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
+    STIFFNESSES_ABOVE_0, WALL_ORDERS,
+};
+use crate::document::parameters::{
+    AREA, CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, LESS_THAN_IDEAL, LIBRARY, SAMPLE_TIME, SCHEME,
+    THICKNESS, TOUCH_AXES, WORKSPACE_LOW,
+};
+use crate::document::reader::Table;
+use crate::judge::modelled_tissue::Matter;
+use crate::judge::preflight::Preflight;
+use crate::run::record::WHOLE_MOST;
+use crate::run::remote::{RemoteDevice, host_limits};
+use crate::run::safety::safety;
+use crate::run::safety::{Safety, workspace};
+use crate::run::schedule::Pace;
+use crate::run::sensors::Sensors;
+use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::Dynamics;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use haptic_loop::{Limits, SafetyChain};
 pub use report::{TouchCurves, TouchReport, TouchVerdict};
-pub(crate) use shape::ShapeName;
-pub use shape::{TouchLaw, TouchShape};
-pub use specification::{TouchExperiment, WorkspaceBox};
+pub use running::PostureVerdict;
+use shape::{Grip, HandPath, TouchShape};
+pub(crate) use shape::{GripName, ShapeName};
+
+parameters! {
+    crate;
+    /// The shape that is touched.
+    TOUCH_SHAPE = text("shape", "ball",
+        "Shape to touch");
+    /// Normal of a plane.
+    TOUCH_NORMAL = list("normal", NUMBERS,
+        "Plane: direction into it, one number per axis, of any length [default: along the first axis]");
+    /// Place of a plane, m.
+    TOUCH_SURFACE = number("surface_m", 0.0, "0", PLACES, "Plane: its distance from 0 along that direction");
+    /// Centre of a ball, m.
+    TOUCH_CENTRE = list("centre_m", PLACES, "Ball: its centre, one number per axis [default: zeros]");
+    /// Radius of a ball, m.
+    TOUCH_RADIUS = number("radius_m", 0.02, "20mm", RADII, "Ball: its radius");
+    /// Tissue of the shape.
+    TOUCH_TISSUE = text("tissue", "",
+        "Tissue of the shape: a name from `host-cli materials list`, or a TOML file [default: K, B and order]");
+    /// K, N/m.
+    TOUCH_STIFFNESS = number("stiffness_n_per_m", 300.0, "300", STIFFNESSES, "K of the shape, without a tissue");
+    /// B, N·s^μ/m.
+    TOUCH_DISSIPATION = number("dissipation_n_s_mu_per_m", 5.0, "5", DISSIPATIONS, "B of the shape, N·s^μ/m");
+    /// μ.
+    TOUCH_ORDER = number("order", 0.5, "0.5", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
+    /// Mass of the device, kg.
+    TOUCH_MASS = list("mass_kg", MASSES, "Mass of the device, above 0: one number, or one per axis [default: 0.065]");
+    /// Damping of device and hand, N·s/m.
+    TOUCH_DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Damping of device and hand on each axis");
+    /// The hand.
+    TOUCH_HAND = text("hand", "spring", "What the hand is");
+    /// Stiffness of the hand, N/m.
+    TOUCH_HAND_STIFFNESS = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness of that spring");
+    /// Path of the hand.
+    TOUCH_WAY = list("way_points", WAY,
+        "Path of the hand instead of a circle: rows of time in s and position in m (or force in N), one number per axis, \
+         straight in between");
+    /// Centre of the circle of the hand, m.
+    TOUCH_CIRCLE_CENTRE = list("circle_centre_m", PLACES, "Circle: its centre [default: that of the ball, else zeros]");
+    /// Radius of the circle of the hand, m.
+    TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", RADII, "Circle, in the plane of the first two axes: its radius");
+    /// Radius at the start of the circle, m.
+    TOUCH_CIRCLE_START = optional("circle_start_radius_m", RADII,
+        "Circle: radius at time 0, from which it is reached in 1 s [default: that of the ball]");
+    /// Time of a turn, s.
+    TOUCH_CIRCLE_PERIOD = number("circle_period_s", 2.0, "2s", DURATIONS, "Circle: time per turn");
+    /// Length of a run, s.
+    TOUCH_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run, at most a million samples");
+    /// Low corner of the workspace, m.
+    TOUCH_BOX_LOW = list("box_low_m", PLACES, "Low corner of a box, one number per axis; outside it a fault ends the run");
+    /// High corner of the workspace, m.
+    TOUCH_BOX_HIGH = list("box_high_m", PLACES, "High corner of that box");
+    /// True if energy for the hand is a failure.
+    TOUCH_MUST_BE_PASSIVE = flag("must_be_passive", "Fail if the hand gets energy or a force reaches its limit");
+}
+
+/// Times, places and forces alike.
+const WAY: Range = Range::Within(-1e4, 1e7);
+
+/// Mass on an axis that is not given, kg.
+pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
+
+/// Of `[touch]`.
+pub const TOUCH: &[Parameter] = &joined::<36>(&[
+    &[
+        TOUCH_AXES,
+        TOUCH_SHAPE,
+        TOUCH_NORMAL,
+        TOUCH_SURFACE,
+        TOUCH_CENTRE,
+        TOUCH_RADIUS,
+    ],
+    &[TOUCH_TISSUE, LIBRARY, AREA, THICKNESS],
+    &[TOUCH_STIFFNESS, TOUCH_DISSIPATION, TOUCH_ORDER, SCHEME],
+    &[TOUCH_MASS, TOUCH_DAMPING],
+    LESS_THAN_IDEAL,
+    &[TOUCH_HAND, TOUCH_HAND_STIFFNESS, TOUCH_WAY],
+    &[
+        TOUCH_CIRCLE_CENTRE,
+        TOUCH_CIRCLE_RADIUS,
+        TOUCH_CIRCLE_START,
+        TOUCH_CIRCLE_PERIOD,
+    ],
+    &[
+        SAMPLE_TIME,
+        TOUCH_DURATION,
+        FORCE_LIMIT,
+        TRIAL_FORCE_RATE_LIMIT,
+    ],
+    &[TOUCH_BOX_LOW, TOUCH_BOX_HIGH, TOUCH_MUST_BE_PASSIVE],
+]);
+
+/// A touch.
+///
+/// ```
+/// use haptic_experiment::ExperimentFile;
+/// use std::path::Path;
+///
+/// // A finger round a disc of tissue, 2 mm deep.
+/// let text = "[touch]\ntissue = \"prostate-cancerous\"\nradius_m = 0.02\ncircle_radius_m = 0.018";
+/// let ExperimentFile::Touch(touch) = ExperimentFile::parse(Path::new("touch.toml"), text)? else {
+///     panic!("a touch")
+/// };
+/// assert_eq!((touch.axes, touch.check()?), (2, 5001));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct TouchExperiment {
+    /// Number of axes: 2 or 3.
+    pub axes: usize,
+    shape: TouchShape,
+    /// The matter behind its surface.
+    matter: Matter,
+    scheme: Scheme,
+    /// Mass of the device on each axis, kg, above 0.
+    mass_kg: Vec<f64>,
+    /// The device without its mass and hand: damping, delay, friction, lag, sample time; the same on each axis.
+    device: MassDamperConfig,
+    sensors: Sensors,
+    /// Path of the hand, m or N.
+    path: HandPath,
+    /// How the hand holds the device.
+    grip: Grip,
+    /// Length of a run, s.
+    duration_s: f64,
+    /// Largest norm of the force, N.
+    force_limit_n: f64,
+    /// Largest rate of the force on an axis, N/s; `None` for any.
+    force_rate_limit_n_per_s: Option<f64>,
+    /// The lowest and the highest place of each axis, m, if there is such a box.
+    workspace_m: Option<[Vec<f64>; 2]>,
+    /// Energy given to the hand, or a force at its limit, is a failure.
+    pub must_be_passive: bool,
+    /// Further settings of the safety chain.
+    safety: Safety,
+    /// Pace of time.
+    pub(crate) pace: Pace,
+    /// The device at a port, in whose hand the shape is then felt; `None` for the simulated one.
+    pub(crate) remote: Option<RemoteDevice>,
+    /// Run on a device what the analysis refuses.
+    pub(crate) force_unstable: bool,
+}
+
+impl TouchExperiment {
+    /// T.
+    #[must_use]
+    pub const fn sample_time(&self) -> Seconds {
+        self.device.sample_time
+    }
+
+    /// That at time 0 included.
+    fn samples(&self) -> Result<u64, Failure> {
+        let allowed = 10.0..=WHOLE_MOST as f64;
+        crate::run::schedule::samples(self.duration_s, self.sample_time().0, &allowed)
+    }
+
+    /// An axis of this mass, kg, as it is simulated, the spring of the hand with it.
+    const fn axis(&self, mass_kg: f64) -> MassDamperConfig {
+        let stiffness = match self.grip {
+            Grip::Spring(stiffness) => stiffness,
+            Grip::Force => 0.0,
+        };
+        MassDamperConfig {
+            mass: Kilograms(mass_kg),
+            stiffness: NewtonsPerMetre(stiffness),
+            ..self.device
+        }
+    }
+
+    /// The loop of so many samples.
+    fn look(&self, samples: u64) -> Preflight<'_> {
+        self.matter.run_by(self.scheme, self.sample_time(), samples)
+    }
+
+    fn lightest(&self) -> MassDamperConfig {
+        self.axis(self.masses()[0])
+    }
+
+    /// The lightest axis as the analysis knows it.
+    fn dynamics(&self) -> Dynamics {
+        dynamics(&self.lightest())
+    }
+
+    /// The lightest and the heaviest axis, kg.
+    fn masses(&self) -> [f64; 2] {
+        let masses = || self.mass_kg.iter().copied();
+        [
+            masses().fold(f64::INFINITY, f64::min),
+            masses().fold(0.0, f64::max),
+        ]
+    }
+
+    /// The safety chain of the loop that runs here: force limited by its norm, the guard for the lightest axis. On a device it is that
+    /// of the force alone; the rest is the device's.
+    fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
+        if self.remote.is_none() {
+            let limits = self.norm_and_box();
+            return safe_force_limit(limits, &self.lightest(), self.sensors, &self.safety);
+        }
+        let limits = host_limits(&self.limits_there());
+        let chain = SafetyChain::from_limits(&limits, self.sample_time());
+        self.safety.acts_on_device()?;
+        chain.map_err(parameter)
+    }
+
+    fn norm_and_box(&self) -> Limits {
+        let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
+        let brakes = self.safety.braking_n_s_per_m.is_some();
+        let workspace_box = self.workspace_m.as_ref().map(|[low_m, high_m]| {
+            // An axis that is not there is not looked at.
+            [0, 1, 2].map(|axis: usize| {
+                let axis = axis.min(self.axes - 1);
+                workspace((low_m[axis], high_m[axis]), brakes)
+            })
+        });
+        Limits {
+            norm: Some(Newtons(force)),
+            workspace_box,
+            ..force_and_rate(force, rate, self.sample_time())
+        }
+    }
+
+    /// Limits of the chain of a device, without its guard.
+    fn limits_there(&self) -> Limits {
+        limits_there(self.norm_and_box(), &self.lightest(), &self.safety)
+    }
+}
+
+/// `[touch]`: shape, matter, device, hand, limits.
+pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
+    acts(table)?;
+    let axes = match table.count(&TOUCH_AXES)? {
+        2 => 2,
+        3 => 3,
+        other => {
+            let reason = format!("axes = {other} is not 2 or 3: one axis is a [wall]");
+            return Err(table.fail_at("axes", reason));
+        }
+    };
+    let t = table.number(&SAMPLE_TIME)?;
+    let duration_s = table.number(&TOUCH_DURATION)?;
+    samples_fit(table, t, duration_s, &(10.0..=WHOLE_MOST as f64))?;
+    let matter = matter(table)?;
+    let look = matter.run_by(Scheme::Exact, Seconds(t), 0);
+    let shape = shape(table, axes)?;
+    let safety = safety(table)?;
+    let touch = TouchExperiment {
+        axes,
+        scheme: scheme(table, look.model, look.order, t, duration_s)?,
+        matter,
+        mass_kg: masses(table, axes)?,
+        device: device(table, t)?,
+        sensors: sensors(table)?,
+        path: path(table, axes, &shape)?,
+        grip: match table.choice(&TOUCH_HAND)? {
+            GripName::Spring => Grip::Spring(table.number(&TOUCH_HAND_STIFFNESS)?),
+            GripName::Force => Grip::Force,
+        },
+        shape,
+        duration_s,
+        force_limit_n: table.number(&FORCE_LIMIT)?,
+        force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
+        workspace_m: workspace_of(table, axes, &safety)?,
+        must_be_passive: table.flag(&TOUCH_MUST_BE_PASSIVE)?,
+        safety,
+        pace: Pace::Virtual,
+        remote: remote(table)?,
+        force_unstable: false,
+    };
+    (touch.check()).map_err(|error| table.fail(error.to_string()))?;
+    Ok(touch)
+}
+
+/// Refuses keys of a shape, matter or hand that was not chosen.
+fn acts(table: &Table<'_>) -> Result<(), FileError> {
+    let shape: ShapeName = table.choice(&TOUCH_SHAPE)?;
+    let plane = shape == ShapeName::Plane;
+    let tissue = !table.text(&TOUCH_TISSUE)?.is_empty();
+    let way = table.has(&TOUCH_WAY);
+    let spring = table.choice::<GripName>(&TOUCH_HAND)? == GripName::Spring;
+    let ball = [&TOUCH_CENTRE, &TOUCH_RADIUS];
+    let wall = [&TOUCH_STIFFNESS, &TOUCH_DISSIPATION, &TOUCH_ORDER];
+    let circle = [
+        &TOUCH_CIRCLE_CENTRE,
+        &TOUCH_CIRCLE_RADIUS,
+        &TOUCH_CIRCLE_START,
+        &TOUCH_CIRCLE_PERIOD,
+    ];
+    let no_tissue: [&Parameter; 3] = [&LIBRARY, &AREA, &THICKNESS];
+    for (idle, keys, with) in [
+        (plane, &ball[..], "with shape = \"plane\""),
+        (!plane, &[&TOUCH_NORMAL, &TOUCH_SURFACE], "with a ball"),
+        (tissue, &wall, &format!("with {TOUCH_TISSUE}")),
+        (!tissue, &no_tissue, &format!("without {TOUCH_TISSUE}")),
+        (way, &circle, &format!("with {TOUCH_WAY}")),
+        (!spring, &[&TOUCH_HAND_STIFFNESS], "with hand = \"force\""),
+    ] {
+        let given = keys.iter().find(|key| idle && table.has(key));
+        if let Some(Parameter { key, .. }) = given {
+            let reason = format!("{key} has no effect {with}: change that, or leave {key} out");
+            return Err(table.fail_at(key, reason));
+        }
+    }
+    Ok(())
+}
+
+/// A number an axis, if the key is there.
+fn per_axis(
+    table: &Table<'_>,
+    parameter: &Parameter,
+    axes: usize,
+) -> Result<Option<Vec<f64>>, FileError> {
+    let key = parameter.key;
+    let Some(numbers) = table.numbers_if(parameter)? else {
+        return Ok(None);
+    };
+    if numbers.len() == axes {
+        return Ok(Some(numbers));
+    }
+    let reason = format!(
+        "{key} has {} numbers, not one for each of {axes} axes: change it, or {TOUCH_AXES}",
+        numbers.len()
+    );
+    Err(table.fail_at(key, reason))
+}
+
+fn shape(table: &Table<'_>, axes: usize) -> Result<TouchShape, FileError> {
+    let name: ShapeName = table.choice(&TOUCH_SHAPE)?;
+    Ok(match name {
+        ShapeName::Plane => {
+            let along_first = || (0..axes).map(|axis| f64::from(u8::from(axis == 0)));
+            TouchShape::Plane {
+                normal: per_axis(table, &TOUCH_NORMAL, axes)?
+                    .unwrap_or_else(|| along_first().collect()),
+                surface_m: table.number(&TOUCH_SURFACE)?,
+            }
+        }
+        ShapeName::Ball | ShapeName::HollowBall => TouchShape::Ball {
+            centre_m: per_axis(table, &TOUCH_CENTRE, axes)?.unwrap_or_else(|| vec![0.0; axes]),
+            radius_m: table.number(&TOUCH_RADIUS)?,
+            hollow: name == ShapeName::HollowBall,
+        },
+    })
+}
+
+fn matter(table: &Table<'_>) -> Result<Matter, FileError> {
+    if !table.text(&TOUCH_TISSUE)?.is_empty() {
+        return Ok(Matter::Tissue(piece(table)?));
+    }
+    let order = Order::new(table.number(&TOUCH_ORDER)?);
+    Ok(Matter::Wall {
+        stiffness_n_per_m: table.number(&TOUCH_STIFFNESS)?,
+        dissipation_n_s_mu_per_m: table.number(&TOUCH_DISSIPATION)?,
+        order: order.map_err(|error| table.fail_at("order", error.to_string()))?,
+    })
+}
+
+fn masses(table: &Table<'_>, axes: usize) -> Result<Vec<f64>, FileError> {
+    let key = TOUCH_MASS.key;
+    let masses = match table.numbers_if(&TOUCH_MASS)? {
+        None => vec![TOUCH_MASS_DEFAULT; axes],
+        Some(one) if one.len() == 1 => vec![one[0]; axes],
+        Some(each) if each.len() == axes => each,
+        Some(other) => {
+            let reason = format!(
+                "{key} has {} numbers, not one for all or each of {axes} axes",
+                other.len()
+            );
+            return Err(table.fail_at(key, reason));
+        }
+    };
+    Ok(masses)
+}
+
+/// All of the axes but their masses and the hand.
+fn device(table: &Table<'_>, sample_time_s: f64) -> Result<MassDamperConfig, FileError> {
+    Ok(MassDamperConfig {
+        mass: Kilograms(TOUCH_MASS_DEFAULT),
+        damping: NewtonSecondsPerMetre(table.number(&TOUCH_DAMPING)?),
+        stiffness: NewtonsPerMetre(0.0),
+        sample_time: Seconds(sample_time_s),
+        delay: Seconds(table.number(&DELAY)?),
+        friction: Newtons(table.number(&FRICTION)?),
+        saturation: None,
+        lag: Seconds(table.number(&CURRENT_LAG)?),
+    })
+}
+
+fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, FileError> {
+    let wrong = |reason: String| Err(table.fail_at(TOUCH_WAY.key, reason));
+    let Some(rows) = table.matrix_if(&TOUCH_WAY)? else {
+        if table.choice::<GripName>(&TOUCH_HAND)? == GripName::Force {
+            return Err(table.fail(format!(
+                "a hand that is a force goes {TOUCH_WAY} in N: a circle is one of places; give those, or {hand_spring}",
+                hand_spring = TOUCH_HAND.set_to("spring")
+            )));
+        }
+        return circle(table, axes, shape);
+    };
+    if rows.is_empty() {
+        return wrong(format!("{TOUCH_WAY} is empty: give a row at least"));
+    }
+    let (mut way, mut before) = (Vec::new(), f64::NEG_INFINITY);
+    for (n, row) in (1..).zip(rows) {
+        let (time_s, place) = match row.split_first() {
+            Some((time_s, place)) if place.len() == axes => (*time_s, place.to_vec()),
+            _ => {
+                let numbers = row.len().saturating_sub(1);
+                return wrong(format!(
+                    "row {n} of {TOUCH_WAY} has {numbers} numbers behind its time, not one for each of {axes} axes"
+                ));
+            }
+        };
+        if time_s <= before || time_s < 0.0 {
+            let time_s = Shown(time_s);
+            return wrong(format!(
+                "row {n} of {TOUCH_WAY} is at {time_s} s, which is not at least 0 and later than the row before"
+            ));
+        }
+        before = time_s;
+        way.push((time_s, place));
+    }
+    Ok(HandPath::WayPoints(way))
+}
+
+fn circle(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, FileError> {
+    let radius = table.number(&TOUCH_CIRCLE_RADIUS)?;
+    let (centre, start) = match shape {
+        TouchShape::Ball {
+            centre_m, radius_m, ..
+        } => (centre_m.clone(), *radius_m),
+        TouchShape::Plane { .. } => (vec![0.0; axes], radius),
+    };
+    Ok(HandPath::Circle {
+        centre: per_axis(table, &TOUCH_CIRCLE_CENTRE, axes)?.unwrap_or(centre),
+        start_radius: table.number_if(&TOUCH_CIRCLE_START)?.unwrap_or(start),
+        radius,
+        period_s: table.number(&TOUCH_CIRCLE_PERIOD)?,
+    })
+}
+
+/// The corners of the workspace, if there is one.
+fn workspace_of(
+    table: &Table<'_>,
+    axes: usize,
+    safety: &Safety,
+) -> Result<Option<[Vec<f64>; 2]>, FileError> {
+    let corners = (
+        per_axis(table, &TOUCH_BOX_LOW, axes)?,
+        per_axis(table, &TOUCH_BOX_HIGH, axes)?,
+    );
+    let (low_m, high_m) = match corners {
+        (None, None) => return Ok(None),
+        (Some(low_m), Some(high_m)) => (low_m, high_m),
+        (low, _) => {
+            let (key, missing) = match low {
+                Some(_) => ("box_low_m", "box_high_m"),
+                None => ("box_high_m", "box_low_m"),
+            };
+            let reason = format!("a box has two corners: give {missing} too");
+            return Err(table.fail_at(key, reason));
+        }
+    };
+    if let Some((low, high)) = low_m.iter().zip(&high_m).find(|(low, high)| low >= high) {
+        let (low, high) = (Shown(*low), Shown(*high));
+        let reason =
+            format!("{TOUCH_BOX_HIGH} has {high}, which is not above {low} of {TOUCH_BOX_LOW}");
+        return Err(table.fail_at(TOUCH_BOX_HIGH.key, reason));
+    }
+    if safety.workspace_m.is_some() {
+        let reason = format!(
+            "{WORKSPACE_LOW} is of every axis and {TOUCH_BOX_LOW} of each by itself: leave one of them out"
+        );
+        return Err(table.fail_at(WORKSPACE_LOW.key, reason));
+    }
+    Ok(Some([low_m, high_m]))
+}

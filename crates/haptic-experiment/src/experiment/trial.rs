@@ -3,25 +3,23 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
-mod contract;
-mod described;
-pub(crate) mod keys;
-pub(crate) mod reading;
 mod report;
 mod setup;
-mod verdict;
 
+use super::reading::samples_fit;
 use crate::document::advice::parameter;
+use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters;
-use crate::document::parameters::TRIAL_DURATION;
-use crate::experiment::trial::keys::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::{
+    DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS,
+};
+use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
+use crate::document::reader::Table;
 use crate::judge::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use crate::run::simulate::simulate;
-pub(crate) use contract::Trial;
-pub(crate) use described::six_digits;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
@@ -29,11 +27,32 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
-pub use report::TrialReport;
-pub(crate) use setup::Parts;
+pub(crate) use report::{Judged, Seen, Theory, Trial, incomparable, limited, six_digits};
+pub use report::{TrialCurves, TrialReport};
 pub use setup::TrialSetup;
+pub(crate) use setup::{Parts, setup};
 use std::ops::{ControlFlow, RangeInclusive};
-pub(crate) use verdict::{Seen, Verdict, incomparable, limited, verdict};
+
+parameters! {
+    /// Impact of a trial, m/s.
+    IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
+        "Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]");
+    /// Push of a trial, N.
+    PUSH = number("push_n", 1.0, "1N", FORCES_ABOVE_0, "Constant push into the wall");
+    /// Window of a trial, s.
+    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Window at the end to judge");
+    /// Force limit of a trial, N.
+    TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
+    /// Rate limit of a trial, N/s.
+    TRIAL_FORCE_RATE_LIMIT = optional("force_rate_limit_n_per_s", FORCE_RATES,
+        "Largest rate of change of the force [default: that of a serial device, none on the simulated one]");
+}
+
+/// Of the safety chain and the operator in a trial.
+pub(crate) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
+
+/// Of a trial.
+pub(crate) const TRIAL: &[Parameter] = &[IMPACT, PUSH, TRIAL_DURATION, WINDOW];
 
 /// A wall at the device's start position.
 pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
@@ -50,7 +69,7 @@ pub struct TrialPlan {
     pub impact_m_per_s: f64,
     /// Duration, s.
     pub duration_s: f64,
-    /// Window at the end that is verdict, s.
+    /// Window at the end that is judged, s.
     pub window_s: f64,
     /// Largest force, N.
     pub force_limit_n: f64,
@@ -65,7 +84,7 @@ impl TrialPlan {
         criterion: Criterion::Settling,
         push_n: PUSH.default_number(),
         impact_m_per_s: IMPACT.default_number(),
-        duration_s: parameters::TRIAL_DURATION.default_number(),
+        duration_s: TRIAL_DURATION.default_number(),
         window_s: WINDOW.default_number(),
         force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
     };
@@ -141,6 +160,35 @@ impl TrialPlan {
     }
 }
 
+/// Sample time and duration, s, of a run that is not too long.
+pub(crate) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
+    let sample_time_s = table.required(&SAMPLE_TIME)?;
+    let duration_s = table.number(&TRIAL_DURATION)?;
+    samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
+    Ok((sample_time_s, duration_s))
+}
+
+/// Reads the plan of a trial: how a wall is tried and judged.
+pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
+    let plan = TrialPlan {
+        impact_m_per_s: table.number(&IMPACT)?,
+        push_n: table.number(&PUSH)?,
+        duration_s,
+        window_s: table.number(&WINDOW)?,
+        force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
+        ..TrialPlan::DEFAULT
+    };
+    if plan.push_n >= plan.force_limit_n {
+        let reason = format!(
+            "push_n = {} is not below force_limit_n = {}: no wall could hold it",
+            Shown(plan.push_n),
+            Shown(plan.force_limit_n)
+        );
+        return Err(table.fail_at("push_n", reason));
+    }
+    Ok(plan)
+}
+
 /// Runs the loop in virtual time, without log or files, until the judge has seen enough; `true` if it
 /// reached the end without a fault.
 pub(crate) fn try_out<E: Environment<f64, 1>>(
@@ -149,31 +197,25 @@ pub(crate) fn try_out<E: Environment<f64, 1>>(
     samples: u64,
     judge: &mut Judge,
 ) -> bool {
-    simulate(controller, device, samples, &mut |tick| {
-        if judge.see(tick.time_s, tick.position_m[0], tick.commanded_force_n[0]) {
-            ControlFlow::Continue(())
-        } else {
-            ControlFlow::Break(())
-        }
+    simulate(controller, device, samples, &mut |tick| match judge.see(
+        tick.time_s,
+        tick.position_m[0],
+        tick.commanded_force_n[0],
+    ) {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
     })
 }
 
 /// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.
-///
-/// # Errors
-/// As [`Wall::new`].
 pub(crate) fn wall_at_start(
     stiffness: f64,
     dissipation: f64,
     operator: Operator<f64>,
     one_sided: bool,
 ) -> Result<VirtualWall, ParameterError> {
-    Wall::new(
-        stiffness,
-        dissipation,
-        operator,
-        one_sided.then_some(Metres(0.0)),
-    )
+    let start = one_sided.then_some(Metres(0.0));
+    Wall::new(stiffness, dissipation, operator, start)
 }
 
 /// Dynamics that the analysis knows of a simulated device: all but friction.
@@ -189,9 +231,6 @@ pub fn dynamics(device: &MassDamperConfig) -> Dynamics {
 }
 
 /// The device at the moment it hits the wall, with the push on it.
-///
-/// # Errors
-/// A parameter of the device outside its range.
 pub(crate) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassDamper<1>, Failure> {
     let mut device = MassDamper::new(config).map_err(parameter)?;
     device.set_external_force(SVector::from([plan.push_n]));
@@ -201,24 +240,15 @@ pub(crate) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassD
 
 /// The step of an encoder that is as coarse as these sensors, m: noise has the rms of steps √12 times as large.
 pub(crate) fn encoder_step(sensors: Sensors) -> f64 {
-    sensors
-        .encoder_resolution_m
-        .max(12.0_f64.sqrt() * sensors.noise_m)
+    (sensors.encoder_resolution_m).max(12.0_f64.sqrt() * sensors.noise_m)
 }
 
-/// A safety chain that limits the force alone. The rate is not what is tried here: the limit may be
-/// crossed within one sample.
-///
-/// # Errors
-/// A limit or sample time outside its range.
+/// A safety chain that limits the force alone.
 pub(crate) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, Failure> {
-    SafetyChain::from_limits(&force_alone(limit_n, t), t).map_err(parameter)
+    SafetyChain::from_limits(&force_and_rate(limit_n, None, t), t).map_err(parameter)
 }
 
 /// A chain with these limits of force and rate and what else is asked for; guard and braking are made for the device.
-///
-/// # Errors
-/// A limit, sample time, or mass, damping or delay of the device outside its range.
 pub(crate) fn safe_force_limit(
     limits: Limits,
     device: &MassDamperConfig,
@@ -227,27 +257,32 @@ pub(crate) fn safe_force_limit(
 ) -> Result<SafetyChain<f64>, Failure> {
     let t = device.sample_time;
     let known = safety.guarded(GuardedDevice::simulated(device, sensors));
-    let delay = delay_ticks(device);
     let limits = Limits {
         guard: safety.guard.of(&known, t)?,
-        ..safety.braked(safety.on(limits, false), device.mass.0, delay)
+        ..safety.braked(safety.on(limits, false), device.mass.0, delay_ticks(device))
     };
-    SafetyChain::from_limits(&limits, t).map_err(parameter)
+    let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
+    safety.acts()?;
+    Ok(chain)
+}
+
+/// The limits of a chain of a serial device, without its guard.
+pub(crate) fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> Limits {
+    let limits = safety.on(limits, true);
+    let delay = limits.device_delay_samples.max(delay_ticks(device));
+    safety.braked(limits, device.mass.0, delay)
 }
 
 /// Ticks from a measurement to the effect of its force, for braking: the lag of the actuator counts as delay.
-pub(crate) fn delay_ticks(device: &MassDamperConfig) -> u32 {
+fn delay_ticks(device: &MassDamperConfig) -> u32 {
     let ticks = (device.delay.0 + device.lag.0) / device.sample_time.0;
     // A ratio just above a whole number is that number.
     (ticks - 1e-9).ceil().max(0.0) as u32
 }
 
-/// The limits of [`force_limit`].
-pub(crate) const fn force_alone(limit_n: f64, t: Seconds) -> Limits {
-    Limits::bare(Newtons(limit_n), force_rate(limit_n, t))
-}
-
-/// A rate that limits nothing.
-pub(crate) const fn force_rate(limit_n: f64, t: Seconds) -> NewtonsPerSecond {
-    NewtonsPerSecond(2.0 * limit_n / t.0)
+/// Limits of the force and of its rate, N/s. The rate is not what is tried here: without one the limit may be crossed
+/// within one sample.
+pub(crate) fn force_and_rate(limit_n: f64, rate: Option<f64>, t: Seconds) -> Limits {
+    let rate = rate.unwrap_or(2.0 * limit_n / t.0);
+    Limits::bare(Newtons(limit_n), NewtonsPerSecond(rate))
 }

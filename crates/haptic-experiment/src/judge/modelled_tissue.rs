@@ -1,19 +1,23 @@
-//! A tissue of the library with the model that is rendered.
+//! A tissue of the library with the model that is rendered: its operator, its closed forms, and the force that the full
+//! history of a motion asks for.
+//!
+//! `shape` is A/ℓ, m: the force of a piece for a depth, N for m. With 1 it is the stress for a strain.
 
-mod closed_form;
-mod history;
-mod operator;
-
+use super::preflight::Preflight;
+use super::reference::{self, Reference, TOLERANCE};
 use crate::document::failure::Failure;
+use crate::document::parameters::SCHEME;
+use crate::run::schedule::horizon;
+use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::num_complex::Complex;
-use fracdiff::{Order, Seconds};
+use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
+use fracdiff::{
+    Channel, Differintegrator as _, FullMemory, Operator, Order, Real, Scheme, SchemeError, Seconds,
+};
+use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_loop::units::Pascals;
 use haptic_loop::{Specimen, Tissue};
-use haptic_tissue::{Material, Model, SampledModel};
-pub(crate) use history::memory;
-pub(crate) use operator::loop_operator;
-pub use operator::operator;
-use std::collections::BTreeMap;
+use haptic_tissue::{FullHistory, Material, Model, SampledModel};
 use std::ops::Deref;
 
 /// A tissue of the library and the model of it: what is rendered, and its closed forms.
@@ -37,21 +41,11 @@ use std::ops::Deref;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelledTissue {
     material: Material,
-    law: Law,
-}
-
-/// The laws that are rendered.
-#[derive(Clone, Debug, PartialEq)]
-enum Law {
-    /// One spring-pot beside a spring, by D^α of any scheme.
-    KelvinVoigt(Tissue),
-    /// Any other model, by its one memory.
-    Composed {
-        model: Model,
-        elastic_modulus_pa: f64,
-        viscosity_pa_s_mu: f64,
-        order: Order,
-    },
+    /// One spring-pot beside a spring, by D^α of any scheme; `None` for any other model, by its one memory.
+    pot: Option<Tissue>,
+    rest_modulus_pa: f64,
+    viscosity_pa_s_mu: f64,
+    order: Order,
 }
 
 impl ModelledTissue {
@@ -61,82 +55,72 @@ impl ModelledTissue {
     /// Parameters outside the range of the model; those of a tissue file are within it, but for an element that carries the
     /// slow motion with an order below 1e-6, next to a spring.
     pub fn new(material: Material) -> Result<Self, Failure> {
-        let law = match (
+        let pot = |modulus, viscosity, order| -> Result<Tissue, Failure> {
+            let order = Order::new(order).map_err(Failure::input)?;
+            Tissue::new(Pascals(modulus), viscosity, order).map_err(Failure::input)
+        };
+        let pot = match (
             material.elastic_modulus_pa(),
             material.viscosity_pa_s_alpha(),
             material.order(),
         ) {
-            (Some(modulus), Some(viscosity), Some(order)) => {
-                let order = Order::new(order).map_err(Failure::input)?;
-                let tissue = Tissue::new(Pascals(modulus), viscosity, order);
-                Law::KelvinVoigt(tissue.map_err(Failure::input)?)
+            (Some(modulus), Some(viscosity), Some(order)) => pot(modulus, viscosity, order)?,
+            _ => {
+                // E, B and μ are of the model; the sample time of a rendering comes later.
+                let sampled = SampledModel::new(&material.model, Seconds(1.0));
+                let sampled = sampled.map_err(Failure::input)?;
+                if sampled.viscosity_pa_s_mu() > 0.0 {
+                    return Ok(Self {
+                        material,
+                        pot: None,
+                        rest_modulus_pa: sampled.elastic_modulus_pa(),
+                        viscosity_pa_s_mu: sampled.viscosity_pa_s_mu(),
+                        order: sampled.order(),
+                    });
+                }
+                // A spring, as a Prony series without branches is.
+                pot(sampled.elastic_modulus_pa(), 0.0, 0.0)?
             }
-            _ => composed(&material.model)?,
         };
-        Ok(Self { material, law })
+        Ok(Self {
+            material,
+            rest_modulus_pa: pot.elastic_modulus().0,
+            viscosity_pa_s_mu: pot.viscosity_pa_s_alpha(),
+            order: pot.order(),
+            pot: Some(pot),
+        })
     }
 
     /// The model, unless it is one spring-pot beside a spring.
     #[must_use]
     pub const fn composed(&self) -> Option<&Model> {
-        match &self.law {
-            Law::KelvinVoigt(_) => None,
-            Law::Composed { model, .. } => Some(model),
+        match self.pot {
+            Some(_) => None,
+            None => Some(&self.material.model),
         }
     }
 
     /// μ of the operator: α of one spring-pot, else that of what carries the slow motion.
     #[must_use]
     pub const fn order(&self) -> Order {
-        match &self.law {
-            Law::KelvinVoigt(tissue) => tissue.order(),
-            Law::Composed { order, .. } => *order,
-        }
+        self.order
     }
 
     /// E, Pa: what is left of the modulus at rest.
     #[must_use]
     pub const fn rest_modulus_pa(&self) -> f64 {
-        match &self.law {
-            Law::KelvinVoigt(tissue) => tissue.elastic_modulus().0,
-            Law::Composed {
-                elastic_modulus_pa, ..
-            } => *elastic_modulus_pa,
-        }
+        self.rest_modulus_pa
     }
 
-    /// Names and values for metadata: those of the model, and what is rendered of one with more elements.
-    pub(crate) fn parameters(&self) -> BTreeMap<String, String> {
-        let (modulus, viscosity) = (self.rest_modulus_pa(), self.viscosity_pa_s_mu());
-        let order = self.order().get();
-        let rendered = |prefix: &str, names: [&str; 3]| {
-            let values = [modulus, viscosity, order].map(|value| value.to_string());
-            let names = names.map(|name| format!("{prefix}{name}"));
-            names.into_iter().zip(values)
-        };
-        let Some(model) = self.composed() else {
-            let names = ["elastic_modulus_pa", "viscosity_pa_s_alpha", "order"];
-            return rendered("", names).collect();
-        };
-        let names = ["modulus_pa", "viscosity_pa_s_mu", "order"];
-        let mut all: BTreeMap<String, String> = rendered("rendered_", names).collect();
-        all.insert("model".to_owned(), model.kind().name().to_owned());
-        for (parameter, value) in model.parameters() {
-            // One after the other for the branches of a series.
-            let text = all.entry(parameter.name.to_owned()).or_default();
-            let space = if text.is_empty() { "" } else { " " };
-            *text = format!("{text}{space}{value}");
-        }
-        all
+    /// B, Pa·s^μ: E + B·s^μ is the modulus for slow motion.
+    pub(crate) const fn viscosity_pa_s_mu(&self) -> f64 {
+        self.viscosity_pa_s_mu
     }
 
     /// K in N/m and B in N·s^μ/m of a piece with a shape A/ℓ, m.
     #[must_use]
     pub fn spring_and_damper(&self, shape: f64) -> (f64, f64) {
-        (
-            shape * self.rest_modulus_pa(),
-            shape * self.viscosity_pa_s_mu(),
-        )
+        (shape * self.rest_modulus_pa, shape * self.viscosity_pa_s_mu)
     }
 
     /// The B of a piece with a shape A/ℓ, m, of another order that resists as much at an angular frequency, N·s^μ/m.
@@ -144,50 +128,117 @@ impl ModelledTissue {
     /// ```text
     /// |B'·(jω)^μ| = (A/ℓ)·|M(jω) − E|
     /// ```
-    #[must_use]
     pub(crate) fn dissipation_at(&self, shape: f64, order: Order, omega_rad_s: f64) -> f64 {
-        match &self.law {
-            Law::Composed {
-                model, order: own, ..
-            } if *own != order => {
-                let s = Complex::new(0.0, omega_rad_s);
-                let loss = (model.modulus(s) - self.rest_modulus_pa()).norm();
-                shape * loss / omega_rad_s.powf(order.get())
-            }
-            _ => {
-                let change = omega_rad_s.powf(self.order().get() - order.get());
-                shape * self.viscosity_pa_s_mu() * change
-            }
+        if let Some(model) = self.composed().filter(|_| self.order != order) {
+            let s = Complex::new(0.0, omega_rad_s);
+            let loss = (model.modulus(s) - self.rest_modulus_pa).norm();
+            return shape * loss / omega_rad_s.powf(order.get());
+        }
+        let change = omega_rad_s.powf(self.order.get() - order.get());
+        shape * self.viscosity_pa_s_mu * change
+    }
+
+    /// Stress under a strain that rises to ε₀ in T₀ and is then held, Pa; zero for t ≤ 0.
+    pub(crate) fn relaxation_stress(&self, strain: f64, ramp_time_s: f64, time_s: f64) -> f64 {
+        match &self.pot {
+            Some(pot) => pot.relaxation_stress(strain, ramp_time_s, time_s).0,
+            None => ramp(&self.material.model, strain, ramp_time_s, &[time_s])[0],
         }
     }
 
-    /// B, Pa·s^μ: E + B·s^μ is the modulus for slow motion.
+    /// Strain under a step of stress σ₀ at t = 0; zero for t ≤ 0.
     #[must_use]
-    pub(crate) const fn viscosity_pa_s_mu(&self) -> f64 {
-        match &self.law {
-            Law::KelvinVoigt(tissue) => tissue.viscosity_pa_s_alpha(),
-            Law::Composed {
-                viscosity_pa_s_mu, ..
-            } => *viscosity_pa_s_mu,
+    pub fn creep_strain(&self, stress_pa: f64, time_s: f64) -> f64 {
+        creep(&self.material.model, stress_pa, &[time_s])[0]
+    }
+
+    /// [`relaxation_stress`](Self::relaxation_stress) of ticks that come one after the other, at times n·T.
+    pub(crate) fn relaxation(
+        &self,
+        strain: f64,
+        ramp_time_s: f64,
+        sample_time: Seconds,
+    ) -> Box<dyn FnMut(u64, f64) -> f64 + '_> {
+        match &self.pot {
+            Some(pot) => Box::new(move |_, t| pot.relaxation_stress(strain, ramp_time_s, t).0),
+            None => Box::new(by_ticks(sample_time, move |times| {
+                ramp(&self.material.model, strain, ramp_time_s, times)
+            })),
         }
     }
-}
 
-fn composed(model: &Model) -> Result<Law, Failure> {
-    // E, B and μ are of the model; the sample time of a rendering comes later.
-    let sampled = SampledModel::new(model, Seconds(1.0)).map_err(Failure::input)?;
-    if sampled.viscosity_pa_s_mu() <= 0.0 {
-        // A spring, as a Prony series without branches is.
-        let (spring, order) = (Pascals(sampled.elastic_modulus_pa()), Order::new(0.0));
-        let tissue = Tissue::new(spring, 0.0, order.map_err(Failure::input)?);
-        return Ok(Law::KelvinVoigt(tissue.map_err(Failure::input)?));
+    /// [`creep_strain`](Self::creep_strain) likewise.
+    pub(crate) fn creep(
+        &self,
+        stress_pa: f64,
+        sample_time: Seconds,
+    ) -> impl FnMut(u64, f64) -> f64 + '_ {
+        by_ticks(sample_time, move |times| {
+            creep(&self.material.model, stress_pa, times)
+        })
     }
-    Ok(Law::Composed {
-        model: model.clone(),
-        elastic_modulus_pa: sampled.elastic_modulus_pa(),
-        viscosity_pa_s_mu: sampled.viscosity_pa_s_mu(),
-        order: sampled.order(),
-    })
+
+    /// The operator that renders the tissue for so many samples.
+    pub(crate) fn operator<F: Real>(
+        &self,
+        scheme: Scheme,
+        sample_time: Seconds,
+        samples: u64,
+    ) -> Result<Operator<F>, Failure> {
+        let horizon = horizon(samples);
+        match self.composed() {
+            None => (scheme.build(self.order, sample_time, horizon)).map_err(|error| {
+                Failure::input_with_advice(error, format_args!("change {SCHEME}"))
+            }),
+            model => operator(model, scheme, self.order, sample_time, horizon),
+        }
+    }
+
+    /// The force of a whole record of depths that begins at rest, by the defining sums.
+    pub(crate) fn full_history(
+        &self,
+        shape: f64,
+        reference: Reference,
+        t: Seconds,
+        depth: &[f64],
+    ) -> anyhow::Result<Vec<f64>> {
+        if let Some(model) = self.composed() {
+            let sampled = SampledModel::new(model, t)?;
+            let mut sums = FullHistory::new(&sampled, depth.len().max(1))?;
+            return Ok(depth.iter().map(|&x| shape * sums.step(x)).collect());
+        }
+        let (k, b) = self.spring_and_damper(shape);
+        let rates = reference.full_history(self.order, t, depth)?;
+        let forces = depth.iter().zip(rates).map(|(x, d)| k * x + b * d);
+        Ok(forces.collect())
+    }
+
+    /// The same tick by tick: the sums of the elements of a run that is kept whole, else operators of a tolerance of
+    /// [`TOLERANCE`].
+    pub(crate) fn sampled(
+        &self,
+        shape: f64,
+        reference: Reference,
+        t: Seconds,
+        samples: u64,
+    ) -> Result<Sampled, Failure> {
+        let (k, b) = self.spring_and_damper(shape);
+        let Some(model) = self.composed() else {
+            let channel = reference::operator(reference, self.order, t, samples)?;
+            return Ok(Sampled::Derivative(k, b, channel));
+        };
+        let model = SampledModel::new(model, t).map_err(Failure::input)?;
+        if samples <= SUMMED {
+            let sums = FullHistory::new(&model, samples.max(1) as usize);
+            let sums = Box::new(sums.map_err(Failure::input)?);
+            return Ok(Sampled::Sums(shape, sums));
+        }
+        let design = model.design(TOLERANCE, horizon(samples));
+        let memory = FullMemory::new(&design.map_err(Failure::input)?, t);
+        let memory = Box::new(memory.map_err(Failure::input)?);
+        let channel = Channel::new(Operator::FullMemory(memory));
+        Ok(Sampled::Derivative(k, b, channel))
+    }
 }
 
 impl Deref for ModelledTissue {
@@ -209,22 +260,278 @@ pub struct TissuePiece {
 
 impl TissuePiece {
     /// A/ℓ, m.
-    #[must_use]
     pub(crate) fn shape_m(&self) -> f64 {
         self.specimen.area().0 / self.specimen.thickness().0
     }
 
     /// K in N/m and B in N·s^μ/m.
-    #[must_use]
     pub(crate) fn spring_and_damper(&self) -> (f64, f64) {
         self.material.spring_and_damper(self.shape_m())
     }
 }
 
+/// What is touched: a piece of tissue, or K + B·D^μ.
+#[derive(Clone, Debug)]
+pub enum Matter {
+    /// A piece of tissue.
+    Tissue(TissuePiece),
+    /// K + B·D^μ.
+    Wall {
+        /// K, N/m, at least 0.
+        stiffness_n_per_m: f64,
+        /// B, N·s^μ/m, at least 0.
+        dissipation_n_s_mu_per_m: f64,
+        /// μ, 0 to 2.
+        order: Order,
+    },
+}
+
+impl Matter {
+    /// As it is run by an operator of this scheme, for so many samples.
+    pub(crate) fn run_by(&self, scheme: Scheme, t: Seconds, samples: u64) -> Preflight<'_> {
+        let (model, order, (stiffness_n_per_m, dissipation_n_s_mu_per_m)) = match self {
+            Self::Tissue(piece) => {
+                let material = &piece.material;
+                (
+                    material.composed(),
+                    material.order(),
+                    piece.spring_and_damper(),
+                )
+            }
+            Self::Wall {
+                stiffness_n_per_m: k,
+                dissipation_n_s_mu_per_m: b,
+                order,
+            } => (None, *order, (*k, *b)),
+        };
+        Preflight {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order,
+            model,
+            scheme,
+            sample_time_s: t.0,
+            samples,
+        }
+    }
+
+    /// Force for a place at a frequency, N/m.
+    pub(crate) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega_rad_s);
+        match self {
+            Self::Tissue(piece) => piece.material.model.modulus(s) * piece.shape_m(),
+            Self::Wall {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order,
+            } => s.powf(order.get()) * *dissipation_n_s_mu_per_m + *stiffness_n_per_m,
+        }
+    }
+
+    /// In a few words.
+    pub(crate) fn words(&self) -> String {
+        match self {
+            Self::Tissue(piece) => piece.material.name.clone(),
+            Self::Wall {
+                stiffness_n_per_m: k,
+                dissipation_n_s_mu_per_m: b,
+                order,
+            } => format!("{k} N/m and {b} N·s^{order}/m"),
+        }
+    }
+
+    /// The text of the file of a tissue.
+    pub(crate) fn file(&self) -> Option<String> {
+        match self {
+            Self::Tissue(piece) => Some(piece.material.to_toml()),
+            Self::Wall { .. } => None,
+        }
+    }
+}
+
+/// The operator for a horizon in samples: of the model, or D^μ.
+///
+/// # Errors
+/// A scheme that cannot be made, or not for a model.
+pub fn operator<F: Real>(
+    model: Option<&Model>,
+    scheme: Scheme,
+    order: Order,
+    sample_time: Seconds,
+    horizon: f64,
+) -> Result<Operator<F>, Failure> {
+    let Some(model) = model else {
+        let built = scheme.build(order, sample_time, horizon);
+        return built.map_err(Failure::input);
+    };
+    let design = design(model, scheme, sample_time, horizon)?;
+    let memory = FullMemory::new(&design, sample_time).map_err(Failure::input)?;
+    Ok(Operator::FullMemory(Box::new(memory)))
+}
+
+/// The same for the analysis.
+pub(crate) fn loop_operator(
+    model: Option<&Model>,
+    scheme: Scheme,
+    order: Order,
+    sample_time: Seconds,
+    horizon: f64,
+) -> Result<LoopOperator, Failure> {
+    let made = match model {
+        None => LoopOperator::new(scheme, order, sample_time, horizon),
+        Some(model) => LoopOperator::from_design(&design(model, scheme, sample_time, horizon)?),
+    };
+    made.map_err(|error: AnalysisError| Failure::input(error))
+}
+
+/// The modes of a model.
+fn design(
+    model: &Model,
+    scheme: Scheme,
+    sample_time: Seconds,
+    horizon: f64,
+) -> Result<Design<FULL_TAPS, FULL_MODES>, Failure> {
+    let sampled = SampledModel::new(model, sample_time).map_err(Failure::input)?;
+    let tolerance = match scheme {
+        Scheme::Full {
+            kernel: Kernel::Grunwald,
+            tolerance,
+        } => tolerance,
+        Scheme::Exact => return Err(Failure::input(SchemeError::AnalysisOnly)),
+        other => {
+            return Err(Failure::bad_input(format_args!(
+                "scheme {other} makes D^α of one spring-pot, not the memory of a model with more elements: take \
+                 {scheme_full}",
+                scheme_full = SCHEME.set_to("full")
+            )));
+        }
+    };
+    sampled
+        .design(tolerance, horizon.max(HORIZON_MIN))
+        .map_err(|error| {
+            Failure::input_with_advice(
+                error,
+                format_args!(
+                    "give {SCHEME} a larger tolerance, as in full:1e-4, or take a shorter run"
+                ),
+            )
+        })
+}
+
+/// A piece of tissue tick by tick with all of its past: f\[n\] = gain·x\[n\] + past.
+pub(crate) enum Sampled {
+    /// K, B, and D^μ.
+    Derivative(f64, f64, Channel<f64, Operator<f64>>),
+    /// The shape, and the sums of the elements.
+    Sums(f64, Box<FullHistory>),
+}
+
+/// The memory of a model alone, tick by tick, in units of x·s^(−μ): what D^μ is in the force −(K·x + B·D^μ x).
+pub(crate) fn memory(
+    model: &Model,
+    t: Seconds,
+    samples: u64,
+) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
+    let sampled = SampledModel::new(model, t).map_err(Failure::input)?;
+    let sums = FullHistory::new(&sampled, samples.max(1) as usize);
+    let mut sums = sums.map_err(Failure::input)?;
+    let (e, b) = (sampled.elastic_modulus_pa(), sampled.viscosity_pa_s_mu());
+    Ok(move |x: f64| (sums.step(x) - e * x) / b)
+}
+
+/// Longest run whose elements are summed up exactly, samples: some 200 MB.
+const SUMMED: u64 = 1 << 21;
+
+impl Sampled {
+    /// The factor of the newest depth.
+    pub(crate) fn gain(&self) -> f64 {
+        match self {
+            Self::Derivative(k, b, channel) => k + b * channel.operator().direct_gain(),
+            Self::Sums(shape, sums) => shape * sums.gain(),
+        }
+    }
+
+    /// The force at a depth; at 0 that of the past alone.
+    pub(crate) fn force(&self, depth: f64) -> f64 {
+        match self {
+            Self::Derivative(k, b, channel) => k * depth + b * channel.output(depth),
+            Self::Sums(shape, sums) => shape * sums.stress(depth),
+        }
+    }
+
+    /// Takes the newest depth into the past.
+    pub(crate) fn advance(&mut self, depth: f64) {
+        match self {
+            Self::Derivative(_, _, channel) => channel.advance(depth),
+            Self::Sums(_, sums) => sums.advance(depth),
+        }
+    }
+}
+
+/// Many times at once cost a model little more than one.
+fn by_ticks(
+    sample_time: Seconds,
+    many: impl Fn(&[f64]) -> Vec<f64>,
+) -> impl FnMut(u64, f64) -> f64 {
+    let (mut first, mut values) = (0, Vec::new());
+    move |tick, _| {
+        let known = tick
+            .checked_sub(first)
+            .and_then(|at| values.get(at as usize));
+        if let Some(value) = known {
+            return *value;
+        }
+        let times: Vec<f64> = (tick..tick + AT_ONCE)
+            .map(|tick| tick as f64 * sample_time.0)
+            .collect();
+        (first, values) = (tick, many(&times));
+        values[0]
+    }
+}
+
+/// Ticks whose closed forms are made at once.
+const AT_ONCE: u64 = 4096;
+
+/// The stress at rising times.
+fn ramp(model: &Model, strain: f64, ramp_time_s: f64, time_s: &[f64]) -> Vec<f64> {
+    let later = time_s.iter().filter(|&&time| time > 0.0);
+    let mut times: Vec<f64> = [0.0].into_iter().chain(later.copied()).collect();
+    // The corner is a time of its own.
+    let corner = times.partition_point(|&time| time < ramp_time_s);
+    let own = times.get(corner).is_none_or(|&time| time > ramp_time_s);
+    if own {
+        times.insert(corner, ramp_time_s);
+    }
+    let strains: Vec<f64> = times
+        .iter()
+        .map(|time| strain * (time / ramp_time_s).min(1.0))
+        .collect();
+    let mut stress = model.stress(&times, &strains);
+    if own {
+        stress.remove(corner);
+    }
+    // All times up to 0 have the stress of the start.
+    let early = time_s.len() + 1 - stress.len();
+    let mut all = vec![0.0; early];
+    all.extend(stress.drain(1..));
+    all
+}
+
+/// The strain at any times.
+fn creep(model: &Model, stress_pa: f64, time_s: &[f64]) -> Vec<f64> {
+    let compliances = model.creep_compliances(time_s).into_iter();
+    let strains = compliances.zip(time_s);
+    strains
+        .map(|(j, &time)| if time > 0.0 { stress_pa * j } else { 0.0 })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::judge::relative_error;
     use haptic_tissue::{ModelKind, Source};
+    use std::path::Path;
 
     fn tissue(series: &[f64]) -> ModelledTissue {
         let model = Model::from_parameters(ModelKind::Prony, series).expect("valid");
@@ -240,18 +547,6 @@ mod tests {
     }
 
     #[test]
-    fn metadata_have_the_model_with_its_parameters_and_what_is_rendered() {
-        let gel = tissue(&[5e3, 1e3, 0.1, 2e3, 7.0]);
-        let all = gel.parameters();
-        assert_eq!(all["model"], "prony");
-        assert_eq!(all["rendered_modulus_pa"], "5000");
-        assert_eq!(all["rendered_order"], "1");
-        // Slow motion feels all dashpots: Σ E·τ.
-        assert_eq!(all["rendered_viscosity_pa_s_mu"], "14100");
-        assert!(all.values().any(|value| value == "1000 2000"), "{all:?}");
-    }
-
-    #[test]
     fn another_order_resists_as_much_at_the_frequency() {
         let gel = tissue(&[5e3, 1e3, 0.1]);
         let half = Order::new(0.5).expect("valid");
@@ -259,5 +554,43 @@ mod tests {
         let have = gel.dissipation_at(2.0, half, 10.0) * 10.0_f64.sqrt();
         assert!((have - 2e3 / 2.0_f64.sqrt()).abs() < 1e-9, "{have}");
         assert!((gel.dissipation_at(2.0, gel.order(), 10.0) - 200.0).abs() < 1e-9);
+    }
+
+    fn pot(modulus_pa: f64, viscosity_pa_s_alpha: f64, order: f64) -> ModelledTissue {
+        let text = format!(
+            "name = \"piece\"\ndescription = \"\"\n[parameters]\nelastic_modulus_pa = {modulus_pa:?}\n\
+             viscosity_pa_s_alpha = {viscosity_pa_s_alpha:?}\norder = {order:?}\n\
+             [source]\ncitation = \"\"\nconditions = \"\"\nchecked = false\n"
+        );
+        let material = Material::parse(Path::new("piece.toml"), &text).expect("valid");
+        ModelledTissue::new(material).expect("valid")
+    }
+
+    #[test]
+    fn creep_agrees_with_50_digits() {
+        // tests/golden/make_golden.py: E_α(−z). With E₀ = 1, η = 1/z, t = 1 the argument is −z.
+        let golden = include_str!("../../tests/golden/mittag_leffler.csv");
+        for line in golden.lines().skip(1) {
+            let cells: Vec<f64> = line
+                .split(',')
+                .map(|c| c.parse().expect("number"))
+                .collect();
+            let (alpha, z, value) = (cells[0], cells[1], cells[2]);
+            let have = pot(1.0, 1.0 / z, alpha).creep_strain(1.0, 1.0);
+            assert!(
+                (have - (1.0 - value)).abs() < 1e-12,
+                "α {alpha} z {z}: {have}"
+            );
+        }
+    }
+
+    #[test]
+    fn creep_of_a_soft_spring_tends_to_creep_without_one() {
+        let with = pot(1e-4, 8650.0, 0.2247);
+        let without = pot(0.0, 8650.0, 0.2247);
+        for t in [0.01, 1.0, 200.0] {
+            let (a, b) = (with.creep_strain(100.0, t), without.creep_strain(100.0, t));
+            assert!(relative_error(a, b) < 1e-6, "t {t}: {a} {b}");
+        }
     }
 }

@@ -4,13 +4,58 @@
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
 use crate::document::failure::Failure;
-use crate::judge::Reference;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
-use fracdiff::{Channel, Operator, Order, Seconds};
+use fracdiff::batch::Batch;
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
 
 /// Largest relative error of any weight of an operator that stands for the full history.
 pub(crate) const TOLERANCE: f64 = 1e-9;
+
+/// The weights whose full history a run is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+
+pub(crate) enum Reference {
+    /// Of a full memory.
+    Kernel(Kernel),
+    /// Of `full-bdf2`.
+    Bdf2,
+}
+
+impl Reference {
+    /// Those of the scheme itself where it has the full history, else Grünwald's.
+    #[must_use]
+    pub(crate) fn of(scheme: Scheme) -> Self {
+        match scheme {
+            Scheme::Full { kernel, .. } => Self::Kernel(kernel),
+            Scheme::FullBdf2 { .. } => Self::Bdf2,
+            _ => Self::Kernel(Kernel::Grunwald),
+        }
+    }
+
+    /// The scheme with these weights, of this tolerance.
+    pub(crate) fn scheme(self, tolerance: f64) -> Scheme {
+        match self {
+            Self::Kernel(kernel) => Scheme::Full { kernel, tolerance },
+            Self::Bdf2 => Scheme::FullBdf2 { tolerance },
+        }
+    }
+
+    /// D^μ of a whole record by its full history, no memory cut: [`Batch`].
+    pub(crate) fn full_history(
+        self,
+        order: Order,
+        sample_time: Seconds,
+        x: &[f64],
+    ) -> anyhow::Result<Vec<f64>> {
+        let sum = match self {
+            Self::Kernel(kernel) => Batch::full_history(kernel, order, sample_time)?,
+            Self::Bdf2 => Batch::full_bdf2(order, sample_time)?,
+        };
+        Ok(sum.run(x))
+    }
+}
 
 /// A value for each sample, asked for in their order.
 pub(crate) struct ReferenceSeries<'a>(Source<'a>);
@@ -31,9 +76,6 @@ pub(crate) type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
 
 impl<'a> ReferenceSeries<'a> {
     /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick.
-    ///
-    /// # Errors
-    /// Those of the functions.
     pub(crate) fn new(
         samples: Samples<'_>,
         whole: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
@@ -97,9 +139,6 @@ fn of_every_tick(
 }
 
 /// D^μ by an operator that stands for the full history of so many samples.
-///
-/// # Errors
-/// An order and length for which there is none within the tolerance.
 pub(crate) fn operator(
     reference: Reference,
     order: Order,
@@ -107,7 +146,6 @@ pub(crate) fn operator(
     samples: u64,
 ) -> Result<Channel<f64, Operator<f64>>, Failure> {
     let scheme = reference.scheme(TOLERANCE);
-    // A little more than needed, so that the last weights are not at the very edge.
     let horizon = crate::run::schedule::horizon(samples);
     let operator = scheme.build(order, sample_time, horizon);
     Ok(Channel::new(operator.map_err(Failure::input)?))

@@ -22,13 +22,463 @@
 //!
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-mod criterion;
-mod judge;
-#[cfg(test)]
-mod tests;
-mod verdict;
+use serde::Serialize;
 
-pub use criterion::Criterion;
-pub(crate) use criterion::{Scales, Tolerance};
-pub(crate) use judge::Judge;
-pub use verdict::{Settling, TrialVerdict};
+/// Share of the samples in which the force may be at its limit.
+const LIMITED_SHARE: f64 = 0.01;
+
+/// By which rule a trial is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Criterion {
+    /// Position, force and the force limit.
+    Settling,
+    /// That of the dissertation's figure 4.3: a push from rest, and a standard deviation of the position of at most 0.1 mm.
+    Dissertation,
+}
+
+/// Threshold of figure 4.3, m.
+const DISSERTATION_THRESHOLD_M: f64 = 1e-4;
+
+/// Everything about a wall that its tolerance depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scales {
+    /// Constant push, N.
+    pub(crate) push_n: f64,
+    /// Wall and hand together, N/m.
+    pub(crate) spring_n_per_m: f64,
+    /// B·T^(−μ), N/m: force of a step of the position through the operator.
+    pub(crate) dissipation_step_n_per_m: f64,
+    /// Encoder step, or what stands for noise, m.
+    pub(crate) encoder_step_m: f64,
+}
+
+/// Largest variation of a wall at rest; `None` for any.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tolerance {
+    position_std_m: Option<f64>,
+    force_std_n: Option<f64>,
+    /// From the least to the largest force, N.
+    force_range_n: Option<f64>,
+    /// Share of the samples at the force limit.
+    limited: Option<f64>,
+}
+
+/// Share of the deflection by which a position at rest may vary.
+const POSITION_SHARE: f64 = 0.01;
+
+/// Encoder steps by which it may vary.
+const STEPS: f64 = 2.0;
+
+/// A wall at rest lets the force swing by this share of the push from end to end: a force that is half the push too
+/// large or too small has let go of the device, however rarely.
+const FORCE_RANGE_SHARE: f64 = 1.0;
+/// Share of the push by which a force at rest may vary.
+const FORCE_SHARE: f64 = 0.05;
+
+/// Share of the push beyond which one encoder step through the operator is no excuse.
+const FORCE_STEP_SHARE: f64 = 0.25;
+
+impl Tolerance {
+    pub(crate) fn new(criterion: Criterion, scales: Scales) -> Self {
+        match criterion {
+            Criterion::Dissertation => Self {
+                position_std_m: Some(DISSERTATION_THRESHOLD_M),
+                force_std_n: None,
+                force_range_n: None,
+                limited: None,
+            },
+            Criterion::Settling => {
+                let step = scales.encoder_step_m;
+                let held = scales.spring_n_per_m > 0.0;
+                let deflection = scales.push_n / scales.spring_n_per_m;
+                let force_step =
+                    (scales.dissipation_step_n_per_m * step).min(FORCE_STEP_SHARE * scales.push_n);
+                Self {
+                    position_std_m: held.then(|| (STEPS * step).max(POSITION_SHARE * deflection)),
+                    force_std_n: Some(force_step.max(FORCE_SHARE * scales.push_n)),
+                    force_range_n: Some(FORCE_RANGE_SHARE * scales.push_n),
+                    limited: Some(LIMITED_SHARE),
+                }
+            }
+        }
+    }
+}
+
+/// A device this far away has left, m: it will not come to rest.
+const GONE_M: f64 = 1.0;
+
+/// The outcome of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrialVerdict {
+    /// At rest.
+    Stable,
+    /// At rest, but only because friction holds the device: without friction it is not.
+    HeldByFriction,
+    /// Position or force varies.
+    Unstable,
+    /// The force was at its limit too often: the limit was tried, not the wall.
+    Saturated,
+    /// The device has left.
+    Gone,
+    /// A fault or an interruption ended the trial.
+    Unfinished,
+}
+
+impl TrialVerdict {
+    /// In words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::HeldByFriction => "held still by friction alone",
+            Self::Unstable => "unstable",
+            Self::Saturated => "saturated",
+            Self::Gone => "gone",
+            Self::Unfinished => "not finished",
+        }
+    }
+}
+
+/// State of the device at the end, and whether it is at rest there. Keys of reports.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settling {
+    /// True if it is at rest, and not by friction alone.
+    pub stable: bool,
+    /// Verdict on the trial.
+    pub verdict: TrialVerdict,
+    /// By which rule.
+    pub criterion: Criterion,
+    /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
+    pub impact_m_per_s: f64,
+    /// Standard deviation of the position over the window, m; null if the device has left or the trial did
+    /// not reach its end.
+    pub position_std_m: Option<f64>,
+    /// The largest that counts as rest, m; null without a spring, where the device gives way for ever.
+    pub position_std_limit_m: Option<f64>,
+    /// Standard deviation of the force over the window, N.
+    pub force_std_n: Option<f64>,
+    /// The largest that counts as rest, N; null if the criterion does not ask.
+    pub force_std_limit_n: Option<f64>,
+    /// From the least to the largest force of the window, N.
+    pub force_range_n: Option<f64>,
+    /// The largest that counts as rest, N; null if the criterion does not ask.
+    pub force_range_limit_n: Option<f64>,
+    /// Share of all samples whose force was at its limit, 0 to 1.
+    pub saturated_share: Option<f64>,
+    /// Mean of the position over the window, m.
+    pub deflection_m: Option<f64>,
+    /// Position at which the push is in balance with wall and hand, m; null without a spring.
+    pub expected_deflection_m: Option<f64>,
+}
+
+impl Settling {
+    /// The same, found to rest on friction.
+    #[must_use]
+    pub(crate) fn by_friction(self) -> Self {
+        Self {
+            stable: false,
+            verdict: TrialVerdict::HeldByFriction,
+            ..self
+        }
+    }
+
+    /// Why it is not stable, in words; `None` if it is.
+    #[must_use]
+    pub fn reason(&self) -> Option<String> {
+        let of = |have: Option<f64>, most: Option<f64>| Some((have?, most?));
+        let over = |pair: Option<(f64, f64)>| pair.filter(|(have, most)| have > most);
+        let share = self.saturated_share.unwrap_or(0.0);
+        match self.verdict {
+            TrialVerdict::Stable => None,
+            TrialVerdict::HeldByFriction => Some(
+                "friction alone holds the device still: without it, it does not settle".to_owned(),
+            ),
+            TrialVerdict::Saturated => Some(format!(
+                "the force was at its limit in {:.1} % of the samples, more than {} %",
+                1e2 * share,
+                1e2 * LIMITED_SHARE
+            )),
+            TrialVerdict::Gone => Some(format!("the device was more than {GONE_M} m away")),
+            TrialVerdict::Unfinished => Some("the trial did not reach its end".to_owned()),
+            TrialVerdict::Unstable => {
+                let position =
+                    over(of(self.position_std_m, self.position_std_limit_m)).map(|(have, most)| {
+                        format!("the position varies by {have:.3e} m, more than {most:.3e} m")
+                    });
+                let force =
+                    over(of(self.force_std_n, self.force_std_limit_n)).map(|(have, most)| {
+                        format!("the force varies by {have:.3e} N, more than {most:.3e} N")
+                    });
+                let swing =
+                    over(of(self.force_range_n, self.force_range_limit_n)).map(|(have, most)| {
+                        format!("the force swings over {have:.3e} N, more than {most:.3e} N")
+                    });
+                let all: Vec<String> = position.into_iter().chain(force).chain(swing).collect();
+                Some(format!("at the end {}", all.join(", and ")))
+            }
+        }
+    }
+}
+
+/// Share of the force limit that counts as the limit: single precision on a device rounds it.
+const AT_LIMIT: f64 = 1.0 - 1e-6;
+
+/// Running mean and variance (B. P. Welford, *Technometrics* 4(3), 1962).
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Moments {
+    fn add(&mut self, value: f64) {
+        self.count += 1.0;
+        let change = value - self.mean;
+        self.mean += change / self.count;
+        self.squares += change * (value - self.mean);
+    }
+
+    fn deviation(&self) -> f64 {
+        (self.squares / self.count).sqrt()
+    }
+}
+
+/// Looks on while a device is tried.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Judge {
+    criterion: Criterion,
+    impact_m_per_s: f64,
+    tolerance: Tolerance,
+    /// Begin of the window, s.
+    from_s: f64,
+    force_limit_n: f64,
+    samples: u64,
+    limited: u64,
+    position: Moments,
+    force: Moments,
+    /// Least and largest force in the window, N.
+    force_ends_n: (f64, f64),
+    gone: bool,
+}
+
+impl Judge {
+    pub(crate) fn new(
+        (criterion, impact_m_per_s): (Criterion, f64),
+        tolerance: Tolerance,
+        from_s: f64,
+        force_limit_n: f64,
+    ) -> Self {
+        Self {
+            criterion,
+            impact_m_per_s,
+            tolerance,
+            from_s,
+            force_limit_n,
+            samples: 0,
+            limited: 0,
+            position: Moments::default(),
+            force: Moments::default(),
+            force_ends_n: (f64::INFINITY, f64::NEG_INFINITY),
+            gone: false,
+        }
+    }
+
+    /// One sample; `false` if the device has left, so that nothing more can come of it.
+    pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
+        self.samples += 1;
+        self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
+        self.gone |= position_m.is_nan() || position_m.abs() > GONE_M;
+        if time_s >= self.from_s {
+            self.position.add(position_m);
+            self.force.add(force_n);
+            let (least, most) = self.force_ends_n;
+            self.force_ends_n = (least.min(force_n), most.max(force_n));
+        }
+        !self.gone
+    }
+
+    /// The judgement of a trial that reached its end, or did not.
+    pub(crate) fn settling(&self, whole: bool, expected_deflection_m: Option<f64>) -> Settling {
+        let seen = whole && !self.gone && self.position.count > 0.0;
+        let share = self.limited as f64 / self.samples as f64;
+        let deviations = seen.then(|| (self.position.deviation(), self.force.deviation()));
+        let range = self.force_ends_n.1 - self.force_ends_n.0;
+        let within = |have: f64, most: Option<f64>| most.is_none_or(|most| have <= most);
+        let verdict = match deviations {
+            _ if self.gone => TrialVerdict::Gone,
+            None => TrialVerdict::Unfinished,
+            Some(_) if !within(share, self.tolerance.limited) => TrialVerdict::Saturated,
+            Some((position, force))
+                if within(position, self.tolerance.position_std_m)
+                    && within(force, self.tolerance.force_std_n)
+                    && within(range, self.tolerance.force_range_n) =>
+            {
+                TrialVerdict::Stable
+            }
+            Some(_) => TrialVerdict::Unstable,
+        };
+        Settling {
+            stable: verdict == TrialVerdict::Stable,
+            verdict,
+            criterion: self.criterion,
+            impact_m_per_s: self.impact_m_per_s,
+            position_std_m: deviations.map(|(position, _)| position),
+            position_std_limit_m: self.tolerance.position_std_m,
+            force_std_n: deviations.map(|(_, force)| force),
+            force_std_limit_n: self.tolerance.force_std_n,
+            force_range_n: seen.then_some(range),
+            force_range_limit_n: self.tolerance.force_range_n,
+            saturated_share: (self.samples > 0).then_some(share),
+            deflection_m: seen.then_some(self.position.mean),
+            expected_deflection_m,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Motions that rest, buzz, slide or leave.
+
+    use super::*;
+
+    /// 1 N into 100 kN/m through an encoder of 1 µm, 50 N/m of dissipation a step.
+    const STIFF: Scales = Scales {
+        push_n: 1.0,
+        spring_n_per_m: 1e5,
+        dissipation_step_n_per_m: 5e4,
+        encoder_step_m: 1e-6,
+    };
+
+    /// Judges 5 s at 1 kHz of these positions and forces, the window being the last 0.4 s.
+    fn judged(
+        criterion: Criterion,
+        scales: Scales,
+        motion: impl Fn(u32) -> (f64, f64),
+    ) -> Settling {
+        let tolerance = Tolerance::new(criterion, scales);
+        let mut judge = Judge::new((criterion, 0.1), tolerance, 4.6, 3.3);
+        for n in 0..5001 {
+            let (position, force) = motion(n);
+            judge.see(1e-3 * f64::from(n), position, force);
+        }
+        judge.settling(true, None)
+    }
+
+    fn sign(n: u32) -> f64 {
+        if n.is_multiple_of(2) { 1.0 } else { -1.0 }
+    }
+
+    #[test]
+    fn a_wall_that_buzzes_below_a_tenth_of_a_millimetre_is_not_stable() {
+        let buzzing = |n| (10e-6 + 9e-6 * sign(n), -1.0 + 2.3 * sign(n));
+        let new = judged(Criterion::Settling, STIFF, buzzing);
+        assert_eq!(new.verdict, TrialVerdict::Saturated);
+        let old = judged(Criterion::Dissertation, STIFF, buzzing);
+        assert_eq!(old.verdict, TrialVerdict::Stable);
+        // Far from the force limit it is seen too: by the position, by the force.
+        let by_position = |n| (10e-6 + 3e-6 * sign(n), -1.0);
+        let by_force = |n| (10e-6, -1.0 + 0.06 * sign(n));
+        let quiet = |n| (10e-6 + 1.9e-6 * sign(n), -1.0 + 0.049 * sign(n));
+        for (motion, verdict) in [
+            (
+                &by_position as &dyn Fn(u32) -> (f64, f64),
+                TrialVerdict::Unstable,
+            ),
+            (&by_force, TrialVerdict::Unstable),
+            (&quiet, TrialVerdict::Stable),
+        ] {
+            let settling = judged(Criterion::Settling, STIFF, motion);
+            assert_eq!(settling.verdict, verdict, "{settling:?}");
+            assert_eq!(settling.reason().is_none(), settling.stable);
+        }
+    }
+
+    #[test]
+    fn one_step_of_the_encoder_through_the_operator_is_no_buzz() {
+        // 50 kN/m of dissipation a step and 2 µm: 0.1 N.
+        let coarse = Scales {
+            encoder_step_m: 2e-6,
+            ..STIFF
+        };
+        let flips = |n| (10e-6, -1.0 + 0.09 * sign(n));
+        assert!(judged(Criterion::Settling, coarse, flips).stable);
+        assert!(!judged(Criterion::Settling, STIFF, flips).stable);
+    }
+
+    #[test]
+    fn a_step_of_more_than_a_quarter_of_the_push_is_no_excuse() {
+        // 2 N into 650 kN/m of dissipation a step and 4 µm: 2.6 N a step, 0.5 N allowed.
+        let coarse = Scales {
+            push_n: 2.0,
+            dissipation_step_n_per_m: 6.5e5,
+            encoder_step_m: 4e-6,
+            ..STIFF
+        };
+        for (swing_n, stable) in [(1.3, false), (0.51, false), (0.49, true)] {
+            let swings = |n| (20e-6, -1.5 + swing_n * sign(n));
+            let settling = judged(Criterion::Settling, coarse, swings);
+            assert_eq!(settling.stable, stable, "{swing_n} N: {settling:?}");
+            assert_eq!(settling.force_std_limit_n, Some(0.5));
+        }
+    }
+
+    #[test]
+    fn a_force_that_swings_by_more_than_the_push_is_no_rest_however_rarely() {
+        // An encoder so coarse that a standard deviation of 0.25 N is excused: one sample of fifty swings by 1.1 N, 0.15 N rms.
+        let coarse = Scales {
+            encoder_step_m: 5e-6,
+            ..STIFF
+        };
+        for (swing_n, stable) in [(1.1, false), (0.9, true)] {
+            let swings = |n: u32| {
+                (
+                    10e-6,
+                    if n.is_multiple_of(50) {
+                        swing_n - 1.0
+                    } else {
+                        -1.0
+                    },
+                )
+            };
+            let settling = judged(Criterion::Settling, coarse, swings);
+            assert!(settling.force_std_n < Some(0.25), "{settling:?}");
+            assert_eq!(settling.stable, stable, "{settling:?}");
+            let range = settling.force_range_n.expect("seen");
+            assert!((range - swing_n).abs() < 1e-12, "{range}");
+        }
+    }
+
+    #[test]
+    fn an_impact_may_reach_the_limit_for_a_hundredth_of_the_samples() {
+        for (samples, stable) in [(50, true), (51, false)] {
+            let motion = |n| (10e-6, if n < samples { -3.3 } else { -1.0 });
+            let settling = judged(Criterion::Settling, STIFF, motion);
+            assert_eq!(settling.stable, stable, "{samples}");
+        }
+    }
+
+    #[test]
+    fn what_leaves_or_never_ends_is_not_stable() {
+        let tolerance = Tolerance::new(Criterion::Settling, STIFF);
+        let mut judge = Judge::new((Criterion::Settling, 0.1), tolerance, 4.6, 3.3);
+        assert!(judge.see(0.0, 0.0, 0.0));
+        assert_eq!(judge.settling(true, None).verdict, TrialVerdict::Unfinished);
+        assert!(!judge.see(1.0, f64::NAN, 0.0));
+        assert_eq!(judge.settling(true, None).verdict, TrialVerdict::Gone);
+    }
+
+    #[test]
+    fn without_a_spring_the_force_alone_is_judged() {
+        let damper = Scales {
+            spring_n_per_m: 0.0,
+            ..STIFF
+        };
+        let slides = |n: u32| (1e-5 * f64::from(n), -1.0);
+        let settling = judged(Criterion::Settling, damper, slides);
+        assert!(settling.stable && settling.position_std_limit_m.is_none());
+        assert!(!judged(Criterion::Dissertation, damper, slides).stable);
+    }
+}

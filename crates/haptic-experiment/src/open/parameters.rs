@@ -1,13 +1,25 @@
 //! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
 pub use crate::document::parameters::*;
-pub use crate::experiment::coupler::keys::*;
-pub use crate::experiment::drive::keys::*;
-pub use crate::experiment::rendering::keys::*;
-pub use crate::experiment::teleoperation::keys::*;
-pub use crate::experiment::touch::keys::*;
-pub use crate::experiment::trial::keys::*;
-pub use crate::experiment::wall::keys::*;
+pub use crate::experiment::coupler::{COUPLER, COUPLER_REQUIRED};
+pub use crate::experiment::drive::DRIVE;
+pub use crate::experiment::rendering::{
+    CREEP, CREEP_DURATION, PRECISION, RAMP_TIME, RELAX, RELAX_DURATION, RENDERING, STRAIN, STRESS,
+};
+pub use crate::experiment::teleoperation::{
+    AMPLITUDE, ARCHITECTURE, FREQUENCIES, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER,
+    HAND_COUPLER_STIFFNESS, HAND_DAMPER, HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION,
+    LINE_JITTER, LINE_LOSS, LINE_SEED, LOW, MUST_BE_PASSIVE, PLACE, PLACE_DISSIPATION,
+    PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS, PLAYOUT, PRESS, SILENCE, SLAVE_DAMPING,
+    SLAVE_MASS, TELEOPERATION, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
+};
+pub use crate::experiment::touch::TOUCH;
+pub use crate::experiment::trial::{
+    IMPACT, PUSH, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
+};
+pub use crate::experiment::wall::{
+    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL, WALL_REQUIRED,
+};
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
 pub use crate::question::bench::BENCH;
 pub use crate::question::design::{
@@ -21,12 +33,13 @@ pub use crate::question::measurement::{
 pub use crate::question::zwidth::{ZWIDTH, ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 
-use crate::experiment::teleoperation::{ArchitectureName, PlaceName};
+use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
 use crate::question::design::{RequireName, WishName};
 use crate::run::device::Loop;
 use crate::{Contact, GuardChoice, Named, Precision};
 use crate::{experiment, question};
+use haptic_link::Architecture;
 
 /// True of a kind whose simulated device is that of its device file.
 #[must_use]
@@ -48,7 +61,7 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         choices.map(|(_, name, help)| (*name, *help)).collect()
     }
     match key {
-        "architecture" => names::<ArchitectureName>(),
+        "architecture" => names::<Architecture>(),
         "contact" => names::<Contact>(),
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),

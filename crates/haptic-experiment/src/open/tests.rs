@@ -456,6 +456,9 @@ fn a_written_document_is_the_same_experiment_from_anywhere() {
     let mut kept = std::collections::BTreeMap::new();
     document.keep_in(&mut kept).expect("good");
     assert_eq!(kept["document"], written);
+    // Beside it each key, given, of the device file or by default.
+    let values = ["experiment", "scheme", "mass_kg", "push_n", "device"].map(|key| &kept[key][..]);
+    assert_eq!(values, ["wall", "grunwald:100", "0.08", "1", "sim"]);
 }
 
 #[test]

@@ -8,11 +8,11 @@ use crate::document::parameters::{
     AREA, COUPLER_DISSIPATION, COUPLER_STIFFNESS, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
     HAND_STIFFNESS, LIBRARY, MASS, Parameter, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
 };
-use crate::experiment::teleoperation::keys::{
+use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, LINE_DELAY,
     SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
 };
-use crate::experiment::wall::keys::{DISSIPATION, ORDER, STIFFNESS};
+use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 
 parameters! {
     /// Operator of an analysis.

@@ -9,8 +9,8 @@ use crate::document::parameters::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME, SCHEME,
 };
 use crate::document::reader::Table;
-use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
-use crate::experiment::trial::reading::device;
+use crate::experiment::reading::device;
+use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::StableArea;
 use haptic_loop::plant::MassDamperConfig;

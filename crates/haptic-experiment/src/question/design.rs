@@ -35,7 +35,7 @@ use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{AREA, ENCODER_RESOLUTION, LIBRARY, SCHEME, THICKNESS, range};
-use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
+use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::judge::modelled_tissue::ModelledTissue;
 pub use crate::question::bench::Device;
 use crate::question::bench::{AskedDevice, check_orders};

@@ -4,6 +4,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS, FORCE_UNSTABLE};
 use haptic_analysis::Dynamics;
 use serde::Serialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -156,28 +157,6 @@ impl CouplerVerdict {
             ),
             None => "the coupler is active by itself, so no damping is enough".to_owned(),
         }
-    }
-
-    /// As metadata.
-    pub(crate) fn entries(&self) -> [(&'static str, String); 5] {
-        let or_none =
-            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
-        [
-            ("llewellyn", self.llewellyn.to_string()),
-            ("damping_n_s_per_m", self.damping_n_s_per_m.to_string()),
-            (
-                "llewellyn_damping_n_s_per_m",
-                or_none(self.llewellyn_damping_n_s_per_m),
-            ),
-            (
-                "corollary_damping_n_s_per_m",
-                self.corollary_damping_n_s_per_m.to_string(),
-            ),
-            (
-                "sampled_damping_n_s_per_m",
-                or_none(self.sampled_damping_n_s_per_m),
-            ),
-        ]
     }
 }
 
@@ -336,34 +315,35 @@ impl PreflightVerdict {
             String::new()
         }
     }
-
-    /// Adds the verdict to the metadata of a log.
-    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
-        let or_none =
-            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
-        for (key, value) in [
-            ("stable", self.stable.to_string()),
-            ("margin", or_none(self.margin)),
-            ("passive", self.passive.to_string()),
-            ("required_delta", or_none(self.required_delta)),
-            ("delta", self.delta.to_string()),
-            ("delay_samples", self.delay_samples.to_string()),
-            ("delay_s", self.delay_s.to_string()),
-            ("current_lag_s", self.current_lag_s.to_string()),
-            ("alpha", self.alpha.to_string()),
-            ("beta", self.beta.to_string()),
-        ] {
-            metadata.insert(format!("preflight.{key}"), value);
-        }
-        if let Some(coupler) = &self.coupler {
-            for (key, value) in coupler.entries() {
-                metadata.insert(format!("preflight.coupler.{key}"), value);
-            }
-        }
-    }
 }
 
 /// Rounded for a message.
 fn three_digits(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
+}
+
+/// Adds findings to the metadata of a log, each by its key of reports behind `prefix` and a point.
+pub(crate) fn note_findings(
+    metadata: &mut BTreeMap<String, String>,
+    prefix: &str,
+    findings: &impl Serialize,
+) {
+    fn entry(metadata: &mut BTreeMap<String, String>, key: &str, value: &Value) {
+        let text = match value {
+            Value::Object(inner) => {
+                for (name, value) in inner {
+                    entry(metadata, &format!("{key}.{name}"), value);
+                }
+                return;
+            }
+            Value::Null => "none".to_owned(),
+            Value::Number(number) => number.as_f64().unwrap_or(f64::NAN).to_string(),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        metadata.insert(key.to_owned(), text);
+    }
+    // A structure of numbers and words always becomes JSON.
+    let findings = serde_json::to_value(findings).unwrap_or_default();
+    entry(metadata, prefix, &findings);
 }

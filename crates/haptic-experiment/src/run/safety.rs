@@ -16,7 +16,6 @@ use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
 };
 use haptic_loop::{Limits, SpeedLimit, Stuck, Workspace};
-use std::collections::BTreeMap;
 
 /// Settings that an experiment asks for; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -276,26 +275,6 @@ impl Safety {
             device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),
             device_delay_samples: delay_samples,
             ..limits
-        }
-    }
-
-    /// Adds the settings that were asked for to the metadata of a log.
-    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
-        if self.guard != GuardChoice::Off {
-            metadata.insert("guard".to_owned(), self.guard.name().to_owned());
-        }
-        let mut own = *self;
-        let numbers = NUMBERS.map(|(parameter, of)| (parameter.key, *of(&mut own)));
-        let ends = [
-            ("workspace_low_m", self.workspace_m.map(|ends| ends.0)),
-            ("workspace_high_m", self.workspace_m.map(|ends| ends.1)),
-            ("device_delay_least_s", self.device_delay_s.map(|d| d.0)),
-            ("device_delay_most_s", self.device_delay_s.map(|d| d.1)),
-        ];
-        for (key, value) in numbers.into_iter().chain(ends) {
-            if let Some(value) = value {
-                metadata.insert(key.to_owned(), value.to_string());
-            }
         }
     }
 }

@@ -4,7 +4,7 @@ use fracdiff::Seconds;
 use fractional_control::{ControllerSetup, PidParameters};
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{
-    Contact, Creep, Drive, Failure, ModelledTissue, Relaxation, Rendering, Report, Supervisor,
+    Contact, Drive, Failure, Indentation, Load, ModelledTissue, Rendering, Report, Supervisor,
 };
 use haptic_log::record::TickMessage;
 use std::ops::ControlFlow;
@@ -51,16 +51,24 @@ fn rendering(tissue: &str, drive: Drive) -> Rendering {
     }
 }
 
-fn relaxation(drive: Drive, duration_s: f64) -> Relaxation {
-    Relaxation {
+fn relaxation(rendering: Rendering, ramp_time_s: f64, duration_s: f64) -> Indentation {
+    Indentation {
+        rendering,
+        load: Load::Strain {
+            strain: 0.05,
+            ramp_time_s,
+        },
         duration_s,
-        ramp_time_s: 0.5,
-        ..Relaxation::of(rendering("prostate-cancerous", drive))
     }
 }
 
+/// 5 % of the cancerous prostate in 0.5 s.
+fn cancerous(drive: Drive, duration_s: f64) -> Indentation {
+    relaxation(rendering("prostate-cancerous", drive), 0.5, duration_s)
+}
+
 /// Runs in a folder of its own.
-fn run(folder: &Path, relaxation: &Relaxation) -> Result<Report, Failure> {
+fn run(folder: &Path, relaxation: &Indentation) -> Result<Report, Failure> {
     let stop = AtomicBool::new(false);
     let supervisor = Supervisor {
         stop: &stop,
@@ -80,7 +88,7 @@ fn run(folder: &Path, relaxation: &Relaxation) -> Result<Report, Failure> {
 }
 
 /// The largest distance from the way over the last fifth, m, and the last message.
-fn wandering(relaxation: &Relaxation) -> f64 {
+fn wandering(relaxation: &Indentation) -> f64 {
     let mut worst: f64 = 0.0;
     let from = 0.8 * relaxation.duration_s;
     let mut watch = |message: &TickMessage| {
@@ -96,7 +104,7 @@ fn wandering(relaxation: &Relaxation) -> f64 {
 #[test]
 fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() {
     let folder = tempfile::tempdir().expect("a folder");
-    let report = run(&folder.path().join("held"), &relaxation(drive(STIFF), 5.0)).expect("runs");
+    let report = run(&folder.path().join("held"), &cancerous(drive(STIFF), 5.0)).expect("runs");
     let held = report.drive.as_ref().expect("a drive");
     println!("{held:?}");
     assert_eq!(
@@ -125,8 +133,8 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     assert!(error < 1e-5, "{error}");
     let log = std::fs::read(&report.run.log).expect("a log");
     for key in [
-        "drive.controller",
-        "test.toml",
+        "drive.file",
+        "derivative_order",
         "drive.preflight.in_contact.stable",
     ] {
         let there = log.windows(key.len()).any(|bytes| bytes == key.as_bytes());
@@ -152,19 +160,12 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
         })
     };
     for tissue in ["prostate-cancerous", "fish-muscle"] {
-        let relaxation = |drive| Relaxation {
-            ramp_time_s: 0.1,
-            ..Relaxation {
-                duration_s: 2.0,
-                ..Relaxation::of(rendering(tissue, drive))
-            }
-        };
+        let relaxation = |drive| relaxation(rendering(tissue, drive), 0.1, 2.0);
         let verdict = |drive| {
-            let own: Relaxation = relaxation(drive);
+            let own = relaxation(drive);
             own.drive_verdict().expect("judged").expect("a drive")
         };
         let at_home = verdict(times(1.0));
-        println!("{tissue}: {}", at_home.line());
         let edge = at_home.in_contact.gain_margin.expect("an edge");
         // The limit would hide the growth.
         let free = |factor| Drive {
@@ -189,7 +190,7 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
         derivative: 500.0,
         ..PidParameters::NONE
     };
-    let mut own = relaxation(drive(gains), 2.0);
+    let mut own = cancerous(drive(gains), 2.0);
     let place = folder.path().join("unstable");
     let refused = run(&place, &own).expect_err("unstable").to_string();
     assert!(
@@ -218,17 +219,13 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
         integral_order: 0.9,
         ..PidParameters::NONE
     };
-    let creep = Creep {
+    let creep = Indentation {
         rendering: rendering("prostate-healthy", drive(gains)),
-        stress_pa: 100.0,
+        load: Load::Stress { stress_pa: 100.0 },
         duration_s: 3.0,
     };
     let verdict = creep.drive_verdict().expect("judged").expect("a drive");
-    assert!(
-        verdict.free.is_none() && verdict.stable(),
-        "{}",
-        verdict.line()
-    );
+    assert!(verdict.free.is_none() && verdict.stable(), "{verdict:?}");
     // The tissue has no spring of its own; what holds it in the judgement is named.
     assert!(verdict.holding_stiffness_n_per_m.is_some_and(|k| k > 0.0));
     let (mut force, mut depth) = (0.0, 0.0);
@@ -247,7 +244,7 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
 fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     let gains = STIFF;
     let refused = |change: &dyn Fn(&mut Rendering)| {
-        let mut own = relaxation(drive(gains), 2.0);
+        let mut own = cancerous(drive(gains), 2.0);
         change(&mut own.rendering);
         let sink = &mut |_: &TickMessage| ControlFlow::Continue(());
         own.simulate(sink).expect_err("refused").to_string()

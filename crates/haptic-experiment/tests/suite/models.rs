@@ -3,7 +3,7 @@
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_experiment::Dynamics;
 use haptic_experiment::judge::Preflight;
-use haptic_experiment::{Contact, Creep, ModelledTissue, Precision, Relaxation, Rendering};
+use haptic_experiment::{Contact, Indentation, Load, ModelledTissue, Precision, Rendering};
 use haptic_loop::units::Metres;
 use haptic_tissue::{Material, Model, ModelKind, SampledModel, Source};
 use std::ops::ControlFlow;
@@ -16,20 +16,19 @@ fn tissue(model: Model) -> ModelledTissue {
     ModelledTissue::new(gel.expect("a name")).expect("sampled")
 }
 
-fn relaxation(model: Model, precision: Precision) -> Relaxation {
-    let mut relaxation = Relaxation::of(Rendering::new(tissue(model)).expect("defaults"));
+fn relaxation(model: Model, precision: Precision) -> Indentation {
+    let mut relaxation = Indentation::relaxation(Rendering::new(tissue(model)).expect("defaults"));
     relaxation.rendering.contact = Contact::Rigid;
     relaxation.rendering.precision = precision;
     // Far from the limits of the safety chain.
     relaxation.rendering.force_limit_n = 1e5;
     relaxation.rendering.force_rate_limit_n_per_s = 1e9;
-    relaxation.strain = 0.05;
     relaxation
 }
 
 /// Largest errors on the hold from 0.1 s after the ramp to 200 s, at every hundredth sample: as they are, and less what a
 /// backward difference costs, which is half a sample late at most.
-fn hold_errors(relaxation: &Relaxation) -> [f64; 2] {
+fn hold_errors(relaxation: &Indentation) -> [f64; 2] {
     let (mut worst, mut compared, mut peak) = ([0.0; 2], 0, 0.0);
     let half = 0.5 * relaxation.rendering.sample_time_s;
     let reached = relaxation.simulate(&mut |sample| {
@@ -90,9 +89,9 @@ fn creep_of_each_model_is_its_closed_form() {
         let mut rendering = Rendering::new(tissue(model)).expect("defaults");
         rendering.force_limit_n = 1e5;
         rendering.force_rate_limit_n_per_s = 1e9;
-        let creep = Creep {
+        let creep = Indentation {
             rendering,
-            stress_pa: 100.0,
+            load: Load::Stress { stress_pa: 100.0 },
             duration_s: 20.0,
         };
         let mut worst = 0.0;

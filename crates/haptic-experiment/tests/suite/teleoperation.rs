@@ -4,7 +4,7 @@ use fracdiff::{Order, Seconds};
 use haptic_experiment::experiment::teleoperation::{
     HandModel, HandMotion, RemotePlace, TeleoperationVerdict,
 };
-use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety, TissuePiece};
+use haptic_experiment::{ExperimentFile, Matter, ModelledTissue, Pace, Safety, TissuePiece};
 use haptic_experiment::{TeleoperationExperiment, TeleoperationReport};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
@@ -25,18 +25,25 @@ fn order(mu: f64) -> Order {
 
 fn tissue(library: &Library, name: &str) -> RemotePlace {
     let material = library.find(name).expect("in the library");
-    RemotePlace::Tissue(TissuePiece {
+    let matter = Matter::Tissue(TissuePiece {
         material: Box::new(ModelledTissue::new(material).expect("a model")),
         specimen: Specimen::new(SquareMetres(4e-4), Metres(0.02)).expect("valid"),
-    })
+    });
+    RemotePlace {
+        matter,
+        one_sided: false,
+    }
 }
 
 /// K + B·D^μ that pushes and pulls.
 fn wall(stiffness_n_per_m: f64, dissipation_n_s_mu_per_m: f64, mu: f64) -> RemotePlace {
-    RemotePlace::Wall {
+    let matter = Matter::Wall {
         stiffness_n_per_m,
         dissipation_n_s_mu_per_m,
         order: order(mu),
+    };
+    RemotePlace {
+        matter,
         one_sided: false,
     }
 }
@@ -84,10 +91,12 @@ fn experiment(architecture: Architecture, place: RemotePlace) -> TeleoperationEx
 
 /// A random place, hand and motion.
 fn random(random: &mut Random, tissues: &[RemotePlace]) -> TeleoperationExperiment {
-    let wall = RemotePlace::Wall {
-        stiffness_n_per_m: random.or_nothing(3000.0),
-        dissipation_n_s_mu_per_m: random.or_nothing(20.0),
-        order: order(random.between(0.0, 1.0)),
+    let wall = RemotePlace {
+        matter: Matter::Wall {
+            stiffness_n_per_m: random.or_nothing(3000.0),
+            dissipation_n_s_mu_per_m: random.or_nothing(20.0),
+            order: order(random.between(0.0, 1.0)),
+        },
         one_sided: random.chance(0.5),
     };
     let place = if random.chance(0.5) {

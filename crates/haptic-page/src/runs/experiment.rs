@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::form::{document, place, simulated};
 use super::going::{Drawn, Finished, Work};
 use haptic_experiment::experiment::teleoperation::TeleoperationCurves;
-use haptic_experiment::experiment::{CouplerCurves, TheoryCurves, WallCurves};
+use haptic_experiment::experiment::{TheoryCurves, TrialCurves};
 use haptic_experiment::judge::Published;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
@@ -27,7 +27,7 @@ pub(super) fn work(
     simulated(experiment.remote())?;
     let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
     let samples = experiment.samples()?;
-    let (mut axes, mut metadata) = (1, [("experiment".to_owned(), kind.to_owned())].into());
+    let (mut axes, mut metadata) = (1, BTreeMap::new());
     if let ExperimentFile::Touch(touch) = &experiment {
         // A run refuses it too, but then the page has been told that it began.
         touch.check_start()?;
@@ -37,6 +37,7 @@ pub(super) fn work(
     document
         .keep_in(&mut request.provenance)
         .map_err(Failure::input)?;
+    metadata.extend(request.provenance.clone());
     Ok(Work {
         kind: kind.to_owned(),
         name,
@@ -78,12 +79,12 @@ fn run(
         ExperimentFile::Wall(wall) => {
             let published = wall.run(request, supervisor)?;
             let verdict = words(published.report.trial.settling.verdict.words());
-            result(&published, verdict, of_wall)
+            result(&published, verdict, of_trial)
         }
         ExperimentFile::Coupler(coupler) => {
             let published = coupler.run(request, supervisor)?;
             let verdict = words(published.report.trial.settling.verdict.words());
-            result(&published, verdict, of_coupler)
+            result(&published, verdict, of_trial)
         }
         ExperimentFile::Teleoperation(far) => {
             let published = far.run(request, supervisor)?;
@@ -139,25 +140,18 @@ fn theory(curves: &TheoryCurves) -> Value {
     })
 }
 
-fn of_wall(curves: &WallCurves) -> Value {
-    json!({
+fn of_trial(curves: &TrialCurves) -> Value {
+    let mut curves_of_it = json!({
         "title": curves.subtitle,
         "time_s": curves.time_s,
         "position_m": curves.position_m,
         "force_n": curves.force_n,
         "expected_deflection_m": curves.expected_deflection_m,
-    })
-}
-
-fn of_coupler(curves: &CouplerCurves) -> Value {
-    json!({
-        "title": curves.subtitle,
-        "time_s": curves.time_s,
-        "position_m": curves.position_m,
-        "object_position_m": curves.object_position_m,
-        "force_n": curves.force_n,
-        "expected_deflection_m": curves.expected_deflection_m,
-    })
+    });
+    if let Some(object_m) = &curves.object_position_m {
+        curves_of_it["object_position_m"] = json!(object_m);
+    }
+    curves_of_it
 }
 
 fn of_teleoperation(curves: &TeleoperationCurves) -> Value {

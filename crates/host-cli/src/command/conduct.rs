@@ -3,7 +3,7 @@
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
 use crate::parse::{roll_bytes, whole, within};
-use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
+use crate::picture::{of_teleoperation, of_theory, of_touch, of_trial};
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::experiment::TouchVerdict;
@@ -87,7 +87,7 @@ impl RunArguments {
                 Ok(())
             }
             ExperimentFile::Wall(wall) => {
-                let report = conduct(samples, output, of_wall, |supervisor| {
+                let report = conduct(samples, output, of_trial, |supervisor| {
                     wall.run(request, supervisor.watched(live))
                 })?;
                 if !wall.setup.must_be_stable || report.trial.stable_by_both() {
@@ -102,7 +102,7 @@ impl RunArguments {
                 ))
             }
             ExperimentFile::Coupler(coupler) => {
-                let report = conduct(samples, output, of_coupler, |supervisor| {
+                let report = conduct(samples, output, of_trial, |supervisor| {
                     coupler.run(request, supervisor.watched(live))
                 })?;
                 if !coupler.setup.must_be_stable || report.stable_by_all() {

@@ -187,8 +187,12 @@ pub(crate) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter
     all
 }
 
-/// Parameters as constants: documentation, name, kind, and what it is made of.
+/// Parameters as constants: documentation, name, kind, and what it is made of. Behind `crate;` those that nobody outside names.
 macro_rules! parameters {
+    (crate; $($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
+        $($(#[$meta])* pub(crate) const $name: $crate::document::parameters::Parameter =
+            $crate::document::parameters::Parameter::$kind($($part),*);)*
+    };
     ($($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
         $($(#[$meta])* pub const $name: $crate::document::parameters::Parameter =
             $crate::document::parameters::Parameter::$kind($($part),*);)*

@@ -10,20 +10,21 @@
 //!   a spring of 1e-4 of its first sample.
 
 use super::Drive;
-use super::port::LatePort;
+use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, FORCE_UNSTABLE};
 use crate::judge::preflight::softer;
-use fracdiff::FrequencyResponse;
 use fracdiff::num_complex::Complex;
+use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
     ControlError, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop, SampledPlant, StateSpace,
+    TwoPort,
 };
 use haptic_analysis::LoopOperator;
-use haptic_loop::plant::{RigConfig, RigDrive};
-use nalgebra::{DMatrix, DVector, RowDVector};
+use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive, RigMotion};
+use haptic_loop::units::Newtons;
+use nalgebra::{DMatrix, DVector, RowDVector, Vector4};
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.
@@ -97,20 +98,6 @@ impl LoopVerdict {
             None => "no other gain makes it stable".to_owned(),
         }
     }
-
-    fn line(&self) -> String {
-        if !self.stable {
-            return format!("unstable, {}", self.remedy());
-        }
-        let phase = self.phase_margin_rad.zip(self.crossover_rad_s);
-        let phase = phase.map_or_else(String::new, |(margin, omega)| {
-            format!(", {:.0}° at {omega:.3e} rad/s", margin.to_degrees())
-        });
-        let gain = (self.gain_margin).map_or_else(String::new, |gain| {
-            format!(", to the edge with {gain:.2} times the gain")
-        });
-        format!("stable{phase}{gain}")
-    }
 }
 
 /// The verdict on a drive.
@@ -132,9 +119,6 @@ impl DriveVerdict {
     }
 
     /// Refuses what is unstable, unless it is forced.
-    ///
-    /// # Errors
-    /// Bad input, with what to change.
     pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
         if force || self.stable() {
             return Ok(());
@@ -148,35 +132,6 @@ impl DriveVerdict {
             "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: take another {CONTROLLER} (lower gains, or tuned with \
              `host-cli control design`), or run it all the same with {FORCE_UNSTABLE}"
         )))
-    }
-
-    /// One line for a summary.
-    #[must_use]
-    pub fn line(&self) -> String {
-        let contact = self.in_contact.line();
-        match self.free {
-            Some(free) => format!("in contact {contact}; free {}", free.line()),
-            None => format!("in contact {contact}"),
-        }
-    }
-
-    /// Adds the verdict to the metadata of a log.
-    pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
-        let or_none =
-            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
-        let loops = [("free", self.free), ("in_contact", Some(self.in_contact))];
-        for (name, own) in loops {
-            let Some(own) = own else { continue };
-            for (key, value) in [
-                ("stable", own.stable.to_string()),
-                ("phase_margin_rad", or_none(own.phase_margin_rad)),
-                ("crossover_rad_s", or_none(own.crossover_rad_s)),
-                ("gain_margin", or_none(own.gain_margin)),
-                ("delay_margin_s", or_none(own.delay_margin_s)),
-            ] {
-                metadata.insert(format!("drive.preflight.{name}.{key}"), value);
-            }
-        }
     }
 }
 
@@ -224,9 +179,6 @@ impl SampledLaw for TissueLaw {
 
 impl Drive {
     /// Looks at the loop on this rig with this tissue.
-    ///
-    /// # Errors
-    /// A controller or rig that the analysis does not take.
     pub(crate) fn verdict(
         &self,
         rig: &RigConfig,
@@ -291,13 +243,107 @@ impl Drive {
     }
 }
 
+/// Parts of a sample smaller than this are none.
+const NO_PART: f64 = 1e-9;
+
+/// A rig whose command acts later, by whole samples and a part of one.
+#[derive(Debug)]
+struct LatePort {
+    /// Both masses in contact: the controller pushes the indenter, the tissue feels and pushes the renderer. Velocities in m a sample.
+    ///
+    /// With a part h of a sample the command of before acts first, and is a state more:
+    ///
+    /// ```text
+    /// x[n+1] = Φx[n] + Γ((1−h)T)·u[n] + Φ((1−h)T)Γ(hT)·u[n−1] + Γ_f f[n]
+    /// ```
+    port: TwoPort,
+    /// Whole samples beside that.
+    samples: usize,
+}
+
+impl LatePort {
+    /// Of this rig, the force on the indenter so many seconds late.
+    fn new(rig: &RigConfig, delay_s: f64) -> Result<Self, Failure> {
+        let Seconds(t) = rig.sample_time;
+        let samples = delay_s / t;
+        let near = samples.round();
+        let samples = if (samples - near).abs() < NO_PART {
+            near
+        } else {
+            samples
+        };
+        let part = samples - samples.floor();
+        let motion = |share: f64| motion(rig, share * t);
+        let whole = motion(1.0)?;
+        let commands = if part > 0.0 {
+            let (late, early) = (motion(1.0 - part)?, motion(part)?);
+            vec![late.indenter, late.transition * early.indenter]
+        } else {
+            vec![whole.indenter]
+        };
+        Ok(Self {
+            port: port(rig, &whole, &commands),
+            samples: samples.floor() as usize,
+        })
+    }
+}
+
+/// In contact, over a time in s.
+fn motion(rig: &RigConfig, time_s: f64) -> Result<RigMotion, Failure> {
+    let pushed = RigConfig {
+        drive: RigDrive::Force(Newtons(0.0)),
+        sample_time: Seconds(time_s),
+        ..*rig
+    };
+    Ok(IndentationRig::new(pushed).map_err(parameter)?.motion(true))
+}
+
+/// With what the command does in its own sample, and what it does in the next if it comes late.
+fn port(rig: &RigConfig, whole: &RigMotion, commands: &[Vector4<f64>]) -> TwoPort {
+    let Seconds(t) = rig.sample_time;
+    let units = [1.0, 1.0 / t, 1.0, 1.0 / t];
+    let measured = match (rig.drive, rig.contact) {
+        (RigDrive::Force(_), RigContact::Compliant { stiffness, damping }) => {
+            // F = k·p + c·p'
+            let (k, c) = (stiffness.0, damping.0);
+            [-k, -c, k, c]
+        }
+        _ => [0.0, 0.0, 1.0, 0.0],
+    };
+    // The four of the motion, then the command of before.
+    let states = 3 + commands.len();
+    let input = |v: &Vector4<f64>, kept: f64| {
+        DVector::from_fn(states, |row, _| {
+            units.get(row).map_or(kept, |unit| v[row] / unit)
+        })
+    };
+    let output = |v: [f64; 4]| {
+        RowDVector::from_fn(states, |_, column| {
+            units.get(column).map_or(0.0, |unit| v[column] * unit)
+        })
+    };
+    TwoPort {
+        transition: DMatrix::from_fn(states, states, |row, column| {
+            match (units.get(row), units.get(column)) {
+                (Some(own), Some(unit)) => whole.transition[(row, column)] * unit / own,
+                (Some(own), None) => commands[1][row] / own,
+                _ => 0.0,
+            }
+        }),
+        command: input(&commands[0], 1.0),
+        load: input(&whole.renderer, 0.0),
+        measured: output(measured),
+        felt: output([1.0, 0.0, 0.0, 0.0]),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fracdiff::{Order, Scheme, Seconds};
+    use fracdiff::{Order, Scheme};
     use fractional_control::ControllerSetup;
-    use haptic_loop::plant::{RampHold, RigContact};
-    use haptic_loop::units::{Metres, Newtons};
+    use haptic_loop::plant::RampHold;
+    use haptic_loop::units::Metres;
 
     /// A drive, its rig and a tissue of 200 N/m and 20 N·s^0.5/m, 1 ms a sample.
     fn held(gains: &str, of_force: bool) -> (Drive, RigConfig, impl Fn() -> TissueLaw) {
@@ -361,5 +407,39 @@ mod tests {
         }
         // The phase at the crossover alone is not enough.
         assert!(largest > 1e-3, "{largest}");
+    }
+
+    /// Eight steps of an eighth of a sample, three of them with the command of before.
+    #[test]
+    fn a_command_that_comes_late_acts_as_in_small_steps() {
+        let rig = RigConfig::new(
+            RigDrive::Force(Newtons(0.0)),
+            RigContact::COMPLIANT,
+            Seconds(2e-3),
+        );
+        let small = motion(&rig, 2.5e-4).expect("runs");
+        let late = LatePort::new(&rig, 2e-3 * 5.375).expect("runs");
+        assert_eq!(late.samples, 5);
+        let units = [1.0, 500.0, 1.0, 500.0];
+        let from = Vector4::new(1e-3, -0.2, 1.5e-3, 0.3);
+        let (before, now, load) = (1.7, -0.6, 0.4);
+        let mut want = from;
+        for part in 0..8 {
+            let command = if part < 3 { before } else { now };
+            want = small.transition * want + small.indenter * command + small.renderer * load;
+        }
+        let state = DVector::from_fn(5, |row, _| {
+            units.get(row).map_or(before, |unit| from[row] / unit)
+        });
+        let port = &late.port;
+        let have = &port.transition * state + &port.command * now + &port.load * load;
+        for (row, unit) in units.iter().enumerate() {
+            let (have, want) = (have[row] * unit, want[row]);
+            assert!(
+                (have - want).abs() < 1e-12 * want.abs().max(1.0),
+                "{row}: {have} {want}"
+            );
+        }
+        assert!((have[4] - now).abs() <= 0.0);
     }
 }

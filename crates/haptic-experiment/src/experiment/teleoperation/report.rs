@@ -1,7 +1,24 @@
-//! Report of a teleoperation.
+//! Runs a teleoperation with log, table and report, and judges it while it runs: energy, forces, and what was felt.
 
-use crate::judge::report::{RunReport, Summary};
+use super::pair::{Pair, PairTick};
+use super::{ARCHITECTURE, HandMotion, TeleoperationExperiment};
+use crate::document::failure::Failure;
+use crate::document::parameters::SAMPLE_TIME;
+use crate::judge::decimated::Decimated;
+use crate::judge::report::{Files, RunReport, Summary};
+use crate::judge::warnings::Warnings;
+use crate::judge::{Published, percent};
+use crate::run::ending::Ending;
+use crate::run::folder::{FolderRequest, OutputFolder, Table};
+use crate::run::preflight::note_findings;
+use crate::run::schedule::Schedule;
+use crate::run::{Ran, Supervisor, World, run_logged};
+use fracdiff::num_complex::Complex;
+use haptic_log::record::TickMessage;
+use haptic_loop::Limiters;
 use serde::Serialize;
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
 
 /// How a teleoperation went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -134,5 +151,456 @@ impl Summary for TeleoperationReport {
 
     fn run_mut(&mut self) -> &mut RunReport {
         &mut self.run
+    }
+}
+
+/// What there is to draw of a teleoperation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TeleoperationCurves {
+    /// One line: line, laws, place, verdict.
+    pub subtitle: String,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Place of the hand, m.
+    pub hand_m: Vec<f64>,
+    /// Place of the master, m.
+    pub master_m: Vec<f64>,
+    /// Place of the slave, m.
+    pub slave_m: Vec<f64>,
+    /// Force on the master, N.
+    pub master_n: Vec<f64>,
+    /// Force on the slave, N.
+    pub slave_n: Vec<f64>,
+    /// Energy taken by the line, J.
+    pub taken_j: Vec<f64>,
+    /// What was felt.
+    pub felt: Vec<FeltAt>,
+}
+
+/// Columns of the table.
+const COLUMNS: [&str; 9] = [
+    "time_s",
+    "hand_m",
+    "master_position_m",
+    "slave_position_m",
+    "master_force_n",
+    "slave_force_n",
+    "hand_force_n",
+    "place_force_n",
+    "taken_j",
+];
+
+/// A tick as logs have it.
+fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
+    let [master, slave] = tick.sides;
+    TickMessage {
+        tick: tick.tick,
+        time_s: tick.time_s,
+        reference_m: hand_m.into(),
+        indenter_position_m: slave.position_m.into(),
+        position_m: master.position_m.into(),
+        environment_force_n: master.wanted_n.into(),
+        commanded_force_n: master.force_n.into(),
+        applied_force_n: master.force_n.into(),
+        contact_force_n: (0.0 - slave.outside_n).into(),
+        limiters: master.limiters.bits() | slave.limiters.bits(),
+        observed_energy_j: 0.0 - tick.given_j,
+        ..TickMessage::default()
+    }
+}
+
+/// Both sides, and what is told of each tick beside the log.
+struct Hands {
+    pair: Pair,
+    motion: HandMotion,
+    judged: Judge,
+    curves: Decimated<6>,
+    table: Option<Table>,
+    newest: Option<(PairTick, f64)>,
+}
+
+impl World for Hands {
+    type Message = TickMessage;
+
+    fn begins(&mut self, folder: &OutputFolder) {
+        self.table = Some(folder.named_table_beside_log("csv", &COLUMNS));
+    }
+
+    fn tick(&mut self) -> TickMessage {
+        let tick = self.pair.tick();
+        let hand_m = self.motion.at(tick.time_s).0;
+        self.newest = Some((tick, hand_m));
+        message(&tick, hand_m)
+    }
+
+    fn counted(&mut self) {
+        let Some((tick, hand_m)) = self.newest else {
+            return;
+        };
+        self.judged.see(&tick);
+        let ([master, slave], taken_j) = (tick.sides, 0.0 - tick.given_j);
+        let places = [hand_m, master.position_m, slave.position_m];
+        let forces = [master.force_n, slave.force_n];
+        if let Some(table) = &mut self.table {
+            let outside = [master.outside_n, slave.outside_n];
+            let values = (places.iter()).chain(&forces).chain(&outside).copied();
+            let row = [tick.time_s].into_iter().chain(values).chain([taken_j]);
+            table.row(row.collect::<Vec<f64>>());
+        }
+        let ([hand_m, master_m, slave_m], [master_n, slave_n]) = (places, forces);
+        let values = [hand_m, master_m, slave_m, master_n, slave_n, taken_j];
+        self.curves.add(tick.time_s, values);
+    }
+
+    fn ended(&self) -> Option<Ending> {
+        self.pair.ended()
+    }
+
+    fn stop(&mut self) {
+        self.pair.stop();
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.pair.is_at_rest()
+    }
+}
+
+impl TeleoperationExperiment {
+    /// Runs the experiment; log, table and report go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, or a slave that is not stable in its remote place, before any file is made; a log or table that cannot be
+    /// written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure> {
+        self.check_waves()?;
+        let pair = self.pair()?;
+        let schedule = Schedule {
+            samples: self.samples(),
+            sample_time_s: self.sample_time().0,
+            pace: self.pace,
+        };
+        let preflight = self.require_stable()?;
+        let mut metadata = self.metadata();
+        if let Some(verdict) = &preflight {
+            note_findings(&mut metadata, "preflight", verdict);
+        }
+        let mut hands = Hands {
+            pair,
+            motion: self.motion.clone(),
+            judged: Judge::new(self),
+            curves: Decimated::for_samples(schedule.samples),
+            table: None,
+            newest: None,
+        };
+        let ran = run_logged(&mut hands, schedule, (request, metadata), supervisor)?;
+        let ran = Ran { preflight, ..ran };
+        let Hands {
+            pair,
+            judged,
+            mut curves,
+            table,
+            ..
+        } = hands;
+        let whole = ran.record.ended.is_none();
+        let files = Files::of_run(&ran, table.filter(|_| whole));
+        curves.finish();
+        let report = self.report(&ran, (&pair, &judged), files)?;
+        let drawn = whole.then(|| self.drawn(&report, curves));
+        Ok(Published::new((report, drawn), ran.folder))
+    }
+
+    fn report(
+        &self,
+        ran: &Ran,
+        (pair, judged): (&Pair, &Judge),
+        files: Files,
+    ) -> Result<TeleoperationReport, Failure> {
+        let whole = ran.record.ended.is_none();
+        let verdict = judged.verdict(pair, whole);
+        let felt = match whole {
+            true => judged.felt(self)?,
+            false => Vec::new(),
+        };
+        let stability = (self.hands())
+            .map(|hands| hands.absolute_stability().map_err(Failure::input))
+            .transpose()?;
+        let warnings = self.warnings(ran, verdict, judged);
+        let [forth, back] = line_counts(pair);
+        let most = felt.iter().filter_map(|felt| felt.off_formula_db);
+        Ok(TeleoperationReport {
+            place: self.place.words(),
+            architecture: self.architecture.name().to_owned(),
+            run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
+            verdict,
+            verdict_reason: verdict.words(),
+            line_delay_s: self.channel.delay.0,
+            given_most_j: judged.given_most_j,
+            taken_j: 0.0 - judged.given_j,
+            beyond_damping_most_j: judged.beyond_damping_most_j,
+            master_peak_n: judged.peaks_n[0],
+            slave_peak_n: judged.peaks_n[1],
+            forth,
+            back,
+            absolutely_stable: stability.map(|found| found.stable),
+            least_ratio: stability.map(|found| found.least_ratio),
+            worst_hz: stability.map(|found| found.worst_rad_s / TAU),
+            off_formula_most_db: most.map(f64::abs).reduce(f64::max),
+            felt,
+        })
+    }
+
+    fn warnings(&self, ran: &Ran, verdict: TeleoperationVerdict, judged: &Judge) -> Warnings {
+        let mut warnings = Warnings::default();
+        let unstable = ran.preflight.filter(|verdict| !verdict.stable);
+        if let Some(warning) = unstable.and_then(|verdict| verdict.warning(false)) {
+            warnings
+                .0
+                .push(format!("the slave in its remote place: {warning}"));
+        }
+        if verdict == TeleoperationVerdict::GaveEnergy {
+            warnings.0.push(format!(
+                "the line gave {:.3e} J: a hand that holds less tightly may be shaken; {ARCHITECTURE} wave or time-domain \
+                 gives none at any delay",
+                judged.given_most_j
+            ));
+        }
+        if verdict == TeleoperationVerdict::HeldForcesGaveEnergy {
+            warnings.0.push(format!(
+                "forces held over a sample gave the devices {:.3e} J more than their damping took: take a shorter \
+                 {SAMPLE_TIME}, a softer coupler, or devices with more damping",
+                judged.beyond_damping_most_j
+            ));
+        }
+        if verdict == TeleoperationVerdict::Saturated {
+            warnings.0.push(self.saturated());
+        }
+        warnings
+    }
+
+    /// The warning of a force that was at its limit.
+    pub(super) fn saturated(&self) -> String {
+        format!(
+            "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
+             motion or a passive {ARCHITECTURE}",
+            self.force_limit_n
+        )
+    }
+
+    fn drawn(&self, report: &TeleoperationReport, curves: Decimated<6>) -> TeleoperationCurves {
+        let [hand_m, master_m, slave_m, master_n, slave_n, taken_j] = curves.curves;
+        TeleoperationCurves {
+            subtitle: format!(
+                "{} · delay {} ms, jitter {} %, loss {} % · {}\n{}",
+                report.architecture,
+                percent(10.0 * self.channel.delay.0),
+                percent(self.channel.jitter),
+                percent(self.channel.loss),
+                report.place,
+                report.verdict.words()
+            ),
+            time_s: curves.time_s,
+            hand_m,
+            master_m,
+            slave_m,
+            master_n,
+            slave_n,
+            taken_j,
+            felt: report.felt.clone(),
+        }
+    }
+
+    /// Runs it in virtual time without log or files, and says what was felt.
+    ///
+    /// # Errors
+    /// A parameter outside its range, or a run that a fault or silence ended.
+    pub fn felt(&self) -> Result<Vec<FeltAt>, Failure> {
+        let mut judged = Judge::new(self);
+        let whole = self.simulate(&mut |tick| {
+            judged.see(tick);
+            ControlFlow::Continue(())
+        })?;
+        if !whole {
+            return Err(Failure::Run(anyhow::anyhow!(
+                "a side heard nothing for too long, or a fault ended the run"
+            )));
+        }
+        judged.felt(self)
+    }
+}
+
+/// Share of the samples in which a force may be at its limit.
+pub(super) const SATURATED_SHARE: f64 = 0.01;
+/// Energy of rounding errors, as a share of what went back and forth.
+const ROUNDING: f64 = 1e-12;
+
+/// Sums over a run.
+#[derive(Clone, Debug)]
+struct Judge {
+    /// Master, hand, slave, place: places and forces from outside.
+    spectrum: Spectrum<4>,
+    from_s: f64,
+    samples: u64,
+    saturated: u64,
+    last_m: [f64; 2],
+    exchanged_j: f64,
+    given_most_j: f64,
+    given_j: f64,
+    beyond_damping_most_j: f64,
+    peaks_n: [f64; 2],
+}
+
+impl Judge {
+    fn new(experiment: &TeleoperationExperiment) -> Self {
+        let t = experiment.sample_time().0;
+        let omegas = experiment.motion.frequencies_hz.iter().map(|f| TAU * f);
+        Self {
+            spectrum: Spectrum::new(omegas.collect()),
+            // Whole samples; times are multiples of T, rounded.
+            from_s: experiment.duration_s - experiment.window_s + 0.5 * t,
+            samples: 0,
+            saturated: 0,
+            last_m: [0.0; 2],
+            exchanged_j: 0.0,
+            given_most_j: 0.0,
+            given_j: 0.0,
+            beyond_damping_most_j: 0.0,
+            peaks_n: [0.0; 2],
+        }
+    }
+
+    fn see(&mut self, tick: &PairTick) {
+        self.samples += 1;
+        let [master, slave] = tick.sides;
+        for (n, side) in tick.sides.iter().enumerate() {
+            self.peaks_n[n] = self.peaks_n[n].max(side.force_n.abs());
+            self.exchanged_j += (side.force_n * (side.position_m - self.last_m[n])).abs();
+            self.last_m[n] = side.position_m;
+        }
+        let limited = |limiters: Limiters| limiters.contains(Limiters::MAGNITUDE);
+        self.saturated += u64::from(limited(master.limiters) || limited(slave.limiters));
+        self.given_j = tick.given_j;
+        self.given_most_j = self.given_most_j.max(tick.given_j);
+        self.beyond_damping_most_j = (self.beyond_damping_most_j).max(tick.held_j - tick.damped_j);
+        if tick.time_s > self.from_s {
+            let values = [
+                master.position_m,
+                master.outside_n,
+                slave.position_m,
+                slave.outside_n,
+            ];
+            self.spectrum.add(tick.time_s, values);
+        }
+    }
+
+    /// True if so much is more than rounding.
+    fn counts(&self, energy_j: f64) -> bool {
+        energy_j > ROUNDING * self.exchanged_j
+    }
+
+    fn verdict(&self, pair: &Pair, whole: bool) -> TeleoperationVerdict {
+        let silent = pair
+            .ports()
+            .into_iter()
+            .any(|port| port.is_silent() || !port.has_heard());
+        let share = self.saturated as f64 / self.samples.max(1) as f64;
+        if silent {
+            TeleoperationVerdict::Silent
+        } else if !whole {
+            TeleoperationVerdict::Unfinished
+        } else if share > SATURATED_SHARE {
+            TeleoperationVerdict::Saturated
+        } else if self.counts(self.given_most_j) {
+            TeleoperationVerdict::GaveEnergy
+        } else if self.counts(self.beyond_damping_most_j) {
+            TeleoperationVerdict::HeldForcesGaveEnergy
+        } else {
+            TeleoperationVerdict::Passive
+        }
+    }
+
+    /// What was felt, frequency by frequency.
+    fn felt(&self, experiment: &TeleoperationExperiment) -> Result<Vec<FeltAt>, Failure> {
+        let hands = experiment.hands();
+        let at = |(omega, &[master, hand, slave, place]): (f64, &[Complex<f64>; 4])| {
+            let s = Complex::new(0.0, omega);
+            let (felt, touched) = (hand / master, -place / slave);
+            let tissue = experiment.place.stiffness(omega);
+            let formula = (hands.zip(tissue))
+                .map(|(hands, tissue)| hands.transmitted(omega, tissue / s))
+                .transpose()
+                .map_err(Failure::input)?
+                .map(|impedance| impedance * s);
+            let off = |other: Complex<f64>| 20.0 * (felt / other).norm().log10();
+            let degrees = |of: Complex<f64>| of.arg().to_degrees();
+            Ok(FeltAt {
+                frequency_hz: omega / TAU,
+                felt_n_per_m: felt.norm(),
+                felt_degrees: degrees(felt),
+                touched_n_per_m: touched.norm(),
+                touched_degrees: degrees(touched),
+                tissue_n_per_m: tissue.map(Complex::norm),
+                tissue_degrees: tissue.map(degrees),
+                formula_n_per_m: formula.map(Complex::norm),
+                formula_degrees: formula.map(degrees),
+                off_formula_db: formula.map(off),
+                off_tissue_db: tissue.map(off),
+            })
+        };
+        self.spectrum.iter().map(at).collect()
+    }
+}
+
+/// Messages of both ways.
+fn line_counts(pair: &Pair) -> [LineCounts; 2] {
+    let [master, slave] = pair.ports();
+    let [forth, back] = pair.ways();
+    [(forth, slave), (back, master)].map(|(way, port)| {
+        let (way, port) = (way.counts(), port.counts());
+        LineCounts {
+            sent: way.sent,
+            lost: way.lost,
+            doubled: way.doubled,
+            delivered: way.delivered,
+            stale: u64::from(port.stale),
+            duplicate: u64::from(port.duplicate),
+        }
+    })
+}
+
+/// Sums of M signals over a window, at each frequency.
+///
+/// ```text
+/// X_i = Σ x[n]·e^(−jω_i t_n)        whole periods of each frequency, so that none leaks into another
+/// ```
+#[derive(Clone, Debug)]
+struct Spectrum<const M: usize> {
+    omegas: Vec<f64>,
+    sums: Vec<[Complex<f64>; M]>,
+}
+
+impl<const M: usize> Spectrum<M> {
+    /// Empty.
+    fn new(omegas: Vec<f64>) -> Self {
+        let sums = vec![[Complex::new(0.0, 0.0); M]; omegas.len()];
+        Self { omegas, sums }
+    }
+
+    /// Adds a sample.
+    fn add(&mut self, time_s: f64, values: [f64; M]) {
+        for (omega, sums) in self.omegas.iter().zip(&mut self.sums) {
+            let turned = Complex::from_polar(1.0, -omega * time_s);
+            for (sum, value) in sums.iter_mut().zip(values) {
+                *sum += turned * value;
+            }
+        }
+    }
+
+    /// Frequency, rad/s, and sums.
+    fn iter(&self) -> impl Iterator<Item = (f64, &[Complex<f64>; M])> {
+        self.omegas.iter().copied().zip(&self.sums)
     }
 }

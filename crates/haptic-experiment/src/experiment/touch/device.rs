@@ -1,6 +1,6 @@
 //! The device in the hand, and what is told of each of its ticks.
 
-use super::hand::{Grip, HandPath};
+use super::shape::{Grip, HandPath};
 use crate::run::simulate::Instrumented;
 use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
 use fracdiff::Real;

@@ -1,9 +1,25 @@
-//! Report of a touch.
+//! Judges a touch: each force against the full history of the depth, and the energy of the hand.
 
-use super::posture::PostureVerdict;
-use crate::judge::curves::Origin;
-use crate::judge::report::{Errors, RunReport, Summary};
+use super::TouchExperiment;
+use super::device::{HandEnergy, depth};
+use super::running::PostureVerdict;
+use super::shape::TouchShape;
+use crate::document::failure::Failure;
+use crate::document::parameters::{GUARD, RISE_TIME, SAMPLE_TIME};
+use crate::experiment::trial::{Seen, incomparable};
+use crate::judge::decimated::Decimated;
+use crate::judge::report::{Errors, Files, RunReport, Summary};
+use crate::judge::warnings::Warnings;
+use crate::judge::{Compared, Origin, Reference};
+use crate::run::Ran;
+use crate::run::record::Record;
+use crate::run::remote::device_name;
+use crate::run::safety::GuardChoice;
+use crate::run::tick::{KeptSample, judged_force_n};
+use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
+use haptic_loop::Limiters;
 use serde::Serialize;
+use std::f64::consts::TAU;
 
 /// How a touch went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -99,4 +115,309 @@ pub struct TouchCurves {
     pub depth_m: Vec<f64>,
     /// Force of each axis, N.
     pub force_n: Vec<Vec<f64>>,
+}
+
+/// Curves of a touch: hand and device in the plane, depth, and the force of each axis.
+const CURVES: usize = 8;
+/// A share of the energy that went through the hand that is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Limited samples that make no touch saturated, as a share.
+const LIMITED: f64 = 0.01;
+/// Points of the outline of a disc.
+const OUTLINE: u32 = 180;
+
+/// Table and curves of a run that reached its end.
+struct Drawn {
+    files: Files,
+    curves: Decimated<CURVES>,
+}
+
+impl TouchExperiment {
+    pub(super) fn publish<const D: usize>(
+        &self,
+        ran: &Ran,
+        energy: Option<HandEnergy>,
+        posture: PostureVerdict,
+    ) -> Result<(TouchReport, Option<TouchCurves>), Failure> {
+        let record = &ran.record;
+        let whole = record.ended.is_none();
+        let verdict = self.verdict(record, energy);
+        let files;
+        let mut curves = None;
+        let mut compared = Compared::without_meaning("the run was cut short".to_owned());
+        if whole {
+            compared = self.compare::<D>(record)?;
+            let drawn = self.draw::<D>(ran)?;
+            files = drawn.files;
+            curves = Some(self.curves(drawn.curves, Origin::of(record), verdict));
+        } else {
+            files = Files::of_run(ran, None);
+        }
+        let run = RunReport::new(
+            ran,
+            device_name(self.remote.as_ref()),
+            self.sample_time().0,
+            files,
+            self.warnings(ran, verdict, energy),
+        );
+        let report = TouchReport {
+            axes: D,
+            shape: self.shape.words(),
+            matter: self.matter.words(),
+            order: self.look(0).order.get(),
+            scheme: self.scheme.to_string(),
+            run,
+            errors: Errors::new(
+                compared,
+                Compared::without_meaning("a hand on its way has no closed form".to_owned()),
+            ),
+            verdict,
+            verdict_reason: verdict.words(),
+            largest_depth_m: record.farthest_m(),
+            given_j: energy.map(|energy| energy.given_j),
+            given_most_j: energy.map(|energy| energy.most_j),
+            posture,
+        };
+        Ok((report, curves))
+    }
+
+    fn verdict(&self, record: &Record, energy: Option<HandEnergy>) -> TouchVerdict {
+        let share = |count: usize| count as f64 / record.samples.max(1) as f64;
+        // A guard is a limiter too, and there to act, as is the start ramp of a device; the limit of the force is not.
+        let limited = match (self.safety.guard, &self.remote) {
+            (GuardChoice::Off, None) => share(record.limited as usize),
+            _ => share(self.at_limit(record)),
+        };
+        if record.ended.is_some() {
+            TouchVerdict::Unfinished
+        } else if energy.is_some_and(|energy| energy.most_j > ROUNDING * energy.moved_j) {
+            TouchVerdict::GaveEnergy
+        } else if limited > LIMITED {
+            TouchVerdict::Saturated
+        } else if energy.is_none() {
+            TouchVerdict::Rendered
+        } else {
+            TouchVerdict::Passive
+        }
+    }
+
+    /// Samples whose force is as large as it may be.
+    fn at_limit(&self, record: &Record) -> usize {
+        let most = (1.0 - ROUNDING) * self.force_limit_n;
+        // A device may have a lower limit, and rounds to single precision.
+        let at_limit = |sample: &&KeptSample| {
+            sample.force_n.abs() >= most || sample.limiters & Limiters::MAGNITUDE.bits() != 0
+        };
+        record.whole.iter().flatten().filter(at_limit).count()
+    }
+
+    fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: Option<HandEnergy>) -> Warnings {
+        let mut warnings = Warnings::default();
+        let guarded = self.safety.guard == GuardChoice::EnergyBounding;
+        let analysis = ran.preflight.as_ref();
+        // On a device it was told before the run.
+        let analysis = analysis.filter(|_| self.remote.is_none());
+        (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
+        // The start ramp of a device is not the shape's.
+        match self.ramp_samples(&ran.record) {
+            0 => warnings.limited(&ran.record),
+            ramp => warnings.limited_in(
+                ran.record.limited - ramp,
+                ran.record.limiters & !Limiters::STARTUP.bits(),
+                ran.record.link.is_some(),
+            ),
+        }
+        if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {
+            let remedy = if self.risen_j(&ran.record) > 0.5 * energy.most_j {
+                &format!(
+                    "the shape grew stiff while it was pressed: take a shorter {RISE_TIME}, or let the hand touch after it"
+                )
+            } else {
+                &format!("take a softer K and less B, a shorter {SAMPLE_TIME}, or a {GUARD}")
+            };
+            warnings.0.push(format!(
+                "the hand was given {:.3e} J more than it gave: {remedy}",
+                energy.most_j
+            ));
+        }
+        warnings
+    }
+
+    /// Energy that came in because the force rose from the start on while the device was inside, J.
+    ///
+    /// ```text
+    /// E = ½·Σ f·x·Δs,   s the share of the force that is used, from 0 to 1 in the rise time, f the force for s = 1
+    /// ```
+    fn risen_j(&self, record: &Record) -> f64 {
+        let Some(rise_s) = self.safety.rise_time_s else {
+            return 0.0;
+        };
+        let step = self.sample_time().0 / rise_s;
+        let samples = record.whole.iter().flatten();
+        let rising = samples.take_while(|sample| sample.time_s < rise_s);
+        let stiffness = self.look(0).stiffness_n_per_m;
+        let energies = rising.map(|sample| {
+            let share = (sample.time_s / rise_s).max(step);
+            // What is held at a place is more than its spring where the law remembers the way there.
+            let force = (sample.reaction_n() / share).max(stiffness * sample.position_m);
+            0.5 * force * sample.position_m * step
+        });
+        energies.sum()
+    }
+
+    /// Samples in which nothing but the start ramp of a device acted.
+    fn ramp_samples(&self, record: &Record) -> u64 {
+        let samples = record.whole.iter().flatten();
+        let ramped = samples.filter(|sample| sample.limiters == Limiters::STARTUP.bits());
+        self.remote.as_ref().map_or(0, |_| ramped.count() as u64)
+    }
+
+    /// The force that the full history of the depth asks for, at least 0, N: next to the centre of a ball as much of it as the normal is
+    /// long.
+    fn full_history<const D: usize>(&self, depths: &[f64]) -> Result<Vec<f64>, Failure> {
+        let shape = self.shape.of::<D>()?;
+        let look = self.look(depths.len() as u64);
+        let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        let rates = look.felt(depths)?;
+        let force = depths.iter().zip(rates).map(|(p, rate)| {
+            // Outside nothing pushes, inside nothing pulls.
+            if *p > 0.0 {
+                shape.normal_length(*p) * (k * p + b * rate).max(0.0)
+            } else {
+                0.0
+            }
+        });
+        Ok(force.collect())
+    }
+
+    /// The commanded force against the full history of what was read.
+    fn compare<const D: usize>(&self, record: &Record) -> Result<Compared, Failure> {
+        let reference = Reference::of(self.scheme);
+        let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
+        let missing = samples
+            .windows(2)
+            .any(|pair| pair[1].tick != pair[0].tick + 1);
+        let reason = missing.then_some("samples did not come");
+        let look = self.look(0);
+        let reason = reason.or_else(|| match look.model {
+            Some(_) => None,
+            None => incomparable(reference, look.order, record),
+        });
+        let reason = match reason {
+            _ if record.largest_force_n() == 0.0 => Some("no force was commanded"),
+            reason => reason,
+        };
+        if let Some(reason) = reason {
+            return Ok(Compared::without_meaning(reason.to_owned()));
+        }
+        let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
+        let wanted = self.full_history::<D>(&depths)?;
+        let mut seen = Seen::default();
+        for (sample, wanted) in samples.iter().zip(&wanted) {
+            seen.add(sample, (sample.reaction_n() - wanted).abs());
+        }
+        Ok(seen.over(record))
+    }
+
+    /// Writes the table of the log, and keeps what is to be drawn.
+    fn draw<const D: usize>(&self, ran: &Ran) -> Result<Drawn, Failure> {
+        let shape = self.shape.of::<D>()?;
+        let fields = ["reference_m", "position_m", "force_n"];
+        let columns = fields
+            .iter()
+            .flat_map(|field| (0..D).map(|axis| column_name(field, axis, D)));
+        let columns: Vec<String> = columns.collect();
+        let mut header = vec!["time_s"];
+        header.extend(columns.iter().map(String::as_str));
+        header.push("depth_m");
+        let mut table = ran.folder.named_table_beside_log("csv", &header);
+        let mut curves = Decimated::of(&ran.record);
+        // The way of the force to zero is no part of the result.
+        let last = ran.record.last.map_or(0, |last| last.tick);
+        for log in &ran.log.paths {
+            for entry in LogReader::open(log)? {
+                let tick = match entry? {
+                    Entry::Tick(tick) if tick.tick <= last => tick,
+                    _ => continue,
+                };
+                let depth_m = depth(&shape, &tick.position_m);
+                let mut row = vec![tick.time_s];
+                for vector in [tick.reference_m, tick.position_m, judged_force_n(&tick)] {
+                    row.extend_from_slice(&vector);
+                }
+                row.push(depth_m);
+                table.row(row);
+                curves.add(tick.time_s, drawn(&tick, depth_m));
+            }
+        }
+        curves.finish();
+        Ok(Drawn {
+            files: Files::of_run(ran, Some(table)),
+            curves,
+        })
+    }
+
+    fn curves(
+        &self,
+        curves: Decimated<CURVES>,
+        origin: Origin,
+        verdict: TouchVerdict,
+    ) -> TouchCurves {
+        let [hand_x, hand_y, x, y, depth_m, force @ ..] = curves.curves;
+        TouchCurves {
+            subtitle: format!(
+                "{} · {} · scheme {} · {} · {}",
+                self.shape.words(),
+                self.matter.words(),
+                self.scheme,
+                if self.remote.is_some() {
+                    format!("device {}", device_name(self.remote.as_ref()))
+                } else {
+                    self.path.words()
+                },
+                verdict.words()
+            ),
+            origin,
+            outline_m: self.outline(),
+            time_s: curves.time_s,
+            hand_m: [hand_x, hand_y],
+            position_m: [x, y],
+            depth_m,
+            force_n: force.into_iter().take(self.axes).collect(),
+        }
+    }
+
+    /// Outline of a ball in the plane of the first two axes, through its centre.
+    fn outline(&self) -> Vec<(f64, f64)> {
+        let TouchShape::Ball {
+            centre_m, radius_m, ..
+        } = &self.shape
+        else {
+            return Vec::new();
+        };
+        let point = |n: u32| {
+            let angle = TAU * f64::from(n) / f64::from(OUTLINE);
+            (
+                centre_m[0] + radius_m * angle.cos(),
+                centre_m[1] + radius_m * angle.sin(),
+            )
+        };
+        (0..=OUTLINE).map(point).collect()
+    }
+}
+
+/// The values of a tick that are drawn.
+fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
+    let axis = |vector: &[f64], axis: usize| vector.get(axis).copied().unwrap_or(0.0);
+    let (hand, place, force) = (&tick.reference_m, &tick.position_m, &judged_force_n(tick));
+    [
+        axis(hand, 0),
+        axis(hand, 1),
+        axis(place, 0),
+        axis(place, 1),
+        depth_m,
+        axis(force, 0),
+        axis(force, 1),
+        axis(force, 2),
+    ]
 }

@@ -1,21 +1,36 @@
-//! The loop of a touch: made of good parameters, tried alone, or run with a log.
+//! The loop of a touch: made of good parameters, looked at along the normal, run with a log, here or on a device at a port, where the
+//! shape is felt in a real hand, or in that of an emulated board.
 
-use super::device::{HandEnergy, HeldAxes, depth};
-use super::hand::{Grip, HandPath};
+use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
 use super::report::{TouchCurves, TouchReport};
-use super::shape::Touched;
-use super::specification::TouchExperiment;
+use super::shape::{Grip, HandPath, TouchShape, Touched, per_axis};
+use super::{
+    TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
+    TouchExperiment,
+};
 use crate::document::advice::parameter;
 use crate::document::failure::Failure;
-use crate::document::parameters::TOUCH_AXES;
-use crate::experiment::touch::keys::{TOUCH_CIRCLE_START, TOUCH_HAND, TOUCH_ORDER, TOUCH_WAY};
-use crate::judge::curves::Published;
+use crate::document::parameters::{DEVICE, LOOP};
+use crate::experiment::metadata;
+use crate::judge::Published;
+use crate::judge::preflight::Preflight;
+use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
-use crate::run::schedule::{Schedule, horizon};
+use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
+use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, held};
+use crate::run::safety::GuardedDevice;
+use crate::run::schedule::Schedule;
 use crate::run::simulate::Simulated;
 use crate::run::{Ran, Supervisor, run_logged};
-use haptic_loop::Controller;
-use haptic_loop::plant::{Axes, Sensed};
+use haptic_analysis::Dynamics;
+use haptic_devices::haply::Plane;
+use haptic_link::LoopMode;
+use haptic_loop::plant::{Axes, MassMatrix, Sensed};
+use haptic_loop::units::Kilograms;
+use haptic_loop::{Contact, Controller, SpringDamper};
+use nalgebra::SVector;
+use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// A loop made of good parameters.
 struct Parts<const D: usize> {
@@ -49,12 +64,8 @@ impl TouchExperiment {
     /// A parameter outside its range.
     pub fn check(&self) -> Result<u64, Failure> {
         match self.axes {
-            2 => self.checked::<2>(),
             3 => self.checked::<3>(),
-            axes => Err(Failure::bad_input(format_args!(
-                "{} is not 2 or 3: one axis is [wall]",
-                TOUCH_AXES.set_to(axes)
-            ))),
+            _ => self.checked::<2>(),
         }
     }
 
@@ -95,8 +106,8 @@ impl TouchExperiment {
         let postures = self.postures::<D>(parts.samples)?;
         let (verdict, posture) = postures.worse(self.dynamics(), 0)?;
         let mut metadata = self.metadata();
-        verdict.describe(&mut metadata);
-        posture.describe(&mut metadata);
+        note_findings(&mut metadata, "preflight", &verdict);
+        note_findings(&mut metadata, "preflight", &posture);
         let schedule = Schedule {
             samples: parts.samples,
             sample_time_s: self.sample_time().0,
@@ -126,42 +137,234 @@ impl TouchExperiment {
     }
 
     /// The loop, and its number of samples.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub(super) fn loop_of<const D: usize>(
-        &self,
-    ) -> Result<(Controller<f64, D, Touched<D>>, u64), Failure> {
+    fn loop_of<const D: usize>(&self) -> Result<(Controller<f64, D, Touched<D>>, u64), Failure> {
         let samples = self.samples()?;
-        if self.law.order().get() < 0.0 {
-            return Err(Failure::bad_input(format_args!(
-                "{TOUCH_ORDER} {} is not in [0, 2]: a shape has no integral",
-                self.law.order()
-            )));
-        }
         let shape = self.shape.of::<D>()?;
-        let (t, horizon) = (self.sample_time(), horizon(samples));
-        let touched = self.law.behind(shape, self.scheme, t, horizon)?;
+        let look = self.look(samples);
+        let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        let law = SpringDamper::new(k, b, look.operator()?).map_err(parameter)?;
+        let touched = Contact::behind(shape, law);
         Ok((Controller::new(touched, self.chain()?), samples))
     }
 
     fn parts<const D: usize>(&self) -> Result<Parts<D>, Failure> {
         let t = self.sample_time();
-        self.path.check(D)?;
-        if let (Grip::Force, HandPath::Circle { .. }) = (self.grip, &self.path) {
-            return Err(Failure::bad_input(format_args!(
-                "a hand that is a force goes {TOUCH_WAY} in N: a circle is one of places; give those, or {hand_spring}",
-                hand_spring = TOUCH_HAND.set_to("spring")
-            )));
-        }
         let (controller, samples) = self.loop_of::<D>()?;
         let shape = self.shape.of::<D>()?;
-        let axes = Axes::new(self.axes_of::<D>()?).map_err(parameter)?;
+        let axes = per_axis::<D>(&self.mass_kg).map(|mass| self.axis(mass));
+        let axes = Axes::new(axes).map_err(parameter)?;
         let device = HeldAxes::new(axes, (self.path.clone(), self.grip), shape, t.0);
         Ok(Parts {
             controller,
             device: self.sensors.before(device)?,
             samples,
+        })
+    }
+
+    /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
+    #[must_use]
+    pub fn metadata(&self) -> BTreeMap<String, String> {
+        let (key, numbers) = match &self.shape {
+            TouchShape::Plane { normal, .. } => ("normal", normal),
+            TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),
+        };
+        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        let mut metadata = metadata("touch");
+        metadata.insert(key.to_owned(), numbers.join(" "));
+        metadata.extend(
+            self.matter
+                .file()
+                .map(|file| ("tissue_file".to_owned(), file)),
+        );
+        metadata
+    }
+
+    /// Refuses what a device at a port cannot do.
+    fn check_on<const D: usize>(&self, remote: &RemoteDevice) -> Result<(), Failure> {
+        if remote.loop_mode == LoopMode::Device {
+            return Err(Failure::bad_input(format_args!(
+                "a loop on the device cannot carry a shape, it renders walls of one axis: give {loop_host}",
+                loop_host = LOOP.set_to("host")
+            )));
+        }
+        if self.must_be_passive {
+            return Err(Failure::bad_input(format_args!(
+                "{TOUCH_MUST_BE_PASSIVE} is for the simulated device, whose hand is known to the last joule: leave it out with {DEVICE}"
+            )));
+        }
+        match self.plane().filter(|_| D == 2) {
+            Some(plane) => self.reached(&plane).map(drop),
+            None => Ok(()),
+        }
+    }
+
+    /// Runs it there: the shape here, limits on both sides.
+    fn run_on<const D: usize>(
+        &self,
+        remote: &RemoteDevice,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+        self.check_on::<D>(remote)?;
+        let (mut controller, samples) = self.loop_of::<D>()?;
+        let shape = self.shape.of::<D>()?;
+        let postures = self.postures::<D>(samples)?;
+        // A hand that may let go at any time counts as none.
+        let dynamics = Dynamics {
+            hand_stiffness_n_per_m: 0.0,
+            ..self.dynamics()
+        };
+        let (_, posture) = postures.worse(dynamics, 0)?;
+        let mut metadata = self.metadata();
+        note_findings(&mut metadata, "preflight", &posture);
+        let run = RemoteRun {
+            device: remote,
+            law: self.law_there(),
+            schedule: Schedule {
+                samples,
+                sample_time_s: self.sample_time().0,
+                pace: self.pace,
+            },
+            blank: &|_| TouchTick::unknown(shape),
+            preflight: Some(postures),
+            wanted: PreflightRequest {
+                force_unstable: self.force_unstable,
+                dynamics: Some(dynamics),
+            },
+            request,
+            metadata,
+        };
+        let ran = run.run(&mut controller, supervisor)?;
+        let reported = self.publish::<D>(&ran, None, posture)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
+    /// What the device is told: limits, no law, and the plant of an emulated one. Its hand is the one of the file as far as a board has
+    /// one: a spring to 0, or a push along the first axis.
+    fn law_there(&self) -> RemoteLaw {
+        let push_n = match (self.grip, &self.path) {
+            (Grip::Force, HandPath::WayPoints(rows)) => {
+                let last = rows.last().and_then(|(_, force)| force.first());
+                last.copied().unwrap_or(0.0)
+            }
+            _ => 0.0,
+        };
+        let lightest = self.lightest();
+        RemoteLaw::none(
+            self.limits_there(),
+            (self.force_rate_limit_n_per_s, &self.safety),
+            GuardedDevice::given(&lightest),
+            held(&lightest, push_n),
+        )
+    }
+}
+
+/// Mass that is felt along the normal, in the postures that come up, and the worst of them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PostureVerdict {
+    /// Least 1/(nᵀ M⁻¹ n), kg.
+    pub effective_mass_least_kg: f64,
+    /// Largest, kg.
+    pub effective_mass_most_kg: f64,
+    /// The one of them that the pre-flight is of: unstable before stable, then of the smaller margin, kg.
+    pub judged_mass_kg: f64,
+}
+
+/// The loop in the lightest and the heaviest posture.
+#[derive(Clone, Debug)]
+struct Postures<'a> {
+    loops: Preflight<'a>,
+    /// kg.
+    masses: [f64; 2],
+}
+
+impl Postures<'_> {
+    /// The verdict of the worse of both, and its mass, with this device but for the mass and so many samples of delay on a line.
+    fn worse(
+        &self,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<(PreflightVerdict, PostureVerdict), Failure> {
+        let [least, most] = self.masses;
+        let judge = |mass_kg: f64| -> Result<_, Failure> {
+            let dynamics = Dynamics {
+                mass_kg,
+                ..dynamics
+            };
+            Ok((self.loops.verdict(dynamics, line)?, mass_kg))
+        };
+        let (light, heavy) = (judge(least)?, judge(most)?);
+        // Without an edge any margin is there; unstable without one none is.
+        let rank = |verdict: &PreflightVerdict| {
+            let margin = match verdict.stable {
+                true => verdict.margin.unwrap_or(f64::INFINITY),
+                false => verdict.margin.unwrap_or(0.0),
+            };
+            (verdict.stable, margin)
+        };
+        let (verdict, judged_mass_kg) = match rank(&heavy.0) < rank(&light.0) {
+            true => heavy,
+            false => light,
+        };
+        let posture = PostureVerdict {
+            effective_mass_least_kg: least,
+            effective_mass_most_kg: most,
+            judged_mass_kg,
+        };
+        Ok((verdict, posture))
+    }
+}
+
+impl PreflightSubject for Postures<'_> {
+    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
+        Ok(self.worse(dynamics, line)?.0)
+    }
+}
+
+impl TouchExperiment {
+    /// Least and largest effective mass along the normals that come up, kg: of axes that are masses of their own those of the
+    /// axes themselves, unless there is one normal alone; of arms those of their postures in the box.
+    fn effective_masses<const D: usize>(&self) -> Result<[f64; 2], Failure> {
+        let masses = per_axis::<D>(&self.mass_kg);
+        if let Some(plane) = self.plane() {
+            let mean = masses.iter().product::<f64>().powf(1.0 / D as f64);
+            return Ok(self.reached(&plane)?.map(|mass| mean * mass));
+        }
+        let TouchShape::Plane { normal, .. } = &self.shape else {
+            return Ok(self.masses());
+        };
+        let matrix = MassMatrix::of_axes(masses.map(Kilograms)).map_err(Failure::input)?;
+        let along = matrix.along(&SVector::from(per_axis::<D>(normal)));
+        Ok([along.map_err(Failure::input)?.0; 2])
+    }
+
+    /// The plane of a 2DIY.
+    fn plane(&self) -> Option<Plane> {
+        match &self.remote.as_ref()?.name {
+            LinkedName::Foreign(name) => name.plane(),
+            LinkedName::Serial(_) => None,
+        }
+    }
+
+    /// Least and largest mass in the box, or in the middle of the plane without one, for 1 kg in its centre.
+    fn reached(&self, plane: &Plane) -> Result<[f64; 2], Failure> {
+        let corners = self.workspace_m.as_ref();
+        let (low_m, high_m) = corners.map_or(Plane::HANDY_M, |[low_m, high_m]| {
+            (per_axis(low_m), per_axis(high_m))
+        });
+        plane.masses(low_m, high_m).map_err(|error| {
+            Failure::input_with_advice(
+                format_args!("the box is not within reach of the 2DIY: {error}"),
+                format_args!("change {TOUCH_BOX_LOW} or {TOUCH_BOX_HIGH}"),
+            )
+        })
+    }
+
+    /// What the pre-flight is of.
+    fn postures<const D: usize>(&self, samples: u64) -> Result<Postures<'_>, Failure> {
+        Ok(Postures {
+            loops: self.look(samples),
+            masses: self.effective_masses::<D>()?,
         })
     }
 }

@@ -1,14 +1,113 @@
-//! What is touched: a shape, and the law behind its surface.
+//! The hand: a path, and how it holds the device on it. And the shape that is touched.
 
-use crate::document::advice::parameter;
+use super::{TOUCH_NORMAL, TOUCH_SURFACE};
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::experiment::touch::keys::{TOUCH_CENTRE, TOUCH_NORMAL, TOUCH_RADIUS, TOUCH_SURFACE};
-use crate::judge::modelled_tissue::{TissuePiece, operator};
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::Operator;
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
-use haptic_tissue::Model;
+use std::f64::consts::{PI, TAU};
+
+/// How the hand moves the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Grip {
+    /// By a spring to the point of the path, N/m, above 0.
+    Spring(f64),
+    /// By the force that is the point of the path, N.
+    Force,
+}
+
+/// The same by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GripName {
+    /// A spring.
+    Spring,
+    /// A force.
+    Force,
+}
+
+impl Named for GripName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Spring,
+            "spring",
+            "A spring to a point that moves along the path",
+        ),
+        (Self::Force, "force", "A force that follows the path"),
+    ];
+}
+
+/// Path of the hand over time, m or N.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum HandPath {
+    /// Straight from row to row: time in s, then a number an axis. Before the first and behind the last row it stands.
+    WayPoints(Vec<(f64, Vec<f64>)>),
+    /// A circle in the plane of the first two axes, m, beginning along the first. From `start_radius` the hand spirals to
+    /// `radius` in 1 s.
+    Circle {
+        /// Centre, a number an axis.
+        centre: Vec<f64>,
+        /// Radius at the start, above 0.
+        start_radius: f64,
+        /// Radius, above 0.
+        radius: f64,
+        /// Time of a turn, s, above 0.
+        period_s: f64,
+    },
+}
+
+impl HandPath {
+    /// Time in which a circle is reached, s.
+    const APPROACH_S: f64 = 1.0;
+
+    /// Coordinate of an axis at a time, s.
+    pub(super) fn at(&self, time_s: f64, axis: usize) -> f64 {
+        match self {
+            Self::Circle {
+                centre,
+                start_radius,
+                radius,
+                period_s,
+            } => {
+                // (1 − cos)/2 of the way in.
+                let share = (time_s / Self::APPROACH_S).clamp(0.0, 1.0);
+                let risen = 0.5 * (1.0 - (PI * share).cos());
+                let radius = start_radius + risen * (radius - start_radius);
+                let angle = TAU * time_s / period_s;
+                let round = match axis {
+                    0 => angle.cos(),
+                    1 => angle.sin(),
+                    _ => 0.0,
+                };
+                centre.get(axis).copied().unwrap_or(0.0) + radius * round
+            }
+            Self::WayPoints(rows) => {
+                let place = |row: &(f64, Vec<f64>)| row.1.get(axis).copied().unwrap_or(0.0);
+                let next = rows.partition_point(|row| row.0 <= time_s);
+                match (next.checked_sub(1).map(|n| &rows[n]), rows.get(next)) {
+                    (Some(from), Some(to)) => {
+                        let share = (time_s - from.0) / (to.0 - from.0);
+                        place(from) + share * (place(to) - place(from))
+                    }
+                    (Some(row), None) | (None, Some(row)) => place(row),
+                    (None, None) => 0.0,
+                }
+            }
+        }
+    }
+
+    /// In a few words.
+    pub(super) fn words(&self) -> String {
+        match self {
+            Self::WayPoints(rows) => format!("{} way points", rows.len()),
+            Self::Circle {
+                radius, period_s, ..
+            } => {
+                format!("a circle of {} mm in {period_s} s", 1e3 * radius)
+            }
+        }
+    }
+}
 
 /// Kinds of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +134,7 @@ impl Named for ShapeName {
 
 /// A shape.
 #[derive(Clone, Debug, PartialEq)]
-pub enum TouchShape {
+pub(super) enum TouchShape {
     /// A plane.
     Plane {
         /// Direction into it, a number an axis, of any length above 0.
@@ -55,19 +154,14 @@ pub enum TouchShape {
 }
 
 impl TouchShape {
-    /// For so many axes as it is asked for.
-    ///
-    /// # Errors
-    /// Another number of axes, a size outside its range.
+    /// For so many axes as it has.
     pub(super) fn of<const D: usize>(&self) -> Result<Shape<f64, D>, Failure> {
         match self {
             Self::Plane { normal, surface_m } => {
-                let normal = per_axis("normal", normal)?;
-                let plane = Plane::new(normal, Metres(*surface_m)).map_err(|error| {
-                    Failure::input_with_advice(
-                        error,
-                        format_args!("change {TOUCH_NORMAL} or {TOUCH_SURFACE}"),
-                    )
+                let plane = Plane::new(per_axis(normal), Metres(*surface_m));
+                let plane = plane.map_err(|error| {
+                    let advice = format_args!("change {TOUCH_NORMAL} or {TOUCH_SURFACE}");
+                    Failure::input_with_advice(error, advice)
                 })?;
                 Ok(Shape::Plane(plane))
             }
@@ -76,25 +170,18 @@ impl TouchShape {
                 radius_m,
                 hollow,
             } => {
-                let centre = per_axis("centre_m", centre_m)?.map(Metres);
+                let (centre, radius) = (per_axis(centre_m).map(Metres), Metres(*radius_m));
                 let ball = match hollow {
-                    false => Ball::solid(centre, Metres(*radius_m)),
-                    true => Ball::hollow(centre, Metres(*radius_m)),
+                    false => Ball::solid(centre, radius),
+                    true => Ball::hollow(centre, radius),
                 };
-                let ball = ball.map_err(|error| {
-                    Failure::input_with_advice(
-                        error,
-                        format_args!("change {TOUCH_CENTRE} or {TOUCH_RADIUS}"),
-                    )
-                })?;
-                Ok(Shape::Ball(ball))
+                Ok(Shape::Ball(ball.map_err(Failure::input)?))
             }
         }
     }
 
     /// In a few words.
-    #[must_use]
-    pub(crate) fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         match self {
             Self::Plane { normal, .. } if normal.len() == 2 => "straight edge".to_owned(),
             Self::Plane { .. } => "plane".to_owned(),
@@ -115,95 +202,58 @@ impl TouchShape {
     }
 }
 
-/// A number an axis.
-///
-/// # Errors
-/// Fewer or more numbers.
-pub(super) fn per_axis<const D: usize>(key: &str, numbers: &[f64]) -> Result<[f64; D], Failure> {
-    numbers.try_into().map_err(|_| {
-        Failure::bad_input(format_args!(
-            "`{key}` has {} numbers, not one for each of {D} axes",
-            numbers.len()
-        ))
-    })
-}
-
-/// The matter behind the surface.
-#[derive(Clone, Debug)]
-pub enum TouchLaw {
-    /// A piece of tissue under every place of the surface.
-    Tissue(TissuePiece),
-    /// K + B·D^μ.
-    Wall {
-        /// K, N/m, at least 0.
-        stiffness_n_per_m: f64,
-        /// B, N·s^μ/m, at least 0.
-        dissipation_n_s_mu_per_m: f64,
-        /// μ, 0 to 2.
-        order: Order,
-    },
+/// A number an axis; there are as many.
+pub(super) fn per_axis<const D: usize>(numbers: &[f64]) -> [f64; D] {
+    std::array::from_fn(|axis| numbers.get(axis).copied().unwrap_or(0.0))
 }
 
 /// A shape with the law behind it.
 pub(super) type Touched<const D: usize> =
     Contact<f64, SpringDamper<f64, Operator<f64>>, D, Shape<f64, D>>;
 
-impl TouchLaw {
-    /// K in N/m, and B in N·s^μ/m.
-    #[must_use]
-    pub(crate) fn spring_and_damper(&self) -> (f64, f64) {
-        match self {
-            Self::Tissue(piece) => piece.spring_and_damper(),
-            Self::Wall {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                ..
-            } => (*stiffness_n_per_m, *dissipation_n_s_mu_per_m),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn way_points_are_joined_by_straight_lines_and_end_where_they_end() {
+        let path = HandPath::WayPoints(vec![
+            (0.5, vec![0.0, 1.0]),
+            (1.5, vec![2.0, 1.0]),
+            (2.0, vec![2.0, -1.0]),
+        ]);
+        for (time_s, want) in [
+            (0.0, [0.0, 1.0]),
+            (0.5, [0.0, 1.0]),
+            (1.0, [1.0, 1.0]),
+            (1.75, [2.0, 0.0]),
+            (9.0, [2.0, -1.0]),
+        ] {
+            for (axis, want) in want.into_iter().enumerate() {
+                let have = path.at(time_s, axis);
+                assert!((have - want).abs() < 1e-15, "{time_s} s, {axis}: {have}");
+            }
         }
     }
 
-    /// μ.
-    #[must_use]
-    pub const fn order(&self) -> Order {
-        match self {
-            Self::Tissue(piece) => piece.material.order(),
-            Self::Wall { order, .. } => *order,
+    #[test]
+    fn a_circle_begins_along_the_first_axis_and_comes_back() {
+        let path = HandPath::Circle {
+            centre: vec![0.1, 0.2, 0.3],
+            start_radius: 0.06,
+            radius: 0.05,
+            period_s: 2.0,
+        };
+        for (time_s, want) in [
+            (0.0, [0.16, 0.2, 0.3]),
+            (0.5, [0.1, 0.255, 0.3]),
+            (1.0, [0.05, 0.2, 0.3]),
+            (1.5, [0.1, 0.15, 0.3]),
+            (3.0, [0.05, 0.2, 0.3]),
+        ] {
+            for (axis, want) in want.into_iter().enumerate() {
+                assert!((path.at(time_s, axis) - want).abs() < 1e-15);
+            }
         }
-    }
-
-    /// The model whose memory the operator is; `None` for D^μ.
-    #[must_use]
-    pub const fn model(&self) -> Option<&Model> {
-        match self {
-            Self::Tissue(piece) => piece.material.composed(),
-            Self::Wall { .. } => None,
-        }
-    }
-
-    /// Behind this surface.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub(super) fn behind<const D: usize>(
-        &self,
-        surface: Shape<f64, D>,
-        scheme: Scheme,
-        t: Seconds,
-        horizon: f64,
-    ) -> Result<Touched<D>, Failure> {
-        let operator = operator(self.model(), scheme, self.order(), t, horizon)?;
-        let (k, b) = self.spring_and_damper();
-        let law = SpringDamper::new(k, b, operator).map_err(parameter)?;
-        Ok(Contact::behind(surface, law))
-    }
-
-    /// In a few words.
-    #[must_use]
-    pub(crate) fn words(&self) -> String {
-        if let Self::Tissue(piece) = self {
-            return piece.material.name.clone();
-        }
-        let ((k, b), order) = (self.spring_and_damper(), self.order());
-        format!("{k} N/m and {b} N·s^{order}/m")
     }
 }

@@ -1,7 +1,29 @@
-//! Report of a trial: what that of a wall and that of a coupler share.
+//! An experiment on a pushed device: what a wall and a coupler tell of themselves, and what follows for both.
 
-use crate::Settling;
-use crate::judge::report::{Errors, RunReport};
+use super::setup::{Parts, TrialSetup};
+use crate::document::failure::Failure;
+use crate::document::named::Named as _;
+use crate::experiment::metadata;
+use crate::judge::decimated::Decimated;
+use crate::judge::reference::TOLERANCE;
+use crate::judge::report::{Errors, Files, RunReport};
+use crate::judge::settling::{Judge, Settling};
+use crate::judge::warnings::Warnings;
+use crate::judge::{Compared, Reference};
+use crate::judge::{Origin, Published};
+use crate::run::folder::FolderRequest;
+use crate::run::preflight::{PreflightRequest, PreflightSubject, note_findings};
+use crate::run::record::Record;
+use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
+use crate::run::safety::GuardChoice;
+use crate::run::samples::Samples;
+use crate::run::schedule::Schedule;
+use crate::run::simulate::Simulated;
+use crate::run::tick::KeptSample;
+use crate::run::{Ran, Supervisor, run_logged};
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Order, Scheme};
+use haptic_loop::Environment;
 use serde::Serialize;
 
 /// The result of a trial. The keys are those of the other experiments where they have a meaning.
@@ -34,5 +56,426 @@ impl TrialReport {
     #[must_use]
     pub fn stable_by_both(&self) -> bool {
         self.settling.stable && self.analysis_agrees == Some(true)
+    }
+}
+
+/// A device that is pushed into a wall or a coupler.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrialCurves {
+    /// The word for what it is pushed into.
+    pub what: &'static str,
+    /// Law, device, operator, verdict.
+    pub subtitle: String,
+    /// Origin of the force.
+    pub origin: Origin,
+    /// Place of rest of the device, m; `None` where nothing holds the push.
+    pub expected_deflection_m: Option<f64>,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Position of the device, m.
+    pub position_m: Vec<f64>,
+    /// Place of the object behind a coupler, m.
+    pub object_position_m: Option<Vec<f64>>,
+    /// Force of wall or coupler, opposed to the motion of the device, N.
+    pub force_n: Vec<f64>,
+}
+
+/// A number for each sample, asked for in their order.
+pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
+
+/// What theory says of the samples of a run.
+pub(crate) struct Theory<'a> {
+    /// How far the force is off, N, or why that has no meaning.
+    pub(crate) off_n: Result<OfSample<'a>, &'static str>,
+    /// Place of an object behind the law, m.
+    pub(crate) object_m: Option<OfSample<'a>>,
+}
+
+/// A trial that was judged.
+pub(crate) struct Judged {
+    pub(crate) trial: TrialReport,
+    /// Place of the object at the end, m.
+    pub(crate) object_m: Option<f64>,
+    pub(crate) curves: Option<TrialCurves>,
+}
+
+/// An experiment on a pushed device.
+pub(crate) trait Trial: Clone {
+    /// The law that the device feels.
+    type Law: Environment<f64, 1>;
+    /// Its report.
+    type Report;
+    /// The word for it.
+    const KIND: &'static str;
+    /// Reason for a push that no place of rest belongs to.
+    const NO_REST: &'static str;
+
+    /// All but the law.
+    fn setup(&self) -> &TrialSetup;
+
+    /// The same, to change it.
+    fn setup_mut(&mut self) -> &mut TrialSetup;
+
+    /// μ, and the operator.
+    fn operator_choice(&self) -> (Order, Scheme);
+
+    /// The law in words, for the line below a picture.
+    fn law_in_words(&self) -> String;
+
+    /// The loop, made of good parameters.
+    fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
+
+    /// The loop for the analysis.
+    fn subject(&self, samples: u64) -> impl PreflightSubject;
+
+    /// The same law and push for a serial device.
+    fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
+
+    /// What theory says of a run that reached its end.
+    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure>;
+
+    /// The report of a trial.
+    fn reported(&self, judged: &Judged) -> Self::Report;
+
+    /// A further warning about a run.
+    fn warning(&self, _: &Ran) -> Option<String> {
+        None
+    }
+
+    /// Runs the loop, writes the log and judges the run.
+    fn published(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Self::Report, TrialCurves>, Failure> {
+        let ran = self.recorded(request, supervisor)?;
+        let judged = self.judged(&ran)?;
+        let reported = self.reported(&judged);
+        Ok(Published::new((reported, judged.curves), ran.folder))
+    }
+
+    /// Runs the loop and writes the log.
+    fn recorded(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let Parts {
+            mut controller,
+            mut device,
+            samples,
+            ..
+        } = self.parts()?;
+        let (setup, preflight, mut metadata) =
+            (self.setup(), self.subject(samples), metadata(Self::KIND));
+        let dynamics = setup.dynamics();
+        let schedule = Schedule {
+            samples,
+            sample_time_s: setup.device.sample_time.0,
+            pace: setup.pace,
+        };
+        let Some(remote) = &setup.remote else {
+            // Nothing can break, so it is only noted.
+            let verdict = preflight.verdict(dynamics, 0)?;
+            note_findings(&mut metadata, "preflight", &verdict);
+            let mut world = Simulated::new(&mut controller, &mut device);
+            let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
+            return Ok(Ran {
+                preflight: Some(verdict),
+                ..ran
+            });
+        };
+        let run = RemoteRun {
+            device: remote,
+            law: self.law_there(remote, samples)?,
+            schedule,
+            blank: &|_| blank(0.0),
+            preflight: Some(preflight),
+            wanted: PreflightRequest {
+                force_unstable: setup.force_unstable,
+                dynamics: Some(dynamics),
+            },
+            request,
+            metadata,
+        };
+        run.run(&mut controller, supervisor)
+    }
+
+    /// Runs it without log or files: does it settle, and without friction too?
+    fn settled(&self) -> Result<Settling, Failure> {
+        self.named(self.tried()?)
+    }
+
+    /// Runs it without log or files: does it settle?
+    fn tried(&self) -> Result<Settling, Failure> {
+        let Parts {
+            mut controller,
+            mut device,
+            samples,
+            mut judge,
+            rest_m,
+        } = self.parts()?;
+        let whole = super::try_out(&mut controller, &mut device, samples, &mut judge);
+        Ok(judge.settling(whole, rest_m))
+    }
+
+    /// The same judgement, unless friction alone holds the device: then it is called that.
+    fn named(&self, settling: Settling) -> Result<Settling, Failure> {
+        let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
+            return Ok(settling);
+        };
+        let mut other = self.clone();
+        *other.setup_mut() = smooth;
+        match other.tried()?.stable {
+            true => Ok(settling),
+            false => Ok(settling.by_friction()),
+        }
+    }
+
+    /// Judges a run, and writes the table of one that reached its end.
+    fn judged(&self, ran: &Ran) -> Result<Judged, Failure> {
+        let (
+            setup,
+            record,
+            Parts {
+                mut judge, rest_m, ..
+            },
+        ) = (self.setup(), &ran.record, self.parts()?);
+        let (order, scheme) = self.operator_choice();
+        let whole = record.ended.is_none();
+        settle(&mut judge, ran)?;
+        let settling = self.named(judge.settling(whole, rest_m))?;
+        let agrees =
+            (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
+        let mut warnings = warnings(Self::KIND, &settling, agrees, record);
+        warnings.0.extend(setup.not_thrown());
+        warnings.0.extend(self.warning(ran));
+        let (mut curves, mut object_m) = (None, None);
+        let (files, operator_error);
+        if whole {
+            let theory = self.theory(ran)?;
+            let compared = Comparison::of(ran, theory)?;
+            (files, operator_error) = (compared.files, compared.error);
+            object_m = compared.object_m;
+            let [position_m, object, force_n] = compared.curves.curves;
+            curves = Some(TrialCurves {
+                what: Self::KIND,
+                subtitle: format!(
+                    "{} · {}",
+                    self.law_in_words(),
+                    words(setup, scheme, &settling)
+                ),
+                origin: Origin::of(record),
+                expected_deflection_m: settling.expected_deflection_m,
+                time_s: compared.curves.time_s,
+                position_m,
+                object_position_m: object_m.map(|_| object),
+                force_n,
+            });
+        } else {
+            files = Files::of_run(ran, None);
+            operator_error = Compared::without_meaning("the run was cut short".to_owned());
+        }
+        let device = device_name(setup.remote.as_ref());
+        let t = setup.device.sample_time.0;
+        let trial = TrialReport {
+            tissue: None,
+            order: order.get(),
+            scheme: scheme.to_string(),
+            run: RunReport::new(ran, device, t, files, warnings),
+            errors: Errors::new(operator_error, self.deflection_error(record, settling)),
+            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
+            settling,
+            analysis_agrees: agrees,
+        };
+        Ok(Judged {
+            trial,
+            object_m,
+            curves,
+        })
+    }
+
+    /// Mean deflection over the window at the end against the place of rest.
+    fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
+        let (t, plan) = (self.setup().device.sample_time.0, &self.setup().plan);
+        let judged = ((plan.window_s / t).round() as u64).min(record.samples);
+        let to_s = record.duration_s();
+        let window_s = [to_s - judged.saturating_sub(1) as f64 * t, to_s];
+        match (settling.deflection_m, settling.expected_deflection_m) {
+            (Some(have), Some(want)) if settling.stable => {
+                Compared::of_window((have / want - 1.0).abs(), window_s, judged)
+            }
+            (Some(_), None) => Compared::without_meaning(Self::NO_REST.to_owned()),
+            _ => Compared::without_meaning(format!("the {} did not come to rest", Self::KIND)),
+        }
+    }
+}
+
+/// Lets the judge see a recorded run.
+fn settle(judge: &mut Judge, ran: &Ran) -> Result<(), Failure> {
+    Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+        judge.see(sample.time_s, sample.position_m, sample.force_n);
+        Ok(())
+    })
+}
+
+/// Device, operator, push, verdict and guard for the line below a picture.
+fn words(setup: &TrialSetup, scheme: Scheme, settling: &Settling) -> String {
+    let guard = match setup.safety.guard {
+        GuardChoice::Off => String::new(),
+        guard => format!(" · guard {}", guard.name()),
+    };
+    format!(
+        "device {} · scheme {scheme} · push {} N · {}{guard}",
+        device_name(setup.remote.as_ref()),
+        setup.plan.push_n,
+        settling.verdict.words()
+    )
+}
+
+/// To six significant digits, as a subtitle shows a number.
+pub(crate) fn six_digits(value: f64) -> f64 {
+    // A formatted number is a number again.
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// Warnings about a trial of a wall or a coupler, and about the analysis beside it.
+fn warnings(what: &str, settling: &Settling, agrees: Option<bool>, record: &Record) -> Warnings {
+    let mut warnings = Warnings::default();
+    let verdict = settling.verdict.words();
+    match settling.reason() {
+        None => warnings.limited(record),
+        Some(reason) if record.ended.is_none() => {
+            warnings
+                .0
+                .push(format!("the {what} is {verdict}: {reason}"));
+        }
+        Some(_) => {}
+    }
+    if agrees == Some(false) {
+        let (analysis, why) = if settling.stable {
+            let why = format!(
+                "what the analysis does not know (friction, encoder, limits of the force and of its rate) holds the device, or the \
+                 {what} grows unstable more slowly than the trial lasts"
+            );
+            ("unstable", why)
+        } else {
+            let contact = match what {
+                "wall" => ", a wall that only pushes",
+                _ => "",
+            };
+            let why = format!(
+                "what the analysis does not know (encoder, limits of the force and of its rate{contact}) shakes the \
+                 device, or the {what} settles more slowly than the trial lasts"
+            );
+            ("stable", why)
+        };
+        warnings.0.push(format!(
+            "trial and analysis disagree: {verdict} by the trial, {analysis} by the analysis; {why}"
+        ));
+    }
+    warnings
+}
+
+/// A run that reached its end, beside theory.
+struct Comparison {
+    files: Files,
+    /// Position, object, force.
+    curves: Decimated<3>,
+    /// See [`Errors::max_relative_error`].
+    error: Compared,
+    object_m: Option<f64>,
+}
+
+impl Comparison {
+    /// Writes the table, keeps the curves, and the largest error of a force.
+    fn of(ran: &Ran, theory: Theory<'_>) -> Result<Self, Failure> {
+        let Theory {
+            mut off_n,
+            object_m: mut object,
+        } = theory;
+        let record = &ran.record;
+        let names: &[&str] = match object {
+            Some(_) => &[
+                "time_s",
+                "position_m",
+                "object_position_m",
+                "reaction_force_n",
+            ],
+            None => &["time_s", "position_m", "reaction_force_n"],
+        };
+        let mut table = ran.folder.named_table_beside_log("csv", names);
+        let mut curves = Decimated::of(record);
+        let (mut seen, mut last) = (Seen::default(), None);
+        Samples::of(record, &ran.log.paths).for_each(|sample| {
+            seen.add(sample, off_n.as_mut().map_or(0.0, |off_n| off_n(sample)));
+            last = object.as_mut().map(|object| object(sample));
+            let (x, force_n) = (sample.position_m, sample.reaction_n());
+            curves.add(sample.time_s, [x, last.unwrap_or(0.0), force_n]);
+            let row = [Some(sample.time_s), Some(x), last, Some(force_n)];
+            table.row(row.into_iter().flatten().collect::<Vec<f64>>());
+            Ok(())
+        })?;
+        curves.finish();
+        Ok(Self {
+            files: Files::of_run(ran, Some(table)),
+            curves,
+            error: match off_n {
+                Ok(_) => seen.over(record),
+                Err(reason) => Compared::without_meaning(reason.to_owned()),
+            },
+            object_m: last,
+        })
+    }
+}
+
+/// The largest error of the forces that can be compared, over the largest force of the run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seen {
+    off_n: f64,
+    from_s: Option<f64>,
+    to_s: f64,
+    samples: u64,
+}
+
+impl Seen {
+    /// A sample whose force is off by so much, N.
+    pub(crate) fn add(&mut self, sample: &KeptSample, off_n: f64) {
+        if sample.is_comparable() {
+            self.off_n = self.off_n.max(off_n);
+            self.from_s = self.from_s.or(Some(sample.time_s));
+            self.to_s = sample.time_s;
+            self.samples += 1;
+        }
+    }
+
+    /// Of a whole run.
+    pub(crate) fn over(self, record: &Record) -> Compared {
+        let Some(from_s) = self.from_s else {
+            let reason = "the safety chain limited the force in each sample";
+            return Compared::without_meaning(reason.to_owned());
+        };
+        let error = self.off_n / record.largest_force_n();
+        Compared::of_window(error, [from_s, self.to_s], self.samples)
+    }
+}
+
+/// A law that a limited force moves on is not compared any more.
+pub(crate) fn limited(record: &Record) -> Option<&'static str> {
+    (record.limited > 0).then_some("the safety chain limited the force")
+}
+
+/// A force without a full history of this order, or without any force, has nothing to be compared with.
+pub(crate) fn incomparable(
+    reference: Reference,
+    order: Order,
+    record: &Record,
+) -> Option<&'static str> {
+    if reference == Reference::Kernel(Kernel::PiecewiseLinear) && order.get() >= 1.0 {
+        Some("the weights of this kernel are known in closed form below order 1 only")
+    } else if record.largest_force_n() == 0.0 {
+        Some("no force was commanded")
+    } else {
+        None
     }
 }

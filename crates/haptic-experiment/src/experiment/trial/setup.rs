@@ -1,27 +1,28 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
-use super::{TrialPlan, delay_ticks, dynamics, force_alone, safe_force_limit, thrown, try_out};
+use super::{
+    IMPACT, TRIAL_FORCE_RATE_LIMIT, TrialPlan, dynamics, force_and_rate, limits_there, plan,
+    safe_force_limit, thrown,
+};
 use crate::document::advice::parameter;
+use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::judge::Compared;
-use crate::judge::settling::{Criterion, Judge, Settling};
-use crate::run::folder::FolderRequest;
-use crate::run::preflight::{PreflightRequest, PreflightSubject};
-use crate::run::record::Record;
-use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, held, host_limits};
+use crate::document::parameters as p;
+use crate::document::reader::Table;
+use crate::experiment::reading::{device, device_model};
+use crate::judge::settling::{Criterion, Judge};
+use crate::run::plant_file::DeviceModel;
+use crate::run::remote::{RemoteDevice, RemoteLaw, held, host_limits};
+use crate::run::safety::safety;
 use crate::run::safety::{GuardedDevice, Safety};
-use crate::run::samples::Samples;
-use crate::run::schedule::{Pace, Schedule};
+use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
-use crate::run::simulate::Simulated;
-use crate::run::{Ran, Supervisor, run_logged};
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, Limits, SafetyChain};
-use std::collections::BTreeMap;
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
@@ -57,23 +58,8 @@ pub(crate) struct Parts<E: Environment<f64, 1>> {
     pub(crate) device: Sensed<MassDamper<1>>,
     pub(crate) samples: u64,
     pub(crate) judge: Judge,
-    /// See [`Settling::expected_deflection_m`].
+    /// See [`Settling::expected_deflection_m`](crate::Settling::expected_deflection_m).
     pub(crate) rest_m: Option<f64>,
-}
-
-impl<E: Environment<f64, 1>> Parts<E> {
-    /// Runs it without log or files.
-    pub(crate) fn try_out(&mut self) -> Settling {
-        let Self {
-            controller,
-            device,
-            samples,
-            judge,
-            rest_m,
-        } = self;
-        let whole = try_out(controller, device, *samples, judge);
-        judge.settling(whole, *rest_m)
-    }
 }
 
 impl TrialSetup {
@@ -101,7 +87,7 @@ impl TrialSetup {
     }
 
     /// Settings of the safety chain: on a serial device with what its file says.
-    pub(super) fn safety(&self) -> Safety {
+    fn safety(&self) -> Safety {
         match self.remote {
             Some(_) => self.safety.with_device(&self.known, true),
             None => self.safety,
@@ -122,62 +108,41 @@ impl TrialSetup {
         let asked = self.impact_was_given && self.remote.is_some() && impact_m_per_s > 0.0;
         asked.then(|| {
             format!(
-                "impact_m_per_s = {} had no effect: a serial device cannot be thrown, it was pushed from rest; leave it away",
+                "impact_m_per_s = {} had no effect: a serial device cannot be thrown, it was pushed from rest; omit it",
                 Shown(impact_m_per_s)
             )
         })
     }
 
     /// The device behind its sensors, pushed and thrown.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn sensed(&self) -> Result<Sensed<MassDamper<1>>, Failure> {
         self.sensors.before(thrown(self.device, &self.plan())?)
     }
 
-    /// The safety chain of the loop that runs here.
-    ///
-    /// # Errors
-    /// A limit outside its range; settings that would have no effect.
+    /// The safety chain of the loop that runs here. With a serial device in a host loop it does force and rate alone, and with
+    /// the device's own loop it runs only to be checked.
     pub(crate) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let t = self.device.sample_time;
-        if self.remote.is_some() {
-            let chain = SafetyChain::from_limits(&self.limits_here(), t).map_err(parameter)?;
-            self.safety().acts_on_device()?;
-            return Ok(chain);
-        }
-        let limits = self.force_and_rate();
-        let chain = safe_force_limit(limits, &self.device, self.sensors, &self.safety)?;
-        self.safety.acts()?;
+        let Some(remote) = &self.remote else {
+            let limits = self.force_and_rate();
+            return safe_force_limit(limits, &self.device, self.sensors, &self.safety);
+        };
+        let limits = match remote.loop_mode {
+            LoopMode::Host => host_limits(&self.limits_there()),
+            LoopMode::Device => self.limits_there(),
+        };
+        let chain = SafetyChain::from_limits(&limits, self.device.sample_time);
+        let chain = chain.map_err(parameter)?;
+        self.safety().acts_on_device()?;
         Ok(chain)
     }
 
     fn force_and_rate(&self) -> Limits {
-        let limits = force_alone(self.plan.force_limit_n, self.device.sample_time);
-        Limits {
-            rate: self
-                .force_rate_limit_n_per_s
-                .map_or(limits.rate, NewtonsPerSecond),
-            ..limits
-        }
+        let (force, rate) = (self.plan.force_limit_n, self.force_rate_limit_n_per_s);
+        force_and_rate(force, rate, self.device.sample_time)
     }
 
-    /// Limits of the chain of a serial device, without its guard.
     fn limits_there(&self) -> Limits {
-        let safety = self.safety();
-        let limits = safety.on(self.force_and_rate(), true);
-        let delay = limits.device_delay_samples.max(delay_ticks(&self.device));
-        safety.braked(limits, self.device.mass.0, delay)
-    }
-
-    /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
-    /// and rate, and with its own loop this chain runs only to be checked.
-    fn limits_here(&self) -> Limits {
-        match &self.remote {
-            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits_there()),
-            _ => self.limits_there(),
-        }
+        limits_there(self.force_and_rate(), &self.device, &self.safety())
     }
 
     /// The push for a serial device, and no law at all: one of a loop on the host.
@@ -190,67 +155,6 @@ impl TrialSetup {
         )
     }
 
-    /// Runs the loop and writes the log.
-    ///
-    /// # Errors
-    /// Those of the run.
-    pub(crate) fn record<E: Environment<f64, 1>, P: PreflightSubject>(
-        &self,
-        parts: &mut Parts<E>,
-        preflight: P,
-        law: impl FnOnce(&RemoteDevice) -> Result<RemoteLaw, Failure>,
-        (request, mut metadata): (&FolderRequest, BTreeMap<String, String>),
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let dynamics = self.dynamics();
-        let schedule = Schedule {
-            samples: parts.samples,
-            sample_time_s: self.device.sample_time.0,
-            pace: self.pace,
-        };
-        let Some(remote) = &self.remote else {
-            // Nothing can break, so it is only noted.
-            let verdict = preflight.verdict(dynamics, 0)?;
-            verdict.describe(&mut metadata);
-            let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
-            let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
-            return Ok(Ran {
-                preflight: Some(verdict),
-                ..ran
-            });
-        };
-        let run = RemoteRun {
-            device: remote,
-            law: law(remote)?,
-            schedule,
-            blank: &|_| blank(0.0),
-            preflight: Some(preflight),
-            wanted: PreflightRequest {
-                force_unstable: self.force_unstable,
-                dynamics: Some(dynamics),
-            },
-            request,
-            metadata,
-        };
-        run.run(&mut parts.controller, supervisor)
-    }
-
-    /// Judges a recorded run.
-    ///
-    /// # Errors
-    /// A log that cannot be read.
-    pub(super) fn settling(
-        mut judge: Judge,
-        ran: &Ran,
-        rest_m: Option<f64>,
-    ) -> Result<Settling, Failure> {
-        Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
-            judge.see(sample.time_s, sample.position_m, sample.force_n);
-            Ok(())
-        })?;
-        Ok(judge.settling(ran.record.ended.is_none(), rest_m))
-    }
-
     /// The same without friction, if that could be all that holds the device.
     pub(super) fn smooth(&self) -> Option<Self> {
         let simulated = self.remote.is_none() && self.device.friction.0 > 0.0;
@@ -260,30 +164,44 @@ impl TrialSetup {
             smooth
         })
     }
+}
 
-    /// First and last time of the window that is verdict, s, and its samples.
-    fn window(&self, record: &Record) -> ([f64; 2], u64) {
-        let t = self.device.sample_time.0;
-        let judged = ((self.plan.window_s / t).round() as u64).min(record.samples);
-        let to_s = record.duration_s();
-        ([to_s - judged.saturating_sub(1) as f64 * t, to_s], judged)
+/// Facts about the device that keys say over a device file; none without one.
+fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> GuardedDevice {
+    if !table.has(&p::DEVICE_MODEL) {
+        return GuardedDevice::default();
     }
+    let is = |parameter: &p::Parameter| !table.lies_below(parameter, &p::DEVICE_MODEL);
+    let all = GuardedDevice::simulated(device, sensors);
+    let has_noise = is(&p::ENCODER_RESOLUTION) || is(&p::SENSOR_NOISE);
+    GuardedDevice {
+        mass_kg: all.mass_kg.filter(|_| is(&p::MASS)),
+        damping_n_s_per_m: all.damping_n_s_per_m.filter(|_| is(&p::DAMPING)),
+        delay_s: all.delay_s.filter(|_| is(&p::DELAY)),
+        lag_s: all.lag_s.filter(|_| is(&p::CURRENT_LAG)),
+        noise_m: all.noise_m.filter(|_| has_noise),
+    }
+}
 
-    /// Mean deflection over the window at the end against the place of rest.
-    pub(super) fn deflection_error(
-        &self,
-        record: &Record,
-        settling: Settling,
-        what: &str,
-        no_rest: &str,
-    ) -> Compared {
-        let (window_s, judged) = self.window(record);
-        match (settling.deflection_m, settling.expected_deflection_m) {
-            (Some(have), Some(want)) if settling.stable => {
-                Compared::of_window((have / want - 1.0).abs(), window_s, judged)
-            }
-            (Some(_), None) => Compared::without_meaning(no_rest.to_owned()),
-            _ => Compared::without_meaning(format!("the {what} did not come to rest")),
-        }
+/// Device, trial, safety and pace, but `must_be_stable`, which each table has by itself.
+pub(crate) fn setup(
+    table: &Table<'_>,
+    remote: Option<RemoteDevice>,
+    (sample_time_s, duration_s): (f64, f64),
+) -> Result<TrialSetup, FileError> {
+    let model = device_model(table)?;
+    for key in [&p::MASS, &p::DAMPING] {
+        table.required(key)?;
     }
+    let (device, sensors) = device(table, sample_time_s)?;
+    let plan = plan(table, duration_s)?;
+    let of_file = model.as_ref().map(DeviceModel::guarded).unwrap_or_default();
+    Ok(TrialSetup {
+        force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
+        safety: safety(table)?,
+        remote,
+        impact_was_given: table.number_if(&IMPACT)?.is_some(),
+        known: written(table, &device, sensors).or(of_file),
+        ..TrialSetup::new(device, sensors, plan)
+    })
 }

@@ -20,9 +20,7 @@ use super::answer::{keys, plan, until_settled};
 use crate::document::advice::check;
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
-use crate::experiment::coupler::keys::{
-    COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
-};
+use crate::experiment::coupler::{COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS};
 use crate::experiment::trial::dynamics;
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order};

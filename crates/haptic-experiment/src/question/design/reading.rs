@@ -11,8 +11,8 @@ use crate::document::parameters::{
     SENSOR_NOISE, THICKNESS,
 };
 use crate::document::reader::Table;
-use crate::experiment::rendering::reading::piece;
-use crate::experiment::trial::keys::TRIAL_FORCE_LIMIT;
+use crate::experiment::reading::piece;
+use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;

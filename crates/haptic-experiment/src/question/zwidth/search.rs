@@ -5,7 +5,7 @@ use super::upward::Settled;
 use super::{BoundaryPoint, OrderBoundary, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
 use crate::experiment::trial::{
-    TrialPlan, dynamics, encoder_step, force_alone, force_limit, thrown, try_out, wall_at_start,
+    TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, thrown, try_out, wall_at_start,
 };
 use crate::question::bench::{AskedDevice, crossings, units};
 use crate::run::device::Warn;
@@ -259,7 +259,7 @@ impl<'a> Search<'a> {
                 order: order.get(),
                 one_sided: experiment.one_sided,
                 operator: portable(&operator)?,
-                ..RemoteLaw::bare(force_alone(plan.force_limit_n, t), simulation)
+                ..RemoteLaw::bare(force_and_rate(plan.force_limit_n, None, t), simulation)
             };
             Ok::<_, Failure>((law, trials))
         });

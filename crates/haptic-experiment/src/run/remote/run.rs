@@ -6,7 +6,7 @@ use crate::document::parameters::{CONTACT, DEVICE_DAMPING, DEVICE_MASS};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
-    MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
+    MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples, note_findings,
 };
 use crate::run::record::{Record, Start};
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, loop_name};
@@ -195,7 +195,7 @@ impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
     ) -> Result<Option<PreflightVerdict>, Failure> {
         let verdict = self.judged(link, warn)?;
         match &verdict {
-            Some(verdict) => verdict.describe(&mut self.metadata),
+            Some(verdict) => note_findings(&mut self.metadata, "preflight", verdict),
             None => {
                 (self.metadata).insert("preflight".to_owned(), "skipped".to_owned());
             }

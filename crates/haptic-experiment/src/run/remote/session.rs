@@ -13,7 +13,8 @@ use crate::run::tick::{TickRecord, by_loop, per_axis};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
-    BatchItem, EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
+    BatchItem, EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State,
+    Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime, TickMessage};

@@ -11,10 +11,10 @@ use haptic_analysis::{
     AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
     Transparency,
 };
-use haptic_experiment::experiment::teleoperation::{ArchitectureName, RemotePlace};
+use haptic_experiment::experiment::teleoperation::RemotePlace;
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::analysis as a;
-use haptic_experiment::{Failure, ModelledTissue, Named as _, TissuePiece};
+use haptic_experiment::{Failure, Matter, ModelledTissue, Named as _, TissuePiece};
 use haptic_figure::{FigureError, Look, Picture};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
@@ -159,14 +159,9 @@ struct Asked {
 
 fn architecture(given: &Given) -> Result<Architecture, Failure> {
     let name = given.text(&p::ARCHITECTURE);
-    let found = ArchitectureName::CHOICES
-        .iter()
-        .find(|(_, known, _)| *known == name);
-    found.map(|(found, ..)| found.0).ok_or_else(|| {
-        let known: Vec<&str> = ArchitectureName::CHOICES
-            .iter()
-            .map(|(_, known, _)| *known)
-            .collect();
+    Architecture::named(name).ok_or_else(|| {
+        let choices = Architecture::CHOICES.iter();
+        let known: Vec<&str> = choices.map(|(_, known, _)| *known).collect();
         Failure::bad_input(format_args!(
             "{} \"{name}\" is not one of {}",
             p::ARCHITECTURE,
@@ -228,12 +223,16 @@ impl Asked {
             .map_err(Failure::input)?;
         let (area, thickness) = (self.number(&p::AREA), self.number(&p::THICKNESS));
         let specimen = Specimen::new(SquareMetres(area), Metres(thickness));
-        let place = RemotePlace::Tissue(TissuePiece {
+        let matter = Matter::Tissue(TissuePiece {
             material: Box::new(ModelledTissue::new(material)?),
             specimen: specimen.map_err(|error| {
                 Failure::input_with_advice(error, "change --area or --thickness")
             })?,
         });
+        let place = RemotePlace {
+            matter,
+            one_sided: false,
+        };
         let count = self.given.count(&a::FELT_POINTS, 2..=10_000)? as usize;
         let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, count).collect();
         let environment = (omegas.iter())

@@ -439,7 +439,10 @@ fn servo(id: Option<u8>, hand: Option<moteus::Hand>) -> Result<moteus::EmulatedS
     moteus::EmulatedServo::new(id, shaft).map_err(Failure::input)
 }
 
-fn words_of_moteus(adapter: &moteus::EmulatedAdapter, Damage { to_device, to_host }: &Damage) -> String {
+fn words_of_moteus(
+    adapter: &moteus::EmulatedAdapter,
+    Damage { to_device, to_host }: &Damage,
+) -> String {
     let (served, servo) = (adapter.served(), &adapter.servo);
     let lost = to_device.dropped + to_host.dropped;
     let damaged = to_device.corrupted + to_host.corrupted;

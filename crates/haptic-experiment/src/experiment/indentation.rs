@@ -1,0 +1,442 @@
+//! A tissue under an indenter: stress relaxation, and creep.
+//!
+//! - *Relaxation*: the indenter follows a ramp to the strain ε₀ in T₀ and holds it; the force that the virtual tissue opposes
+//!   to it is the result. Source: O. Tokatlı, *Fractional Order Control in Haptics*, figure 7.2.
+//! - *Creep*: the indenter pushes with σ₀·A from t = 0, and both sink in. The closed form is that of the tissue alone; the
+//!   masses and the damping of the rig, 7 N·s/m together, slow the start down.
+
+mod report;
+
+use super::metadata;
+use super::rendering::{Contact, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN, STRESS};
+use crate::document::advice::parameter;
+use crate::document::failure::Failure;
+use crate::document::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
+use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
+use crate::judge::Published;
+use crate::judge::preflight::Preflight;
+use crate::run::folder::FolderRequest;
+use crate::run::preflight::note_findings;
+use crate::run::remote::{
+    RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, host_limits, indentation,
+    no_operator, portable, push,
+};
+use crate::run::safety::GuardedDevice;
+use crate::run::schedule::{Schedule, samples};
+use crate::run::simulate::{Simulated, Sink, simulate};
+use crate::run::{Ran, SAMPLES, Supervisor, run_logged};
+use fracdiff::parameter::Shown;
+use fracdiff::{Operator, Real, Seconds};
+use haptic_link::{LoopMode, Simulation};
+use haptic_loop::plant::{
+    HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed,
+};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
+use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
+pub use report::{Quantity, Report, TheoryCurves};
+
+/// A one-sided virtual tissue that begins at 0.
+type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
+
+/// A tissue under an indenter.
+///
+/// ```
+/// use haptic_experiment::{Indentation, ModelledTissue, Rendering};
+///
+/// let tissue = haptic_tissue::Library::load(None)?.find("prostate-cancerous")?;
+/// let relaxation = Indentation::relaxation(Rendering::new(ModelledTissue::new(tissue)?)?);
+/// assert_eq!(relaxation.check()?, 200_001);
+/// // The tissue relaxes: the force falls after the ramp.
+/// assert!(relaxation.closed_form(200.0) < relaxation.closed_form(1.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Indentation {
+    /// The tissue, and how it is rendered.
+    pub rendering: Rendering,
+    /// What the indenter does.
+    pub load: Load,
+    /// Until when, s.
+    pub duration_s: f64,
+}
+
+/// What an indenter does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Load {
+    /// It holds a strain: a relaxation.
+    Strain {
+        /// ε₀, above 0.
+        strain: f64,
+        /// T₀, s.
+        ramp_time_s: f64,
+    },
+    /// It pushes with a stress from t = 0 on: creep.
+    Stress {
+        /// σ₀, Pa, above 0.
+        stress_pa: f64,
+    },
+}
+
+impl Indentation {
+    /// A relaxation with the defaults of the parameters.
+    #[must_use]
+    pub fn relaxation(rendering: Rendering) -> Self {
+        Self {
+            rendering,
+            load: Load::Strain {
+                strain: STRAIN.default_number(),
+                ramp_time_s: RAMP_TIME.default_number(),
+            },
+            duration_s: RELAX_DURATION.default_number(),
+        }
+    }
+
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report, TheoryCurves>, Failure> {
+        let ran = self.record(request, supervisor)?;
+        let reported = self.report(&ran)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
+    /// Runs the loop and writes the log.
+    pub(crate) fn record(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        match self.rendering.precision {
+            Precision::F64 => self.record_as::<f64>(request, supervisor),
+            Precision::F32 => self.record_as::<f32>(request, supervisor),
+        }
+    }
+
+    /// The same on the simulated rig in virtual time, without folder, log or clock: each sample goes to the sink. `true` if it
+    /// reached the end without a fault.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn simulate(&self, sink: Sink<'_>) -> Result<bool, Failure> {
+        match self.rendering.precision {
+            Precision::F64 => self.simulate_as::<f64>(sink),
+            Precision::F32 => self.simulate_as::<f32>(sink),
+        }
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A strain, stress, ramp time, duration or sample time outside its range.
+    pub fn check(&self) -> Result<u64, Failure> {
+        match self.load {
+            Load::Strain { strain, .. } if !(strain > 0.0 && strain <= 1.0) => {
+                return Err(Failure::bad_input(format_args!(
+                    "strain {} is not in (0, 1]: give {STRAIN}, as in 0.05",
+                    Shown(strain)
+                )));
+            }
+            Load::Stress { stress_pa } if !(stress_pa > 0.0 && stress_pa <= 1e9) => {
+                return Err(Failure::bad_input(format_args!(
+                    "stress {} Pa is not in (0, 1e9] Pa: give {STRESS}, as in 100",
+                    Shown(stress_pa)
+                )));
+            }
+            _ => {}
+        }
+        let samples = samples(self.duration_s, self.rendering.sample_time_s, &SAMPLES)?;
+        match self.load {
+            Load::Strain { ramp_time_s, .. }
+                if !(ramp_time_s > 0.0 && ramp_time_s < self.duration_s) =>
+            {
+                Err(Failure::bad_input(format_args!(
+                    "ramp time {} s is not above 0 s and below the duration of {} s: give {RAMP_TIME}",
+                    Shown(ramp_time_s),
+                    Shown(self.duration_s)
+                )))
+            }
+            _ => Ok(samples),
+        }
+    }
+
+    /// The verdict on the controller that holds the indenter; `None` without one.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn drive_verdict(&self) -> Result<Option<DriveVerdict>, Failure> {
+        self.drive_verdict_over(self.check()?)
+    }
+
+    fn drive_verdict_over(&self, samples: u64) -> Result<Option<DriveVerdict>, Failure> {
+        let rendering = &self.rendering;
+        let Some(own) = &rendering.drive else {
+            return Ok(None);
+        };
+        let look = self.look(samples);
+        let (stiffness, dissipation) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        let operator = look.loop_operator()?;
+        let tissue = TissueLaw::new(stiffness, dissipation, operator, look.sample_time_s);
+        own.verdict(&self.rig()?, tissue).map(Some)
+    }
+
+    /// The way of the indenter, or its push.
+    fn drive(&self) -> Result<RigDrive, Failure> {
+        let specimen = &self.rendering.specimen;
+        match self.load {
+            Load::Strain {
+                strain,
+                ramp_time_s,
+            } => RampHold::new(specimen.displacement(strain), Seconds(ramp_time_s))
+                .map(RigDrive::Position)
+                .map_err(Failure::input),
+            Load::Stress { stress_pa } => Ok(RigDrive::Force(specimen.force(Pascals(stress_pa)))),
+        }
+    }
+
+    fn rig(&self) -> Result<RigConfig, Failure> {
+        let contact = match self.rendering.contact {
+            Contact::Compliant => RigContact::COMPLIANT,
+            Contact::Rigid => RigContact::Rigid,
+        };
+        let t = Seconds(self.rendering.sample_time_s);
+        Ok(RigConfig::new(self.drive()?, contact, t))
+    }
+
+    fn simulate_as<F: Real>(&self, sink: Sink<'_>) -> Result<bool, Failure> {
+        let samples = self.check()?;
+        let mut controller = self.controller::<F>(samples)?;
+        let mut rig = self.rig_behind_sensors()?;
+        Ok(simulate(&mut controller, &mut rig, samples, sink))
+    }
+
+    /// Nothing is made in the folder before every parameter is known to be good.
+    fn record_as<F: Real>(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let (rendering, samples, drive) = (&self.rendering, self.check()?, self.drive()?);
+        let mut metadata = metadata(match self.load {
+            Load::Strain { .. } => "relax",
+            Load::Stress { .. } => "creep",
+        });
+        metadata.insert("tissue_file".to_owned(), rendering.material.to_toml());
+        if let Some(own) = &rendering.drive {
+            metadata.insert("drive.file".to_owned(), own.controller.to_toml());
+        }
+        let mut controller = self.controller::<F>(samples)?;
+        let schedule = Schedule {
+            samples,
+            sample_time_s: rendering.sample_time_s,
+            pace: rendering.pace,
+        };
+        self.drive_acts()?;
+        if let Some(device) = &rendering.remote {
+            let reference = move |time_s: f64| match drive {
+                RigDrive::Position(profile) => profile.position(time_s),
+                RigDrive::Force(_) => f64::NAN,
+            };
+            let run = RemoteRun {
+                device,
+                law: self.law(drive, device, samples)?,
+                schedule,
+                blank: &|time_s| blank(reference(time_s)),
+                preflight: self.preflight(samples),
+                wanted: rendering.preflight,
+                request,
+                metadata,
+            };
+            return run.run(&mut controller, supervisor);
+        }
+        let mut device = self.rig_behind_sensors()?;
+        if let Some(verdict) = self.drive_verdict_over(samples)? {
+            verdict.require_stable(rendering.preflight.force_unstable)?;
+            note_findings(&mut metadata, "drive.preflight", &verdict);
+        }
+        let mut world = Simulated::new(&mut controller, &mut device);
+        run_logged(&mut world, schedule, (request, metadata), supervisor)
+    }
+
+    /// The tissue behind the safety chain.
+    fn controller<F: Real>(
+        &self,
+        samples: u64,
+    ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
+        let Rendering {
+            material,
+            specimen,
+            safety,
+            remote,
+            ..
+        } = &self.rendering;
+        let operator: Operator<F> = self.operator(samples)?;
+        let modulus = Pascals(material.rest_modulus_pa());
+        let viscosity = material.viscosity_pa_s_mu();
+        let tissue = SpringDamper::of_specimen(modulus, viscosity, specimen, operator);
+        let tissue = tissue.map_err(|error| {
+            Failure::input_with_advice(
+                error,
+                format_args!("change {AREA}, {THICKNESS} or {TISSUE}"),
+            )
+        })?;
+        let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
+        let limits = match remote {
+            None => self.limits_on_rig()?,
+            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
+            // The chain is the device's; this one runs only to be checked.
+            Some(_) => self.limits(true),
+        };
+        let t = Seconds(self.rendering.sample_time_s);
+        let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
+        match remote {
+            None => safety.acts()?,
+            Some(_) => safety.acts_on_device()?,
+        }
+        Ok(Controller::new(environment, chain))
+    }
+
+    /// The simulated rig.
+    fn rig_behind_sensors(&self) -> Result<Sensed<SimulatedRig>, Failure> {
+        let config = self.rig()?;
+        let rig = match &self.rendering.drive {
+            None => {
+                let rig = IndentationRig::new(config).map_err(Failure::input)?;
+                SimulatedRig::Plain(Box::new(rig))
+            }
+            Some(own) => {
+                self.drive_acts()?;
+                let holder = own.holder(self.rendering.sample_time_s)?;
+                let rig = HeldRig::new(config, holder).map_err(Failure::input)?;
+                SimulatedRig::Held(Box::new(rig))
+            }
+        };
+        self.rendering.sensors.before(rig)
+    }
+
+    /// Refuses a drive where nothing could be held by one.
+    fn drive_acts(&self) -> Result<(), Failure> {
+        if self.rendering.drive.is_none() {
+            return Ok(());
+        }
+        if self.rendering.remote.is_some() {
+            return Err(Failure::bad_input(format_args!(
+                "a {CONTROLLER} of a drive holds the indenter of the simulated rig: omit it with a serial device"
+            )));
+        }
+        match self.rendering.contact {
+            Contact::Compliant => Ok(()),
+            Contact::Rigid => Err(Failure::bad_input(format_args!(
+                "the {CONTROLLER} of a drive moves a mass, and a rigid contact has none: take {contact_compliant}",
+                contact_compliant = CONTACT.set_to("compliant")
+            ))),
+        }
+    }
+
+    /// Limits of the safety chain, without a guard.
+    fn limits(&self, starts_small: bool) -> Limits {
+        let (force, rate) = (
+            self.rendering.force_limit_n,
+            self.rendering.force_rate_limit_n_per_s,
+        );
+        let limits = Limits::bare(Newtons(force), NewtonsPerSecond(rate));
+        self.rendering.safety.on(limits, starts_small)
+    }
+
+    /// The same on the simulated rig, with a guard made for its renderer.
+    fn limits_on_rig(&self) -> Result<Limits, Failure> {
+        let (rig, safety) = (self.rig()?, &self.rendering.safety);
+        let known = safety.guarded(GuardedDevice {
+            mass_kg: Some(rig.renderer_mass.0),
+            damping_n_s_per_m: Some(rig.renderer_damping.0),
+            delay_s: Some((0.0, 0.0)),
+            lag_s: Some(0.0),
+            noise_m: Some(self.rendering.sensors.deviation_m()),
+        });
+        Ok(Limits {
+            guard: safety.guard.of(&known, rig.sample_time)?,
+            ..safety.braked(self.limits(false), rig.renderer_mass.0, 0)
+        })
+    }
+
+    /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
+    /// closes no loop.
+    fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
+        let rigid = self.rendering.contact == Contact::Rigid;
+        let imposed = matches!(self.load, Load::Strain { .. }) && rigid;
+        (!imposed).then(|| self.look(samples))
+    }
+
+    /// The tissue as a wall.
+    fn look(&self, samples: u64) -> Preflight<'_> {
+        let rendering = &self.rendering;
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = rendering.spring_and_damper();
+        Preflight {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order: rendering.material.order(),
+            model: rendering.material.composed(),
+            scheme: rendering.scheme,
+            sample_time_s: rendering.sample_time_s,
+            samples,
+        }
+    }
+
+    /// The operator, for so many samples.
+    fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
+        let Rendering {
+            material, scheme, ..
+        } = &self.rendering;
+        material.operator(*scheme, Seconds(self.rendering.sample_time_s), samples)
+    }
+
+    /// The same tissue and drive for a device.
+    fn law(
+        &self,
+        drive: RigDrive,
+        device: &RemoteDevice,
+        samples: u64,
+    ) -> Result<RemoteLaw, Failure> {
+        let rendering = &self.rendering;
+        let (stiffness, dissipation) = rendering.spring_and_damper();
+        let simulation = match drive {
+            RigDrive::Position(profile) => indentation(
+                rendering.contact == Contact::Compliant,
+                profile.depth().0,
+                profile.ramp_time().0,
+            ),
+            RigDrive::Force(force) => push(force.0),
+        };
+        let safety = &rendering.safety;
+        Ok(RemoteLaw {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: rendering.material.order().get(),
+            one_sided: true,
+            operator: match device.loop_mode {
+                LoopMode::Device => portable(&self.operator(samples)?)?,
+                LoopMode::Host => no_operator(),
+            },
+            limits: self.limits(true),
+            unchanged: UnchangedLimits {
+                speed: safety.speed_limit_m_per_s.is_none(),
+                ..UnchangedLimits::default()
+            },
+            guard: (safety.guard, safety.guarded(GuardedDevice::default())),
+            // The device of which the pre-flight speaks, if it knows one.
+            simulation: match rendering.preflight.dynamics {
+                Some(known) => Simulation {
+                    mass_kg: known.mass_kg as f32,
+                    damping_n_s_per_m: known.damping_n_s_per_m as f32,
+                    ..simulation
+                },
+                None => simulation,
+            },
+            after_rise: true,
+        })
+    }
+}

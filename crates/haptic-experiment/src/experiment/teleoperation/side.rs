@@ -1,0 +1,623 @@
+//! One side of a teleoperation in this process, the other in another one, and real datagrams between them.
+//!
+//! Both devices are simulated and paced by the clock. A port is served by one socket; nothing blocks the tick.
+
+use super::line::{End, Line, unusable};
+use super::pair::Body;
+use super::report::{SATURATED_SHARE, TeleoperationVerdict};
+use super::{HandMotion, TeleoperationExperiment};
+use crate::document::failure::Failure;
+use crate::document::parameters::{PATIENCE, SKIPPED_SHARE};
+use crate::judge::Published;
+use crate::judge::decimated::Decimated;
+use crate::judge::report::Files;
+use crate::run::ending::Ending;
+use crate::run::folder::{FolderRequest, OutputFolder, Table};
+use crate::run::realtime::RealtimeOptions;
+use crate::run::record::Record;
+use crate::run::recorder::Recorder;
+use crate::run::schedule::{Pace, Schedule};
+use crate::run::{Ran, Supervisor, close, recorder, tell_end, told};
+use fracdiff::Operator;
+use fracdiff::parameter::Shown;
+use haptic_link::{Architecture, HandSide, hand_digest};
+use haptic_log::record::flaw::LATE_FORCE;
+use haptic_log::record::{END, StartTime, TickMessage};
+use haptic_loop::realtime::Periodic;
+use haptic_loop::{Limiters, SafeForce};
+use haptic_teleoperation::{Heard, Introduction, Port};
+use serde::Serialize;
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, SystemTime};
+
+/// Why a side ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FarEnd {
+    /// Its time was over.
+    Done,
+    /// Its time was over, but the clock had skipped more ticks than a result may miss.
+    Late,
+    /// The other side said goodbye.
+    OtherLeft,
+    /// The other side was silent for too long.
+    Silent,
+    /// Somebody asked for it.
+    Interrupted,
+    /// The safety chain latched a fault.
+    Fault,
+}
+
+/// Terms on which a side meets the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Terms {
+    /// Time to wait for the other side, above 0.
+    pub patience: Duration,
+    /// Largest share of the ticks that may be skipped, 0 to 1; more of them is no result.
+    pub skipped_most: f64,
+}
+
+impl Terms {
+    fn checked(self) -> Result<Self, Failure> {
+        if self.patience.is_zero() {
+            return Err(Failure::bad_input(format_args!(
+                "patience 0 s is no time to wait for the other side: give a {PATIENCE} above 0, as 60s"
+            )));
+        }
+        if !(0.0..=1.0).contains(&self.skipped_most) {
+            return Err(Failure::bad_input(format_args!(
+                "{SKIPPED_SHARE} {} is not in [0, 1]: give a share of the ticks, as 0.1",
+                Shown(self.skipped_most)
+            )));
+        }
+        Ok(self)
+    }
+
+    /// The same end, unless more ticks were skipped than a result may miss.
+    fn judge(self, ended: FarEnd, skipped: u64, ticks: u64) -> FarEnd {
+        let whole = matches!(ended, FarEnd::Done | FarEnd::OtherLeft);
+        let late = skipped as f64 > self.skipped_most * ticks as f64;
+        if whole && late { FarEnd::Late } else { ended }
+    }
+}
+
+/// The report of a side.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FarReport {
+    /// master or slave.
+    pub side: String,
+    /// Name of the architecture.
+    pub architecture: String,
+    /// Address of the other side.
+    pub peer: String,
+    /// Why it ended.
+    pub ended: FarEnd,
+    /// Ticks of its device.
+    pub ticks: u64,
+    /// Time of its device at the end, s.
+    pub duration_s: f64,
+    /// Ticks that the clock had to skip.
+    pub skipped: u64,
+    /// Messages sent.
+    pub sent: u64,
+    /// Messages that were acted on.
+    pub acted_on: u64,
+    /// Numbers that were passed over: lost, or late.
+    pub missing: u32,
+    /// Messages after a later one: refused.
+    pub stale: u32,
+    /// Messages that came twice: refused.
+    pub duplicate: u32,
+    /// Datagrams that were damaged or no messages.
+    pub corrupt: u32,
+    /// Datagrams from elsewhere or of another connection.
+    pub foreign: u64,
+    /// Ticks whose force was at its limit.
+    pub ticks_at_limit: u64,
+    /// Largest force, N.
+    pub peak_force_n: f64,
+    /// Force at the end, N: 0.
+    pub final_force_n: f64,
+    /// Energy that the line gave to this device, J; below 0 it took some.
+    pub given_j: f64,
+    /// Device time from the last message to a force of zero, s; null unless the other side fell silent.
+    pub silent_to_zero_s: Option<f64>,
+    /// Most of that: silence, stop time and two samples, s.
+    pub silent_to_zero_most_s: f64,
+    /// The log, or the first of its files.
+    pub log: String,
+    /// All files of the log, in order.
+    pub logs: Vec<String>,
+    /// The samples, unless the run was cut short.
+    pub csv: Option<String>,
+    /// The picture, unless the run was cut short.
+    pub figure: Option<String>,
+    /// The log of the fault; null without one.
+    pub fault_log: Option<String>,
+    /// Samples and events that did not reach the log.
+    pub dropped_samples: u64,
+    /// Why there is no table of a run that reached its end.
+    #[serde(skip)]
+    pub unwritten: Option<String>,
+}
+
+impl FarReport {
+    /// True if a force was at its limit in more of the ticks than a passive run may have.
+    fn is_saturated(&self) -> bool {
+        self.ticks_at_limit as f64 > SATURATED_SHARE * self.ticks as f64
+    }
+
+    /// What speaks against a passive run of this experiment, as far as one side sees it: its force was at the limit, or the other side
+    /// left longer before the end than it may be silent. Energy of the line is that of both sides together: the sum of their `given_j`.
+    #[must_use]
+    pub fn against_passive(
+        &self,
+        experiment: &TeleoperationExperiment,
+    ) -> Option<TeleoperationVerdict> {
+        let left_s = experiment.duration_s - self.duration_s;
+        if self.is_saturated() {
+            Some(TeleoperationVerdict::Saturated)
+        } else if self.ended == FarEnd::OtherLeft && left_s > experiment.silence_s {
+            Some(TeleoperationVerdict::Unfinished)
+        } else {
+            None
+        }
+    }
+}
+
+/// What there is to draw of one side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideCurves {
+    /// Its heading.
+    pub title: String,
+    /// One line: laws and the other side.
+    pub subtitle: String,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Where the hand wants to be, m; not a number on the side without one.
+    pub reference_m: Vec<f64>,
+    /// Place of the device, m.
+    pub position_m: Vec<f64>,
+    /// Force on the device, N.
+    pub force_n: Vec<f64>,
+    /// Force of hand or place on it, N.
+    pub outside_n: Vec<f64>,
+}
+
+impl TeleoperationExperiment {
+    /// Runs a side for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears the address of
+    /// this side.
+    ///
+    /// # Errors
+    /// A parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not fit; a log that
+    /// cannot be written.
+    pub fn run_side(
+        &self,
+        end: End,
+        terms: Terms,
+        opened: &dyn Fn(SocketAddr),
+        (request, supervisor): (&FolderRequest, Supervisor<'_>),
+    ) -> Result<Published<FarReport, SideCurves>, Failure> {
+        let terms = terms.checked()?;
+        let hand_side = end.side();
+        self.check_duration()?;
+        self.check_waves()?;
+        if hand_side == HandSide::Slave {
+            self.require_stable()?;
+        }
+        let (port, body) = (self.port(hand_side)?, self.body(hand_side)?);
+        let t = self.sample_time().0;
+        // In real time, whatever the pace of a simulation is.
+        let schedule = Schedule {
+            samples: self.samples(),
+            sample_time_s: t,
+            pace: match self.pace {
+                Pace::Virtual => Pace::Realtime(RealtimeOptions::NORMAL),
+                pace @ Pace::Realtime(_) => pace,
+            },
+        };
+        let Some(clock) = schedule.clock().map_err(Failure::input)? else {
+            return Err(Failure::bad_input("two processes need a clock"));
+        };
+        // A folder that takes no files is seen before anybody waits.
+        let folder = request.prepare()?;
+        let line = self.met(end, terms, opened, supervisor);
+        let line = line.inspect_err(|_| folder.discard())?;
+        let peer = line.peer.map_or_else(String::new, |peer| peer.to_string());
+        let mut metadata = self.metadata();
+        metadata.insert("side".to_owned(), hand_side.to_string());
+        metadata.insert("peer".to_owned(), peer.clone());
+        let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
+        // A recorder that has ended is seen at the tick.
+        let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
+        let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
+        let mut side = Side {
+            port,
+            body,
+            line,
+            motion: (hand_side == HandSide::Master).then_some(&self.motion),
+            kept: Kept {
+                table: folder.named_table_beside_log("csv", &COLUMNS),
+                curves: Decimated::of(&record),
+                recorder,
+                record,
+            },
+            sample_time_s: t,
+            tick: 0,
+            skipped: 0,
+            sent: 0,
+            acted_on: 0,
+            heard_tick: 0,
+            at_limit: 0,
+            left: false,
+        };
+        let mut periodic = Periodic::new(clock).map_err(Failure::input)?;
+        let (ended, silent_to_zero_s) =
+            side.all(&mut periodic, schedule.samples, supervisor.stop)?;
+        told(periodic, &mut side.kept.record, &mut side.kept.recorder);
+        side.line.farewell();
+        let ended = terms.judge(ended, side.skipped, side.tick);
+        if side.skipped > 0 {
+            (supervisor.warn)(&format!(
+                "this machine was late: {} of {} ticks were skipped",
+                side.skipped, side.tick
+            ));
+        }
+        let report = self.reported(side, (ended, silent_to_zero_s), (peer, folder))?;
+        if report.report.is_saturated() {
+            (supervisor.warn)(&self.saturated());
+        }
+        Ok(report)
+    }
+
+    /// The line to the other side, once that is there.
+    fn met(
+        &self,
+        end: End,
+        terms: Terms,
+        opened: &dyn Fn(SocketAddr),
+        supervisor: Supervisor<'_>,
+    ) -> Result<Line, Failure> {
+        let mut line = Line::open(end, self.introduction(end.side()))?;
+        let address = line.socket.local_addr();
+        opened(address.map_err(|error| unusable(end, &error))?);
+        if line.meet(end, terms.patience, supervisor.stop)? {
+            return Ok(line);
+        }
+        Err(Failure::Run(anyhow::anyhow!(
+            "interrupted before the other side was there; no force was made"
+        )))
+    }
+
+    fn introduction(&self, side: HandSide) -> Introduction {
+        let gains = [
+            self.coupler.stiffness_n_per_m,
+            self.coupler.dissipation_n_s_mu_per_m,
+            self.order.get(),
+        ];
+        let (wave_impedance_n_s_per_m, coupler_digest) = match self.architecture {
+            Architecture::Wave => (self.wave_impedance_n_s_per_m, 0),
+            _ => (0.0, hand_digest(&gains, &self.scheme.to_string())),
+        };
+        Introduction {
+            side,
+            architecture: self.architecture,
+            sample_time_s: self.sample_time().0,
+            wave_impedance_n_s_per_m,
+            coupler_digest,
+        }
+    }
+
+    /// Closes the log and reports. Unless the run was cut short there are a table and curves.
+    fn reported(
+        &self,
+        side: Side<'_>,
+        (ended, silent_to_zero_s): (FarEnd, Option<f64>),
+        (peer, folder): (String, OutputFolder),
+    ) -> Result<Published<FarReport, SideCurves>, Failure> {
+        let Kept {
+            mut recorder,
+            mut record,
+            table,
+            mut curves,
+        } = side.kept;
+        let whole = matches!(ended, FarEnd::Done | FarEnd::Late | FarEnd::OtherLeft);
+        let peak_force_n = record.peak_force_n();
+        record.dropped = recorder.dropped();
+        let end = record.end(self.samples(), side.tick);
+        recorder.metadata(END, end.metadata());
+        let recorded = close(recorder, &record, side.port.safety().is_at_rest())?;
+        let ran = Ran::of(record, recorded, folder);
+        let files = Files::of_run(&ran, whole.then_some(table));
+        let shown = |path: &std::path::PathBuf| path.display().to_string();
+        let logs: Vec<String> = ran.log.paths.iter().map(shown).collect();
+        let t = self.sample_time().0;
+        let (counts, line) = (side.port.counts(), side.line.state.counters());
+        let stop_time_s = self.safety.stop_time_s;
+        let stop_time_s = stop_time_s.unwrap_or(haptic_loop::Limits::default().stop_time.0);
+        let report = FarReport {
+            side: side.line.state.side().to_string(),
+            architecture: self.architecture.name().to_owned(),
+            peer,
+            ended,
+            ticks: side.tick,
+            duration_s: side.tick as f64 * t,
+            skipped: side.skipped,
+            sent: side.sent,
+            acted_on: side.acted_on,
+            missing: counts.missing,
+            stale: counts.stale,
+            duplicate: counts.duplicate,
+            corrupt: line.corrupt.saturating_add(line.oversize),
+            foreign: side.line.strangers + u64::from(side.line.state.other_connections()),
+            ticks_at_limit: side.at_limit,
+            peak_force_n,
+            final_force_n: side.port.force_n(),
+            given_j: side.port.given_j(),
+            silent_to_zero_s,
+            silent_to_zero_most_s: self.silence_s + stop_time_s + 2.0 * t,
+            log: logs.first().cloned().unwrap_or_default(),
+            logs,
+            csv: files.csv,
+            figure: None,
+            fault_log: ran.fault_log.as_ref().map(shown),
+            dropped_samples: ran.record.dropped,
+            unwritten: files.unwritten,
+        };
+        curves.finish();
+        let [reference_m, position_m, force_n, outside_n] = curves.curves;
+        let curves = whole.then(|| SideCurves {
+            title: format!("A teleoperation, the {}", report.side),
+            subtitle: format!("{} · with {}", report.architecture, report.peer),
+            time_s: curves.time_s,
+            reference_m,
+            position_m,
+            force_n,
+            outside_n,
+        });
+        Ok(Published::new((report, curves), ran.folder))
+    }
+}
+
+/// Columns of the table of a side.
+const COLUMNS: [&str; 6] = [
+    "time_s",
+    "reference_m",
+    "position_m",
+    "force_n",
+    "outside_force_n",
+    "taken_j",
+];
+
+/// Log, table and curves of a side.
+struct Kept {
+    recorder: Recorder,
+    record: Record,
+    table: Table,
+    curves: Decimated<4>,
+}
+
+impl Kept {
+    /// Takes a tick in.
+    fn take(&mut self, message: &TickMessage) {
+        let logged = self.recorder.tick(message);
+        if self.record.ended.is_some() {
+            self.record.push_after(message);
+            return;
+        }
+        self.record.push(message);
+        let values = [
+            message.reference_m[0],
+            message.position_m[0],
+            message.applied_force_n[0],
+            0.0 - message.contact_force_n[0],
+        ];
+        let [reference_m, position_m, force_n, outside_n] = values;
+        let (time_s, taken_j) = (message.time_s, message.observed_energy_j);
+        let row = [time_s, reference_m, position_m, force_n, outside_n, taken_j];
+        self.table.row(row);
+        self.curves.add(time_s, values);
+        if logged.is_err() {
+            self.record.ended = Some(Ending::LogStopped);
+        }
+    }
+}
+
+/// A side at work.
+struct Side<'a> {
+    port: Port<Operator<f64>>,
+    body: Body,
+    line: Line,
+    /// Of the hand, on the side of the master.
+    motion: Option<&'a HandMotion>,
+    kept: Kept,
+    sample_time_s: f64,
+    tick: u64,
+    /// Ticks that this machine was too late for.
+    skipped: u64,
+    sent: u64,
+    acted_on: u64,
+    /// The tick of the newest message.
+    heard_tick: u64,
+    /// Ticks whose force was at its limit.
+    at_limit: u64,
+    left: bool,
+}
+
+impl Side<'_> {
+    /// All ticks, until the force is zero again: why it ended, and the time from the last message to zero, if that was silence.
+    fn all<W: haptic_loop::realtime::Waiter>(
+        &mut self,
+        periodic: &mut Periodic<W>,
+        samples: u64,
+        stop: &AtomicBool,
+    ) -> Result<(FarEnd, Option<f64>), Failure> {
+        let (mut ended, mut silent_s) = (None, None);
+        let mut force = SafeForce::<f64, 1>::zero();
+        loop {
+            let late = periodic.wait().skipped;
+            self.skipped += late;
+            // The device moves on meanwhile, under the last force, which a real one would hold too.
+            for _ in 0..late {
+                let message = TickMessage {
+                    environment_force_n: f64::NAN.into(),
+                    commanded_force_n: force.newtons()[0].into(),
+                    applied_force_n: force.newtons()[0].into(),
+                    flaws: LATE_FORCE,
+                    observed_energy_j: 0.0 - self.port.given_j(),
+                    ..self.observed()
+                };
+                self.kept.take(&message);
+                self.advance(force);
+            }
+            self.listen()?;
+            force = self.tick()?;
+            self.advance(force);
+            if ended.is_none() {
+                ended = self.ended(self.tick >= samples, stop);
+                if let Some((_, why)) = ended {
+                    if let Some(why) = why {
+                        self.ends(why);
+                    }
+                    self.port.stop();
+                }
+            }
+            let at_rest = self.port.safety().is_at_rest();
+            if let Some((ended, _)) = ended.filter(|_| at_rest) {
+                let silent = (self.tick - self.heard_tick) as f64 * self.sample_time_s;
+                silent_s.get_or_insert(silent);
+                if self.kept.recorder.has_aftermath() {
+                    return Ok((ended, silent_s.filter(|_| ended == FarEnd::Silent)));
+                }
+            }
+        }
+    }
+
+    /// The device moves on under a force.
+    fn advance(&mut self, force: SafeForce<f64, 1>) {
+        self.body
+            .advance(self.tick as f64 * self.sample_time_s, force);
+        self.tick += 1;
+    }
+
+    /// Takes in what has come.
+    fn listen(&mut self) -> Result<(), Failure> {
+        while let Some(heard) = self.line.next()? {
+            match heard {
+                Heard::Sample(sample) => {
+                    if self.port.receive(&sample) {
+                        self.acted_on += 1;
+                        self.heard_tick = self.tick;
+                    }
+                }
+                Heard::Hello => self.line.greet(),
+                Heard::Bye => self.left = true,
+                Heard::Met | Heard::Nothing => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn tick(&mut self) -> Result<SafeForce<f64, 1>, Failure> {
+        let observed = self.observed();
+        let begun = self.port.begin(self.body.reading(self.tick));
+        let force = begun.force();
+        let done = begun.finish();
+        let message = done.message;
+        self.at_limit += u64::from(done.sample.limiters.contains(Limiters::MAGNITUDE));
+        self.kept.take(&TickMessage {
+            environment_force_n: done.sample.environment_force_n[0].into(),
+            commanded_force_n: force.newtons()[0].into(),
+            applied_force_n: force.newtons()[0].into(),
+            limiters: done.sample.limiters.bits(),
+            observed_energy_j: 0.0 - self.port.given_j(),
+            ..observed
+        });
+        let Line { state, buffer, .. } = &mut self.line;
+        let length = (state.sample(message, buffer)).map_err(|error| Failure::Run(error.into()))?;
+        self.line.send(length);
+        self.sent += 1;
+        Ok(force)
+    }
+
+    /// This tick as the log has it, without what the port does in it.
+    fn observed(&self) -> TickMessage {
+        let reading = self.body.reading(self.tick);
+        let time_s = reading.time_s;
+        TickMessage {
+            tick: self.tick,
+            time_s,
+            reference_m: (self.motion.map_or(f64::NAN, |motion| motion.at(time_s).0)).into(),
+            indenter_position_m: reading.position_m[0].into(),
+            position_m: reading.position_m[0].into(),
+            contact_force_n: (0.0 - self.body.outside_n(time_s)).into(),
+            ..TickMessage::default()
+        }
+    }
+
+    /// The run ends so; the log says it.
+    fn ends(&mut self, ended: Ending) {
+        let Kept {
+            recorder, record, ..
+        } = &mut self.kept;
+        let time_s = record.duration_s();
+        tell_end(recorder, ended, None, (self.tick - 1, time_s), time_s);
+        record.ended = Some(ended);
+    }
+
+    /// Why it is to end, for the report and for the log; the latter has none for a run that has reached its end.
+    fn ended(&self, over: bool, stop: &AtomicBool) -> Option<(FarEnd, Option<Ending>)> {
+        if let Some(fault) = self.port.safety().fault() {
+            Some((FarEnd::Fault, Some(Ending::Fault(fault))))
+        } else if self.kept.record.ended == Some(Ending::LogStopped) {
+            Some((FarEnd::Interrupted, None))
+        } else if stop.load(Ordering::Relaxed) {
+            Some((FarEnd::Interrupted, Some(Ending::Interrupted)))
+        } else if self.left {
+            Some((FarEnd::OtherLeft, Some(Ending::OtherLeft)))
+        } else if self.port.is_silent() {
+            Some((FarEnd::Silent, Some(Ending::Silent)))
+        } else {
+            over.then_some((FarEnd::Done, None))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_that_skipped_too_many_ticks_is_no_result() {
+        let terms = Terms {
+            patience: Duration::from_secs(1),
+            skipped_most: 0.1,
+        };
+        for (ended, skipped, want) in [
+            (FarEnd::Done, 100, FarEnd::Done),
+            (FarEnd::Done, 101, FarEnd::Late),
+            (FarEnd::OtherLeft, 550, FarEnd::Late),
+            // Why it ended early says more.
+            (FarEnd::Silent, 550, FarEnd::Silent),
+            (FarEnd::Interrupted, 550, FarEnd::Interrupted),
+        ] {
+            assert_eq!(terms.judge(ended, skipped, 1000), want, "{skipped}");
+        }
+        let any = Terms {
+            skipped_most: 1.0,
+            ..terms
+        };
+        assert_eq!(any.judge(FarEnd::Done, 999, 1000), FarEnd::Done);
+        let impatient = Terms {
+            patience: Duration::ZERO,
+            ..terms
+        };
+        assert!(impatient.checked().is_err());
+        let wild = Terms {
+            skipped_most: f64::NAN,
+            ..terms
+        };
+        assert!(wild.checked().is_err());
+    }
+}
