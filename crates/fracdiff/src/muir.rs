@@ -1,8 +1,8 @@
 //! The Muir polynomial `A_n(w`, μ), and the operator that uses it alone.
 
 use crate::differintegrator::past_is_kept;
-use crate::error::check_length;
 use crate::fir::FirHistory;
+use crate::order::check_length;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;

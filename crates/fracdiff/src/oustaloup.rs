@@ -1,9 +1,9 @@
 //! Band-limited operator after Oustaloup, as a cascade of first-order sections.
 
 use crate::differintegrator::past_is_kept;
-use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::portable::{ListError, check_decay};
+use crate::list::{ListError, check_decay};
+use crate::order::check_length;
 use crate::real::approach;
 use crate::response::low_pass;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};

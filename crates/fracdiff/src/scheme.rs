@@ -13,9 +13,9 @@
 
 use crate::batch::Batch;
 use crate::differintegrator::one_of;
-use crate::error::check_length;
 use crate::full_memory::{Design, DesignError, HORIZON_MIN, Kernel, check_tolerance};
-use crate::portable::Form;
+use crate::list::Form;
+use crate::order::check_length;
 use crate::{
     Band, Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory,
     FullMemoryHistory, MuirHistory, MuirPolynomial, Order, Oustaloup, OustaloupHistory,

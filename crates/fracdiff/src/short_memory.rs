@@ -150,7 +150,7 @@ impl<F: Real> ShortMemoryVec<F> {
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
     /// 1 ≤ length ≤ [`MOST`](Self::MOST).
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
-        crate::error::check_length("memory length", length, Self::MOST)?;
+        crate::order::check_length("memory length", length, Self::MOST)?;
         let rate = sample_time.rate_to_the(order)?;
         let taps = grunwald_weights(order)
             .take(length)

@@ -1,9 +1,9 @@
 //! Recursive (infinite impulse response) operator from the Tustin rule and Muir polynomials.
 
-use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
+use crate::list::ListError;
 use crate::muir::muir_split;
-use crate::portable::ListError;
+use crate::order::check_length;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;

@@ -1,6 +1,7 @@
 //! Memories that only fade: weights that are moments of a density, whatever the density.
 
-use super::design::{DesignError, Mode, check_horizon};
+use super::design::{DesignError, check_horizon};
+use super::kernel::Mode;
 use crate::ParameterError;
 use core::f64::consts::PI;
 use std::vec;

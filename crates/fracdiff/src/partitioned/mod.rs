@@ -10,11 +10,9 @@ use crate::{
     Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds, ShortMemoryVec,
 };
 use alloc::vec::Vec;
-use level::{Level, LevelHistory};
+use level::{FIRST, Level, LevelHistory};
 use num_complex::Complex;
 
-/// Block length of the first level; the head is twice as long, less the newest sample.
-const FIRST: usize = 32;
 /// Blocks grow by this factor from level to level.
 const GROWTH: usize = 8;
 /// A level that would take more partitions than this to reach the end leaves the rest to a next one.
@@ -73,7 +71,7 @@ impl<F: Real> PartitionedMemory<F> {
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
     /// 1 ≤ length ≤ [`ShortMemoryVec::MOST`].
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
-        crate::error::check_length("memory length", length, ShortMemoryVec::<F>::MOST)?;
+        crate::order::check_length("memory length", length, ShortMemoryVec::<F>::MOST)?;
         let rate = sample_time.rate_to_the(order)?;
         let weights = grunwald_weights(order).take(length);
         let taps: Vec<f64> = weights.map(|weight| rate * weight).collect();
