@@ -45,7 +45,7 @@ pub use eigenvalues::eigenvalues;
 pub use fir::{Fir, FirHistory};
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
-pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
+pub use muir::{MuirPolynomial, muir_coefficients};
 /// The crate of [`Complex`](num_complex::Complex), which responses are.
 pub use num_complex;
 pub use order::{Order, ParameterError, Seconds};
@@ -59,7 +59,7 @@ pub use response::{ExactDifference, FrequencyResponse};
 pub use roots::roots;
 #[cfg(feature = "std")]
 pub use scheme::{Operator, OperatorHistory, OperatorList, Scheme, SchemeError};
-pub use short_memory::{ShortHistory, ShortMemory};
+pub use short_memory::ShortMemory;
 #[cfg(feature = "alloc")]
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
 pub use tustin_muir::{RecursionHistory, TustinMuir, TustinMuirHistory};

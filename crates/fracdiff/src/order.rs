@@ -6,14 +6,6 @@ use core::fmt;
 /// Order μ of a differintegral, dimensionless, finite, −2 ≤ μ ≤ 2.
 ///
 /// Positive differentiates, zero is the identity, negative integrates. Checked once, here.
-///
-/// ```
-/// use fracdiff::Order;
-///
-/// assert_eq!(Order::new(1.25)?.split(), (1, 0.25)); // a difference, and the quarter derivative of it
-/// assert_eq!(Order::new(2.5).unwrap_err().to_string(), "order 2.5 is not in [-2, 2]");
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Order(f64);
@@ -86,14 +78,6 @@ impl fmt::Display for Order {
 }
 
 /// A duration in seconds. Any number; the constructor that takes it checks the range it needs.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-///
-/// // T^(−1/2) at 10 kHz.
-/// assert_eq!(Seconds(1e-4).rate_to_the(Order::new(0.5)?)?, 100.0);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Seconds(pub f64);

@@ -70,18 +70,6 @@ impl core::error::Error for DesignError {}
 /// ε is measured, not assumed: the relative error of every weight from lag TAPS to TAPS + 64 and from
 /// there on a geometric grid of 48 points per swing of the error curve, up to the horizon, against the
 /// true weights in closed form.
-///
-/// ```
-/// use fracdiff::Order;
-/// use fracdiff::full_memory::{Design, Kernel};
-///
-/// // Ten seconds at 1 kHz: how many modes for 1e-3, and for 1e-9?
-/// let order = Order::new(0.3)?;
-/// let rough = Design::<16, 64>::closed_form(Kernel::Grunwald, order, 1e-3, 1e4)?;
-/// let fine = Design::<16, 64>::closed_form(Kernel::Grunwald, order, 1e-9, 1e4)?;
-/// assert!(rough.modes().len() < fine.modes().len() && fine.error_bound() <= 1e-9);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design<const TAPS: usize, const MODES: usize> {
     order: Order,

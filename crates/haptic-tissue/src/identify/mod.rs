@@ -40,7 +40,7 @@ mod target;
 use crate::model::ModelKind;
 use bootstrap::intervals;
 pub use elements::CANDIDATES;
-use elements::{Candidate, Elements, is_order};
+use elements::Candidate;
 pub use error::IdentifyError;
 use fit::{AS_GOOD, fit};
 pub use fit::{Estimate, Fit};
@@ -261,41 +261,4 @@ fn bootstrap(
             options.bootstrap
         ));
     }
-}
-
-/// The residual of a model at given parameters, in the order of a tissue file: what the fit makes small, root of the mean square.
-///
-/// # Errors
-/// A kind that is not fitted, or another number of parameters.
-pub fn rms_of(record: &Record, kind: ModelKind, parameters: &[f64]) -> Result<f64, IdentifyError> {
-    let candidate = Candidate::of(kind)?;
-    if parameters.len() != candidate.parameters() {
-        return Err(IdentifyError::Record(format!(
-            "{kind} has {} parameters, not {}: give all of them",
-            candidate.parameters(),
-            parameters.len()
-        )));
-    }
-    let never = AtomicBool::new(false);
-    let target = Target::new(record, Weighting::Equal, &never);
-    let ln_unit = libm::log(target.unit_s);
-    let modulus = |v: usize| {
-        // aᵢ of Vᵢ and αᵢ, which follows it but for the spring.
-        let order = parameters.get(v + 1).unwrap_or(&0.0);
-        libm::log(parameters[v]) - order * ln_unit
-    };
-    let value = |v: usize| {
-        if is_order(v) {
-            parameters[v]
-        } else {
-            modulus(v)
-        }
-    };
-    let values: Vec<f64> = (0..parameters.len()).map(value).collect();
-    let elements = Elements::from_variables(&values);
-    let mut sum = 0.0;
-    target.residuals(candidate, &elements, |_, _, slope| {
-        sum += slope.value * slope.value;
-    });
-    Ok(target.scale * libm::sqrt(sum / target.len() as f64))
 }
