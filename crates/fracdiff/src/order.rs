@@ -109,13 +109,13 @@ impl fmt::Display for Seconds {
 }
 
 /// Smallest tolerance a design accepts.
-pub const TOLERANCE_MIN: f64 = 1e-11;
+pub(crate) const TOLERANCE_MIN: f64 = 1e-11;
 /// Largest tolerance a design accepts.
-pub const TOLERANCE_MAX: f64 = 0.1;
+pub(crate) const TOLERANCE_MAX: f64 = 0.1;
 /// Shortest horizon a design accepts, samples.
 pub const HORIZON_MIN: f64 = 1e2;
 /// Longest horizon a design accepts, samples: 31 years at 1 kHz.
-pub const HORIZON_MAX: f64 = 1e12;
+pub(crate) const HORIZON_MAX: f64 = 1e12;
 
 /// A parameter outside its documented range, with the rejected value.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -26,7 +26,7 @@ mod memory;
 #[cfg(feature = "std")]
 mod nnls;
 
-pub use crate::order::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
+pub use crate::order::HORIZON_MIN;
 #[cfg(feature = "std")]
 pub(crate) use bank::plain_modes;
 pub(crate) use bank::{Bank, PORTABLE_TAPS};

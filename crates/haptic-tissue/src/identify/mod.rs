@@ -45,7 +45,7 @@ pub use error::IdentifyError;
 use fit::{AS_GOOD, fit};
 pub use fit::{Estimate, Fit};
 pub use record::{Record, RecordKind, SAMPLES_MOST};
-use search::{Best, search};
+use search::search;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicBool, Ordering};
 use target::Target;
@@ -184,17 +184,20 @@ fn identified(
     fitted.insert(0, first);
     let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
     if options.bootstrap > 0 {
+        // Intervals by bootstrap in place of those by standard errors.
         let (fit, best) = &mut fitted[0];
-        let candidate = Candidate::of(fit.kind)?;
-        bootstrap(
-            candidate,
-            fit,
-            best,
-            &target,
-            options,
-            progress,
-            &mut warnings,
-        );
+        let (candidate, records) = (Candidate::of(fit.kind)?, options.bootstrap);
+        let found = intervals(candidate, &target, best, records, options.seed, progress);
+        for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
+            estimate.low_95 = Some(low).filter(|x| x.is_finite());
+            estimate.high_95 = Some(high).filter(|x| x.is_finite());
+        }
+        let lost = records - found.fitted;
+        if lost > 0 {
+            warnings.push(format!(
+                "{lost} of {records} records of the bootstrap could not be fitted and are left out of the intervals"
+            ));
+        }
     }
     if let Some(said) = advice::about_length(target.samples(), record) {
         warnings.push(said);
@@ -230,35 +233,4 @@ fn choose<'a>(
         .filter(|(_, fit)| fit.bic <= good)
         .min_by_key(|(_, fit)| fit.parameters.len())
         .map(|(place, _)| place)
-}
-
-/// Intervals by bootstrap in place of those by standard errors.
-fn bootstrap(
-    candidate: Candidate,
-    fit: &mut Fit,
-    best: &Best,
-    target: &Target,
-    options: &Options,
-    progress: &(dyn Fn(usize) + Sync),
-    warnings: &mut Vec<String>,
-) {
-    let found = intervals(
-        candidate,
-        target,
-        best,
-        options.bootstrap,
-        options.seed,
-        progress,
-    );
-    for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
-        estimate.low_95 = Some(low).filter(|x| x.is_finite());
-        estimate.high_95 = Some(high).filter(|x| x.is_finite());
-    }
-    let lost = options.bootstrap - found.fitted;
-    if lost > 0 {
-        warnings.push(format!(
-            "{lost} of {} records of the bootstrap could not be fitted and are left out of the intervals",
-            options.bootstrap
-        ));
-    }
 }
