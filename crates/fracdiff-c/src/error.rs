@@ -45,15 +45,12 @@ impl fmt::Display for HeaderError {
             ),
             Self::Law { value } => write!(
                 f,
-                "a stiffness or dissipation of {value} is not finite and at least 0",
-                value = Shown(*value)
+                "a stiffness or dissipation of {} is not finite and at least 0",
+                Shown(*value)
             ),
             Self::Value { index, value } => {
-                write!(
-                    f,
-                    "coefficient {index} is {value}, which is not finite",
-                    value = Shown(*value)
-                )
+                let value = Shown(*value);
+                write!(f, "coefficient {index} is {value}, which is not finite")
             }
         }
     }

@@ -2,9 +2,7 @@
 
 use crate::error::HeaderError;
 use crate::form::{self, Core, Field};
-use crate::law::Law;
-use crate::name;
-use crate::number::{CNumber, literal};
+use crate::number::{CNumber, check_name, literal};
 use fracdiff::OperatorList;
 use std::fmt;
 
@@ -35,6 +33,19 @@ use std::fmt;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Header(String);
+
+/// A spring and a fractional damper, as of a piece of tissue.
+///
+/// ```text
+/// f = −(K·x + B·y)        y the output of the operator
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// K, finite and at least 0, in newtons for each unit of x.
+    pub stiffness: f64,
+    /// B, finite and at least 0, in newtons for each unit of y.
+    pub dissipation: f64,
+}
 
 impl Header {
     /// - `name`: begins all names in the header; a C identifier of 24 characters at most.
@@ -76,7 +87,7 @@ impl Header {
         law: Option<&Law>,
         notes: &[String],
     ) -> Result<Self, HeaderError> {
-        let name = name::check(name)?;
+        let name = check_name(name)?;
         let core = form::core(list)?;
         let zero = literal(F::ZERO);
         let mut functions = functions(&core, list.integer);
@@ -287,4 +298,45 @@ fn indented(text: &str) -> String {
             }
         })
         .collect()
+}
+
+/// Force of the law, and the same behind a surface, as `haptic-loop` has them.
+const LAW: &str = "
+/* The force on what is joined to it at the displacement x: -(K x + B y). Changes nothing. */
+static inline real @_force(const @_t *self, real x)
+{
+AS_WRITTEN    return -(STIFFNESS * x + DISSIPATION * @_output(self, x));
+}
+
+/* How deep a place is behind a surface at 0; not finite places are no number. */
+static inline real @_depth(real x)
+{
+AS_WRITTEN    const real nothing = x - x;
+    return ((x < ZERO) ? ZERO : x) + nothing;
+}
+
+/* The force behind that surface: it pushes and never pulls. Take @_depth(x) into the history, not x. */
+static inline real @_push(const @_t *self, real x)
+{
+    const real depth = @_depth(x);
+    const real force = @_force(self, depth);
+    return ((depth <= ZERO) || (force > ZERO)) ? ZERO : force;
+}
+";
+
+impl Law {
+    /// Its functions.
+    fn functions<F: CNumber>(&self) -> Result<String, HeaderError> {
+        let number = |value: f64| {
+            let rounded = F::from_f64(value);
+            if value >= 0.0 && rounded.is_finite() {
+                Ok(literal(rounded))
+            } else {
+                Err(HeaderError::Law { value })
+            }
+        };
+        Ok(LAW
+            .replace("STIFFNESS", &number(self.stiffness)?)
+            .replace("DISSIPATION", &number(self.dissipation)?))
+    }
 }

@@ -4,11 +4,8 @@
 mod error;
 mod form;
 mod header;
-mod law;
-mod name;
 mod number;
 
 pub use error::HeaderError;
-pub use header::Header;
-pub use law::Law;
+pub use header::{Header, Law};
 pub use number::CNumber;

@@ -6,7 +6,7 @@
 //! ```
 
 use fracdiff::full_memory::{Design, FullMemory, FullMemoryHistory, Kernel};
-use fracdiff::{Differintegrator, Order, Seconds, ShortHistory, ShortMemory};
+use fracdiff::{Differintegrator, FirHistory, Order, Seconds, ShortMemory};
 use std::hint::black_box;
 
 type Short = ShortMemory<f32, 1024>;
@@ -14,13 +14,13 @@ type Full = FullMemory<f32, 16, 40>;
 
 /// The part between sensor and force.
 #[inline(never)]
-fn short_output(operator: &Short, history: &ShortHistory<f32, 1024>, x: f32) -> f32 {
+fn short_output(operator: &Short, history: &FirHistory<f32, 1024>, x: f32) -> f32 {
     operator.output(history, x)
 }
 
 /// The part after the force.
 #[inline(never)]
-fn short_advance(operator: &Short, history: &mut ShortHistory<f32, 1024>, x: f32) {
+fn short_advance(operator: &Short, history: &mut FirHistory<f32, 1024>, x: f32) {
     operator.advance(history, x);
 }
 

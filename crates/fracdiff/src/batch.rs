@@ -9,9 +9,9 @@
 //! - *Cost*: O(n log N) time, 70 to 120 bytes a sample for the full history, much less for a short one.
 //! - *Not finite*: a NaN or infinity makes exactly those outputs NaN that it reaches, itself first; see [`Batch::mask`].
 
-use crate::error::check_length;
 use crate::fft::{Bins, LANES, QuarterTurn, factors_from, forward_all, inverse_all};
 use crate::full_memory::Kernel;
+use crate::order::check_length;
 use crate::weights::{grunwald_weights, piecewise_linear_weight};
 use crate::{Order, ParameterError, Seconds, ShortMemoryVec, bdf2_short_filter};
 use std::vec;

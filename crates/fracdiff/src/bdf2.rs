@@ -10,14 +10,6 @@ use num_complex::Complex;
 pub const BDF2_TAPS: usize = 28;
 
 /// Weights of ((3 − w)/2)^μ, the short factor of [`Bdf2Memory`]: `f_j = 1.5^μ·c_j(μ)·3^(−j)`.
-///
-/// ```
-/// use fracdiff::{Order, bdf2_short_filter};
-///
-/// // Order 1 is the backward difference formula (3/2 − 2w + w²/2) = (1 − w)(3/2 − w/2).
-/// assert_eq!(bdf2_short_filter(Order::new(1.0)?)[..3], [1.5, -0.5, 0.0]);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 #[must_use]
 pub fn bdf2_short_filter(order: Order) -> [f64; BDF2_TAPS] {
     let mu = order.get();

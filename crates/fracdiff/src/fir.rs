@@ -1,7 +1,7 @@
 //! Finite impulse responses: a window of the newest samples and one dot product, which every finite memory shares.
 
 use crate::differintegrator::past_is_kept;
-use crate::portable::{ListError, check_finite};
+use crate::list::{ListError, check_finite};
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Real};
 #[cfg(feature = "alloc")]

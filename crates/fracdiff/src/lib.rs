@@ -13,12 +13,12 @@ mod bdf2;
 mod differintegrator;
 #[cfg(feature = "std")]
 mod eigenvalues;
-mod error;
 #[cfg(feature = "alloc")]
 mod fft;
 mod fir;
 pub mod full_memory;
 mod integer_part;
+mod list;
 mod muir;
 mod order;
 mod oustaloup;
@@ -42,14 +42,13 @@ pub use bdf2::{BDF2_TAPS, Bdf2History, Bdf2Memory, bdf2_short_filter};
 pub use differintegrator::{Channel, Differintegrator};
 #[cfg(feature = "std")]
 pub use eigenvalues::eigenvalues;
-pub use error::ParameterError;
 pub use fir::{Fir, FirHistory};
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
-pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
+pub use muir::{MuirPolynomial, muir_coefficients};
 /// The crate of [`Complex`](num_complex::Complex), which responses are.
 pub use num_complex;
-pub use order::{Order, Seconds};
+pub use order::{Order, ParameterError, Seconds};
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
 #[cfg(feature = "alloc")]
 pub use partitioned::{PartitionedHistory, PartitionedMemory};
@@ -60,7 +59,7 @@ pub use response::{ExactDifference, FrequencyResponse};
 pub use roots::roots;
 #[cfg(feature = "std")]
 pub use scheme::{Operator, OperatorHistory, OperatorList, Scheme, SchemeError};
-pub use short_memory::{ShortHistory, ShortMemory};
+pub use short_memory::ShortMemory;
 #[cfg(feature = "alloc")]
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
 pub use tustin_muir::{RecursionHistory, TustinMuir, TustinMuirHistory};

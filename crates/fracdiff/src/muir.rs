@@ -1,8 +1,8 @@
 //! The Muir polynomial `A_n(w`, μ), and the operator that uses it alone.
 
 use crate::differintegrator::past_is_kept;
-use crate::error::check_length;
 use crate::fir::FirHistory;
+use crate::order::check_length;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -17,14 +17,6 @@ use num_complex::Complex;
 /// about n²/4 multiply-adds. An empty slice stays empty.
 /// Source: B. M. Vinagre, Y. Q. Chen, I. Petráš, *Two direct Tustin discretization methods for
 /// fractional-order differentiator/integrator*, J. Franklin Inst. 340, 2003, eqs. 13–15.
-///
-/// ```
-/// use fracdiff::{Order, muir_coefficients};
-/// let mut a = [0.0; 4];
-/// muir_coefficients(Order::new(0.75)?, &mut a);
-/// assert_eq!(a, [1.0, -0.75, 0.1875, -0.25]);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
     coefficients.fill(0.0);
     let Some(first) = coefficients.first_mut() else {
@@ -56,16 +48,6 @@ pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
 ///
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory). *Start-up*: zero for ever before.
 /// - *Not finite*: spoils n + 1 outputs. *Cost*: `output` one multiply-add, `advance` n.
-///
-/// ```
-/// use fracdiff::{Differintegrator, MuirPolynomial, Order, Seconds};
-///
-/// let third = MuirPolynomial::<f64, 3>::new(Order::new(1.0)?, Seconds(1.0))?;
-/// let mut history = third.at_rest();
-/// third.advance(&mut history, 3.0);
-/// assert_eq!(third.output(&history, 3.0), 0.0); // 1 − w + w²/3 − w³/3 so far
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 3.6, 3.7, 4.2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MuirPolynomial<F, const N: usize> {
@@ -75,9 +57,6 @@ pub struct MuirPolynomial<F, const N: usize> {
     /// Coefficients of w¹, w², …; zero from the degree on.
     taps: [F; N],
 }
-
-/// History of [`MuirPolynomial`].
-pub type MuirHistory<F, const N: usize> = FirHistory<F, N>;
 
 impl<F: Real, const N: usize> MuirPolynomial<F, N> {
     /// Degree n = N.
@@ -132,7 +111,7 @@ impl<F: Real, const N: usize> MuirPolynomial<F, N> {
 }
 
 impl<F: Real, const N: usize> Differintegrator<F> for MuirPolynomial<F, N> {
-    type History = MuirHistory<F, N>;
+    type History = FirHistory<F, N>;
 
     fn at_rest(&self) -> Self::History {
         FirHistory::AT_REST

@@ -14,111 +14,11 @@ use crate::differintegrator::{forward_differintegrator, one_of};
 use crate::fir::FirHistory;
 use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
 use crate::integer_part::{IntegerHistory, WithIntegerPart};
+pub use crate::list::{Form, ListError};
+use crate::list::{check_finite, check_integer};
 use crate::oustaloup::{Cascade, CascadeHistory};
 use crate::tustin_muir::{Recursion, RecursionHistory};
 use crate::{Differintegrator, Fir, Real};
-use core::fmt;
-
-/// The meaning of a list of values. Exhaustive on purpose: who runs lists must know every form.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Form {
-    /// A finite impulse response.
-    Taps,
-    /// Recent taps and decaying modes.
-    Modes,
-    /// A recursive filter.
-    Recursion,
-    /// First-order sections in series.
-    Sections,
-}
-
-/// Why a list is no operator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ListError {
-    /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].
-    IntegerPart(i8),
-    /// Not a number of values that this form can have, or more than there is room for.
-    Count {
-        /// Number of values.
-        count: usize,
-        /// Number of values that this operator has room for, in this form.
-        most: usize,
-    },
-    /// A value that is not finite.
-    Value {
-        /// Its place in the list.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-    /// A decay outside (0, 1].
-    Decay {
-        /// Its place in the list.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-}
-
-impl fmt::Display for ListError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::IntegerPart(integer) => write!(
-                f,
-                "integer part {integer} is not in [-2, 2], or not 0 for a list of taps"
-            ),
-            Self::Count { count, most } => write!(
-                f,
-                "{count} coefficients are not what this form of operator has, or more than the {most} \
-                 there is room for"
-            ),
-            Self::Value { index, value } => {
-                write!(f, "coefficient {index} is {value}, which is not finite")
-            }
-            Self::Decay { index, value } => write!(
-                f,
-                "coefficient {index} is a decay of {value:e}, which is not in (0, 1]"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ListError {}
-
-/// A decay of a low-pass must lie in (0, 1], or its state would grow.
-pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListError> {
-    if decay > F::ZERO && decay <= F::ONE {
-        Ok(decay)
-    } else {
-        Err(ListError::Decay {
-            index,
-            value: decay.to_f64(),
-        })
-    }
-}
-
-/// Accepts −2 to 2.
-pub(crate) fn check_integer(integer: i8) -> Result<i32, ListError> {
-    if (-2..=2).contains(&integer) {
-        Ok(i32::from(integer))
-    } else {
-        Err(ListError::IntegerPart(integer))
-    }
-}
-
-/// Accepts values that are all finite.
-pub(crate) fn check_finite<F: Real>(values: &[F]) -> Result<(), ListError> {
-    match values.iter().position(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(index) => Err(ListError::Value {
-            index,
-            value: values[index].to_f64(),
-        }),
-    }
-}
 
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
 /// multiple of 8), DEGREE degrees of a recursion or sections.

@@ -33,14 +33,6 @@ impl<P: FrequencyResponse + ?Sized> FrequencyResponse for alloc::boxed::Box<P> {
 /// ```text
 /// P(e^(−jθ)) = (2 sin(θ/2))^μ · e^(jμ(π − θ)/2)
 /// ```
-/// ```
-/// use fracdiff::{ExactDifference, FrequencyResponse, Order};
-///
-/// // At half the sample rate 1 − w is 2.
-/// let half = ExactDifference(Order::new(0.5)?);
-/// assert!((half.response(std::f64::consts::PI).re - 2.0_f64.sqrt()).abs() < 1e-15);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 3.5, 3.10.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactDifference(pub Order);

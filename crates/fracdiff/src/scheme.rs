@@ -13,14 +13,14 @@
 
 use crate::batch::Batch;
 use crate::differintegrator::one_of;
-use crate::error::check_length;
 use crate::full_memory::{Design, DesignError, HORIZON_MIN, Kernel, check_tolerance};
-use crate::portable::Form;
+use crate::list::Form;
+use crate::order::check_length;
 use crate::{
-    Band, Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory,
-    FullMemoryHistory, MuirHistory, MuirPolynomial, Order, Oustaloup, OustaloupHistory,
-    ParameterError, PartitionedHistory, PartitionedMemory, Real, Seconds, ShortHistoryVec,
-    ShortMemoryVec, TustinMuir, TustinMuirHistory,
+    Band, Bdf2History, Bdf2Memory, Differintegrator, FirHistory, FrequencyResponse, FullMemory,
+    FullMemoryHistory, MuirPolynomial, Order, Oustaloup, OustaloupHistory, ParameterError,
+    PartitionedHistory, PartitionedMemory, Real, Seconds, ShortHistoryVec, ShortMemoryVec,
+    TustinMuir, TustinMuirHistory,
 };
 use core::fmt;
 use core::str::FromStr;
@@ -328,16 +328,6 @@ impl Scheme {
 
     /// The defining sum of the scheme over whole records, cut only by `grunwald:N` and regardless of the tolerance.
     /// `None` for `muir`, `tustin-muir` and `oustaloup`, which have none.
-    ///
-    /// ```
-    /// use fracdiff::{Order, Scheme, Seconds};
-    ///
-    /// let (half, t) = (Order::new(0.5)?, Seconds(1.0));
-    /// let sum = Scheme::Exact.batch(half, t)?.ok_or("no sum")?;
-    /// assert!((sum.run(&[1.0, 0.0])[1] + 0.5).abs() < 1e-15); // c₁ = −μ
-    /// assert_eq!("muir:3".parse::<Scheme>()?.batch(half, t)?, None);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
     /// # Errors
     /// A sample time or a length outside its range.
     pub fn batch(self, order: Order, sample_time: Seconds) -> Result<Option<Batch>, SchemeError> {
@@ -370,17 +360,6 @@ impl Scheme {
 ///
 /// A history belongs to the operator that made it. Given the history of another kind, `output` is
 /// NaN and `advance` does nothing: no panic in a sample path, and nothing that looks like a result.
-///
-/// ```
-/// use fracdiff::{Differintegrator, Operator, Order, Scheme, Seconds};
-///
-/// let scheme: Scheme = "grunwald:100".parse()?;
-/// let operator: Operator<f64> = scheme.build(Order::new(1.0)?, Seconds(0.5), 1e3)?;
-/// let mut history = operator.at_rest();
-/// operator.advance(&mut history, 1.0);
-/// assert_eq!(operator.output(&history, 2.0), 2.0); // (2 − 1)/0.5 s
-/// # Ok::<(), fracdiff::SchemeError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
@@ -411,7 +390,7 @@ pub enum OperatorHistory<F> {
     /// Of `grunwald:N`, long.
     PartitionedMemory(PartitionedHistory<F>),
     /// Of `muir:N`.
-    MuirPolynomial(Box<MuirHistory<F, DEGREE_MAX>>),
+    MuirPolynomial(Box<FirHistory<F, DEGREE_MAX>>),
     /// Of `tustin-muir:N`.
     TustinMuir(Box<TustinMuirHistory<F, DEGREE_MAX>>),
     /// Of `oustaloup:N:LOW_HZ:HIGH_HZ`.

@@ -42,9 +42,6 @@ pub struct ShortMemory<F, const N: usize> {
     taps: [F; N],
 }
 
-/// History of [`ShortMemory`].
-pub type ShortHistory<F, const N: usize> = FirHistory<F, N>;
-
 impl<F: Real, const N: usize> ShortMemory<F, N> {
     /// Computes the taps in `f64` and rounds each once. `N = 0` does not compile.
     ///
@@ -75,7 +72,7 @@ impl<F: Real, const N: usize> ShortMemory<F, N> {
 }
 
 impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
-    type History = ShortHistory<F, N>;
+    type History = FirHistory<F, N>;
 
     fn at_rest(&self) -> Self::History {
         FirHistory::AT_REST
@@ -112,16 +109,6 @@ impl<F: Real, const N: usize> FrequencyResponse for ShortMemory<F, N> {
 /// [`ShortMemory`] whose length is known only at run time; the history is on the heap.
 ///
 /// Same numbers, bit for bit, as `ShortMemory<F, N>` with N = the length.
-///
-/// ```
-/// use fracdiff::{Differintegrator, Order, Seconds, ShortMemoryVec};
-///
-/// let samples = 3 * 100; // only now known
-/// let half = ShortMemoryVec::<f64>::new(Order::new(0.5)?, samples, Seconds(1e-2))?;
-/// let mut history = half.at_rest();
-/// assert_eq!(half.step(&mut history, 1.0), 10.0);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShortMemoryVec<F> {
@@ -150,7 +137,7 @@ impl<F: Real> ShortMemoryVec<F> {
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
     /// 1 ≤ length ≤ [`MOST`](Self::MOST).
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
-        crate::error::check_length("memory length", length, Self::MOST)?;
+        crate::order::check_length("memory length", length, Self::MOST)?;
         let rate = sample_time.rate_to_the(order)?;
         let taps = grunwald_weights(order)
             .take(length)

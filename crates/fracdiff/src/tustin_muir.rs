@@ -1,9 +1,9 @@
 //! Recursive (infinite impulse response) operator from the Tustin rule and Muir polynomials.
 
-use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
+use crate::list::ListError;
 use crate::muir::muir_split;
-use crate::portable::ListError;
+use crate::order::check_length;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -24,16 +24,6 @@ use num_complex::Complex;
 ///   relaxation.
 /// - *Start-up*: zero for ever before. *Not finite*: no output is finite until reset.
 /// - *Cost*: `output` one multiply-add, `advance` 2m. Memory m samples.
-///
-/// ```
-/// use fracdiff::{FrequencyResponse, Order, Seconds, TustinMuir};
-///
-/// // In the middle of its band it is √(jθ), an eighth of a turn ahead.
-/// let half = TustinMuir::<f32, 9>::new(Order::new(0.5)?, Seconds(1e-3))?;
-/// let turn = half.response(0.5).arg();
-/// assert!((turn - core::f64::consts::FRAC_PI_4).abs() < 0.05);
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 /// Source: B. M. Vinagre, Y. Q. Chen, I. Petráš, J. Franklin Inst. 340, 2003, §4.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TustinMuir<F, const N: usize>(WithIntegerPart<Recursion<F, N>>);

@@ -15,18 +15,6 @@ use fracdiff::{Channel, Order, ParameterError, PartitionedMemory, Seconds};
 ///
 /// - *Cost*: some 500 to 1000 operations a tick and element, memory 12 numbers a sample; allocates in `new` only.
 /// - *Start-up*: zero for ever before.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_tissue::{FullHistory, Model, ModelKind, SampledModel};
-///
-/// // A Maxwell element of 1 kPa and 2 s: after n samples of a held strain (1 + T/τ)^(−n−1) of it is left.
-/// let model = Model::from_parameters(ModelKind::Maxwell, &[1e3, 2e3])?;
-/// let mut history = FullHistory::new(&SampledModel::new(&model, Seconds(0.1))?, 100)?;
-/// let stress = (0..=40).map(|_| history.step(0.01)).last().unwrap_or_default();
-/// assert!((stress - 10.0 * 1.05_f64.powi(-41)).abs() < 1e-12);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct FullHistory {
     spring_pa: f64,

@@ -1,7 +1,6 @@
 //! Headers in C against operators in Rust.
 
 mod bits;
-mod refusals;
 mod source;
 mod target;
 

@@ -1,7 +1,7 @@
-//! The header as a text: what compiles it, and how it is laid out.
+//! The header as a text: what compiles it, how it is laid out, and lists that give none.
 
 use super::{CASES, build, header_of, is_here};
-use fracdiff_c::{CNumber, Header, Law};
+use fracdiff_c::{CNumber, Header, HeaderError, Law};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -66,4 +66,28 @@ fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
         }
     }
     files
+}
+
+#[test]
+fn a_list_that_is_none_is_refused() {
+    let good = build::<f32>("full", 0.5).list().expect("a list");
+    assert!(Header::new("half", &good, &[]).is_ok());
+    let mut short = good.clone();
+    short.values.pop();
+    let mut integer = good.clone();
+    integer.integer = 3;
+    for wrong in [short, integer] {
+        let error = Header::new("half", &wrong, &[]).expect_err("no operator");
+        assert!(matches!(error, HeaderError::List { .. }), "{error}");
+    }
+    let mut infinite = good;
+    infinite.values[3] = f32::INFINITY;
+    let error = Header::new("half", &infinite, &[]).expect_err("no number");
+    assert_eq!(
+        error.to_string(),
+        "coefficient 3 is inf, which is not finite"
+    );
+    let mut taps = build::<f32>("muir:3", 0.5).list().expect("a list");
+    taps.integer = 1;
+    assert!(Header::new("half", &taps, &[]).is_err());
 }

@@ -4,7 +4,7 @@ use super::design::Design;
 use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::portable::{ListError, check_decay, check_finite, check_integer};
+use crate::list::{ListError, check_decay, check_finite, check_integer};
 use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use core::iter::Zip;

@@ -1,28 +1,10 @@
 //! Finding the modes for a tolerance and a horizon, and measuring what they reach.
 
-use super::kernel::{Core, Grid, Kernel};
+use super::kernel::{Core, Grid, Kernel, Mode};
+use crate::order::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 use crate::{Order, ParameterError};
 use core::f64::consts::PI;
 use core::fmt;
-
-/// Smallest tolerance a design accepts.
-pub const TOLERANCE_MIN: f64 = 1e-11;
-/// Largest tolerance a design accepts.
-pub const TOLERANCE_MAX: f64 = 0.1;
-/// Shortest horizon a design accepts, samples.
-pub const HORIZON_MIN: f64 = 1e2;
-/// Longest horizon a design accepts, samples: 31 years at 1 kHz.
-pub const HORIZON_MAX: f64 = 1e12;
-
-/// A decaying mode: it adds weight·e^(−j·rate) to the weight of lag j.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Mode {
-    /// `s_q` > 0, per sample.
-    pub rate: f64,
-    /// `w_q` > 0, dimensionless.
-    pub weight: f64,
-}
 
 /// Why no design was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,18 +70,6 @@ impl core::error::Error for DesignError {}
 /// ε is measured, not assumed: the relative error of every weight from lag TAPS to TAPS + 64 and from
 /// there on a geometric grid of 48 points per swing of the error curve, up to the horizon, against the
 /// true weights in closed form.
-///
-/// ```
-/// use fracdiff::Order;
-/// use fracdiff::full_memory::{Design, Kernel};
-///
-/// // Ten seconds at 1 kHz: how many modes for 1e-3, and for 1e-9?
-/// let order = Order::new(0.3)?;
-/// let rough = Design::<16, 64>::closed_form(Kernel::Grunwald, order, 1e-3, 1e4)?;
-/// let fine = Design::<16, 64>::closed_form(Kernel::Grunwald, order, 1e-9, 1e4)?;
-/// assert!(rough.modes().len() < fine.modes().len() && fine.error_bound() <= 1e-9);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design<const TAPS: usize, const MODES: usize> {
     order: Order,

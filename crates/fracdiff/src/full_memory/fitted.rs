@@ -2,9 +2,9 @@
 //! fades.
 
 use super::design::{
-    Design, DesignError, Mode, NOTHING, OWN_SWING, POINTS_A_SWING, check_lags, check_tolerance,
+    Design, DesignError, NOTHING, OWN_SWING, POINTS_A_SWING, check_lags, check_tolerance,
 };
-use super::kernel::{Core, Grid, Kernel, gauss_pair};
+use super::kernel::{Core, Grid, Kernel, Mode, gauss_pair};
 use super::memory::{Memory, MemoryWeights};
 use super::nnls::non_negative_least_squares;
 use crate::Order;

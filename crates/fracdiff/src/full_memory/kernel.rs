@@ -1,7 +1,6 @@
 //! The two kernels a full memory can have: their weights, the densities they are moments of, and the nodes of the
 //! trapezoid rule over ln s that a tolerance and a horizon need.
 
-use super::design::Mode;
 use crate::Order;
 use crate::weights::{
     grunwald_closed_form, piecewise_linear_closed_form, piecewise_linear_increment,
@@ -124,6 +123,16 @@ impl Core {
         let angle = libm::fmin(integral, self.exponent());
         libm::sin(PI * angle) / PI * density
     }
+}
+
+/// A decaying mode: it adds weight·e^(−j·rate) to the weight of lag j.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Mode {
+    /// `s_q` > 0, per sample.
+    pub rate: f64,
+    /// `w_q` > 0, dimensionless.
+    pub weight: f64,
 }
 
 /// Nodes s = e^(kh) of the trapezoid rule that matter between the taps and the horizon.

@@ -1,6 +1,7 @@
 //! Memories that only fade: weights that are moments of a density, whatever the density.
 
-use super::design::{DesignError, Mode, check_horizon};
+use super::design::{DesignError, check_horizon};
+use super::kernel::Mode;
 use crate::ParameterError;
 use core::f64::consts::PI;
 use std::vec;
@@ -17,25 +18,6 @@ use std::vec::Vec;
 ///   imaginary part above the cut is not negative: ρ(s) = Im P(e^s + i0)/π, and a pole at w = e^s is a mode of its own.
 ///   Responses of springs, dashpots and spring-pots to an increment of strain are of this kind.
 /// - [`Design::of_memory`](super::Design::of_memory) finds the modes that stand for it, [`MemoryWeights`] its weights.
-///
-/// ```
-/// use fracdiff::full_memory::{Memory, MemoryWeights};
-///
-/// /// ρ = 1: weights 1/j.
-/// struct Harmonic;
-/// impl Memory for Harmonic {
-///     fn first(&self) -> f64 {
-///         2.0
-///     }
-///     fn density(&self, rate: f64) -> f64 {
-///         rate
-///     }
-/// }
-/// let weights = MemoryWeights::new(&Harmonic, 1e6)?;
-/// assert!((weights.weight(0), weights.weight(1)) == (2.0, weights.weight(1)));
-/// assert!((weights.weight(4) - 0.25).abs() < 1e-14 && (weights.weight(1_000_000) - 1e-6).abs() < 1e-18);
-/// # Ok::<(), fracdiff::full_memory::DesignError>(())
-/// ```
 pub trait Memory {
     /// `c_0`, which may hold more than modes and density give at j = 0: a share that is gone after one sample.
     fn first(&self) -> f64;

@@ -26,16 +26,15 @@ mod memory;
 #[cfg(feature = "std")]
 mod nnls;
 
+pub use crate::order::HORIZON_MIN;
 #[cfg(feature = "std")]
 pub(crate) use bank::plain_modes;
 pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 #[cfg(feature = "std")]
 pub(crate) use design::check_tolerance;
-pub use design::{
-    Design, DesignError, HORIZON_MAX, HORIZON_MIN, Mode, TOLERANCE_MAX, TOLERANCE_MIN,
-};
-pub use kernel::Kernel;
+pub use design::{Design, DesignError};
+pub use kernel::{Kernel, Mode};
 #[cfg(feature = "std")]
 pub use memory::{Memory, MemoryWeights};
 #[cfg(feature = "std")]

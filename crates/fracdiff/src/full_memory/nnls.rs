@@ -21,14 +21,6 @@ const ENTRIES_A_COLUMN: usize = 10;
 ///
 /// Algorithm NNLS of C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23, by plain loops, so the
 /// same bits on every machine. Numbers that are no numbers give a result without meaning, never an endless loop.
-///
-/// ```
-/// use fracdiff::full_memory::non_negative_least_squares;
-///
-/// // b = 2·(1, 0) − (0, 1): the second share would be negative.
-/// let shares = non_negative_least_squares(vec![vec![1.0, 0.0], vec![0.0, 1.0]], vec![2.0, -1.0]);
-/// assert_eq!(shares, [2.0, 0.0]);
-/// ```
 #[must_use]
 pub fn non_negative_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>) -> Vec<f64> {
     let mut problem = Problem {

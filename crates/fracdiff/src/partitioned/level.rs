@@ -5,6 +5,8 @@ use crate::fft::{Bins, LANES, accumulate, factors, forward, forward_8, inverse, 
 use alloc::{vec, vec::Vec};
 use core::f64::consts::FRAC_PI_2;
 
+/// Block length of the first level; the head is twice as long, less the newest sample.
+pub(super) const FIRST: usize = 32;
 /// Block butterflies in one unit of work.
 const BUTTERFLIES: usize = 2;
 /// Spectra multiplied in one unit of work, at most.
@@ -117,7 +119,7 @@ impl<F> LevelHistory<F> {
     fn go_on(&mut self) -> Result<(), &'static str> {
         let length = self.before.len();
         let blocks = length / LANES;
-        if length < super::FIRST || !length.is_power_of_two() {
+        if length < FIRST || !length.is_power_of_two() {
             return Err("the block of a history is not 32, 64, 128, … samples long");
         }
         let all = [&self.coming, &self.work, &self.going];

@@ -10,11 +10,9 @@ use crate::{
     Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds, ShortMemoryVec,
 };
 use alloc::vec::Vec;
-use level::{Level, LevelHistory};
+use level::{FIRST, Level, LevelHistory};
 use num_complex::Complex;
 
-/// Block length of the first level; the head is twice as long, less the newest sample.
-const FIRST: usize = 32;
 /// Blocks grow by this factor from level to level.
 const GROWTH: usize = 8;
 /// A level that would take more partitions than this to reach the end leaves the rest to a next one.
@@ -34,15 +32,6 @@ const MOST_PARTITIONS: usize = 32;
 /// - *Cost*: `output` one multiply-add; `advance` 63 of them and for each level some 100 to 200. Each tick
 ///   does the same share of the transforms, so the worst takes two to three times the mean. Memory some 4N
 ///   numbers and 8 a tick of the last block; allocates in `new` and `at_rest` only. No division, no panic.
-///
-/// ```
-/// use fracdiff::{Differintegrator, Order, PartitionedMemory, Seconds};
-///
-/// let minute = PartitionedMemory::<f64>::new(Order::new(0.5)?, 60_000, Seconds(1e-3))?;
-/// let mut history = minute.at_rest();
-/// assert_eq!(minute.step(&mut history, 1.0), 1e3_f64.sqrt()); // the first output is T^(−μ)·x
-/// # Ok::<(), fracdiff::ParameterError>(())
-/// ```
 /// Source: W. G. Gardner, *Efficient convolution without input-output delay*, J. Audio Eng. Soc. 43
 /// (3), 1995; here the transforms themselves are spread over the ticks.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +62,7 @@ impl<F: Real> PartitionedMemory<F> {
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
     /// 1 ≤ length ≤ [`ShortMemoryVec::MOST`].
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
-        crate::error::check_length("memory length", length, ShortMemoryVec::<F>::MOST)?;
+        crate::order::check_length("memory length", length, ShortMemoryVec::<F>::MOST)?;
         let rate = sample_time.rate_to_the(order)?;
         let weights = grunwald_weights(order).take(length);
         let taps: Vec<f64> = weights.map(|weight| rate * weight).collect();

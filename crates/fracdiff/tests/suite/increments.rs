@@ -3,8 +3,8 @@
 use crate::oracle::{SAMPLE_TIME, order, run};
 use fracdiff::full_memory::{Design, FullMemory, Kernel};
 use fracdiff::{
-    Differintegrator, FrequencyResponse, Operator, PortableOperator, Real, Scheme,
-    grunwald_weights, piecewise_linear_weight,
+    Differintegrator, FrequencyResponse, Operator, Real, Scheme, grunwald_weights,
+    piecewise_linear_weight,
 };
 
 /// Samples of 200 s at 1 kHz.
@@ -311,23 +311,6 @@ fn an_offset_and_a_long_memory_cost_no_digits() {
         }
     }
     println!("worst {worst:e}");
-}
-
-#[test]
-fn wrapped_in_anything_it_is_the_same_operator_to_the_bit() {
-    let mu = 0.9;
-    let scheme: Scheme = "full".parse().expect("valid");
-    let chosen: Operator<f32> = scheme.build(order(mu), SAMPLE_TIME, 2e5).expect("valid");
-    let design = Design::<16, 48>::pruned(Kernel::Grunwald, order(mu), 1e-6, 2e5).expect("fits");
-    let own = FullMemory::<f32, 16, 48>::new(&design, SAMPLE_TIME).expect("valid");
-    let list = chosen.list().expect("portable");
-    assert_eq!(list.integer, 1);
-    let copy = PortableOperator::<f32, 16, 48, 1>::new(list.form, list.integer, &list.values)
-        .expect("valid");
-    let x: Vec<f64> = (0..5000).map(ramp_and_hold).collect();
-    let want = run(&own, &x);
-    assert_eq!(run(&chosen, &x), want);
-    assert_eq!(run(&copy, &x), want);
 }
 
 /// `T^(−μ)·Σ c_j·x[n−j]`; from order 1 on the straight lines' kernel acts on the difference.

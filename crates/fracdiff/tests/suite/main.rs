@@ -9,7 +9,6 @@ mod increments;
 mod memory;
 mod operators;
 mod oracle;
-mod own_kernel;
 mod owners;
 mod partitioned;
 mod portable;

@@ -263,19 +263,18 @@ fn grunwald_converges_with_order_1_and_l1_with_order_2_minus_mu() {
 }
 
 #[test]
-fn an_integral_undoes_its_derivative() {
-    let x = lively(2000);
-    for mu in [0.2247, 0.5, 1.0, 1.6] {
-        let derivative = run(&full::<f64>(Kernel::Grunwald, mu, 1e-9), &x);
-        let back = run(&full::<f64>(Kernel::Grunwald, -mu, 1e-9), &derivative);
-        assert_close(&back, &x, 1e-6);
-    }
-}
-
-#[test]
 fn two_derivatives_are_the_derivative_of_the_sum() {
     let x = lively(2000);
-    for (a, b) in [(0.3, 0.4), (0.7, 0.8), (-0.4, 0.9), (-0.5, -0.25)] {
+    // The last of them undo each other.
+    for (a, b) in [
+        (0.3, 0.4),
+        (0.7, 0.8),
+        (-0.4, 0.9),
+        (-0.5, -0.25),
+        (0.2247, -0.2247),
+        (1.0, -1.0),
+        (1.6, -1.6),
+    ] {
         let once = run(&full::<f64>(Kernel::Grunwald, a, 1e-9), &x);
         let twice = run(&full::<f64>(Kernel::Grunwald, b, 1e-9), &once);
         let want = run(&full::<f64>(Kernel::Grunwald, a + b, 1e-9), &x);
@@ -336,17 +335,6 @@ proptest! {
         let scale = largest(&a).max(largest(&b)).max(largest(&both));
         for n in 0..300 {
             prop_assert!((p * a[n] + b[n] - both[n]).abs() <= 1e-11 * scale, "sample {}", n);
-        }
-    }
-
-    #[test]
-    fn every_full_memory_is_its_sum_whatever_the_order(mu in -2.0..2.0_f64, seed in 0_u32..1000) {
-        let x: Vec<f64> = lively(1500).iter().map(|x| x + f64::from(seed) * 1e-3).collect();
-        let want = crate::oracle::grunwald_sum(mu, SAMPLE_TIME, x.len(), &x);
-        let have = run(&full::<f64>(Kernel::Grunwald, mu, 1e-7), &x);
-        let scale = largest(&want);
-        for n in 0..x.len() {
-            prop_assert!((have[n] - want[n]).abs() <= 1e-6 * scale, "{} {} {}", n, have[n], want[n]);
         }
     }
 }

@@ -8,7 +8,7 @@
 //! Source: H. R. Künsch, *The jackknife and the bootstrap for general stationary observations*, Annals of Statistics 17, 1989.
 
 use super::elements::{Candidate, Elements};
-use super::fit::parameters;
+use super::fit::{neighbours, parameters};
 use super::search::{Best, FINE, minimise, ranges};
 use super::target::Target;
 use rand_pcg::Pcg64;
@@ -20,13 +20,6 @@ use rayon::prelude::*;
 pub(super) struct Intervals {
     pub(super) ends: Vec<(f64, f64)>,
     pub(super) fitted: usize,
-}
-
-/// Correlation of neighbouring residuals.
-pub(super) fn neighbours(residuals: &[f64]) -> f64 {
-    let product: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();
-    let square: f64 = residuals.iter().map(|r| r * r).sum();
-    if square > 0.0 { product / square } else { 0.0 }
 }
 
 /// Fits `records` records; `progress` is told of each.

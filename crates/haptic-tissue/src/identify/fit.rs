@@ -1,6 +1,5 @@
 //! A model fitted to a record, with its errors.
 
-use super::bootstrap::neighbours;
 use super::elements::{Candidate, Elements, is_order};
 use super::search::Best;
 use super::target::Target;
@@ -106,6 +105,13 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
         predicted,
         neighbours: neighbours(&residuals),
     }
+}
+
+/// Correlation of neighbouring residuals.
+pub(super) fn neighbours(residuals: &[f64]) -> f64 {
+    let product: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let square: f64 = residuals.iter().map(|r| r * r).sum();
+    if square > 0.0 { product / square } else { 0.0 }
 }
 
 /// A parameter with its errors.

@@ -27,12 +27,12 @@ pub(super) struct History {
     /// W, row by row, in units of `unit_s`.
     weights: Vec<f64>,
     /// Numbers of the samples that are compared.
-    chosen: Vec<usize>,
-    /// Stress over its scale.
-    wanted: Vec<f64>,
-    unit_s: f64,
-    stress_scale: f64,
-    strain_scale: f64,
+    pub(super) chosen: Vec<usize>,
+    pub(super) unit_s: f64,
+    /// Root of the mean square, Pa.
+    pub(super) stress_scale: f64,
+    /// Largest distance from the first.
+    pub(super) strain_scale: f64,
 }
 
 impl History {
@@ -61,10 +61,6 @@ impl History {
             first_node,
             nodes,
             weights: Vec::new(),
-            wanted: chosen
-                .iter()
-                .map(|&i| stress_pa[i] / stress_scale)
-                .collect(),
             chosen: Vec::new(),
             unit_s,
             stress_scale,
@@ -103,35 +99,6 @@ impl History {
         row
     }
 
-    /// Numbers of the samples that are compared.
-    pub(super) fn chosen(&self) -> &[usize] {
-        &self.chosen
-    }
-
-    pub(super) fn outputs(&self) -> usize {
-        self.wanted.len()
-    }
-
-    pub(super) const fn unit_s(&self) -> f64 {
-        self.unit_s
-    }
-
-    pub(super) const fn stress_scale(&self) -> f64 {
-        self.stress_scale
-    }
-
-    pub(super) const fn strain_scale(&self) -> f64 {
-        self.strain_scale
-    }
-
-    pub(super) fn wanted(&self, n: usize) -> f64 {
-        self.wanted[n]
-    }
-
-    pub(super) fn set_wanted(&mut self, wanted: Vec<f64>) {
-        self.wanted = wanted;
-    }
-
     /// Some of its outputs.
     pub(super) fn thinned(&self, chosen: &[usize]) -> Self {
         let rows = chosen
@@ -140,7 +107,6 @@ impl History {
         Self {
             weights: rows.copied().collect(),
             chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
-            wanted: chosen.iter().map(|&i| self.wanted[i]).collect(),
             ..*self
         }
     }

@@ -40,12 +40,12 @@ mod target;
 use crate::model::ModelKind;
 use bootstrap::intervals;
 pub use elements::CANDIDATES;
-use elements::{Candidate, Elements, is_order};
+use elements::Candidate;
 pub use error::IdentifyError;
 use fit::{AS_GOOD, fit};
 pub use fit::{Estimate, Fit};
 pub use record::{Record, RecordKind, SAMPLES_MOST};
-use search::{Best, search};
+use search::search;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicBool, Ordering};
 use target::Target;
@@ -184,17 +184,20 @@ fn identified(
     fitted.insert(0, first);
     let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
     if options.bootstrap > 0 {
+        // Intervals by bootstrap in place of those by standard errors.
         let (fit, best) = &mut fitted[0];
-        let candidate = Candidate::of(fit.kind)?;
-        bootstrap(
-            candidate,
-            fit,
-            best,
-            &target,
-            options,
-            progress,
-            &mut warnings,
-        );
+        let (candidate, records) = (Candidate::of(fit.kind)?, options.bootstrap);
+        let found = intervals(candidate, &target, best, records, options.seed, progress);
+        for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
+            estimate.low_95 = Some(low).filter(|x| x.is_finite());
+            estimate.high_95 = Some(high).filter(|x| x.is_finite());
+        }
+        let lost = records - found.fitted;
+        if lost > 0 {
+            warnings.push(format!(
+                "{lost} of {records} records of the bootstrap could not be fitted and are left out of the intervals"
+            ));
+        }
     }
     if let Some(said) = advice::about_length(target.samples(), record) {
         warnings.push(said);
@@ -230,72 +233,4 @@ fn choose<'a>(
         .filter(|(_, fit)| fit.bic <= good)
         .min_by_key(|(_, fit)| fit.parameters.len())
         .map(|(place, _)| place)
-}
-
-/// Intervals by bootstrap in place of those by standard errors.
-fn bootstrap(
-    candidate: Candidate,
-    fit: &mut Fit,
-    best: &Best,
-    target: &Target,
-    options: &Options,
-    progress: &(dyn Fn(usize) + Sync),
-    warnings: &mut Vec<String>,
-) {
-    let found = intervals(
-        candidate,
-        target,
-        best,
-        options.bootstrap,
-        options.seed,
-        progress,
-    );
-    for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
-        estimate.low_95 = Some(low).filter(|x| x.is_finite());
-        estimate.high_95 = Some(high).filter(|x| x.is_finite());
-    }
-    let lost = options.bootstrap - found.fitted;
-    if lost > 0 {
-        warnings.push(format!(
-            "{lost} of {} records of the bootstrap could not be fitted and are left out of the intervals",
-            options.bootstrap
-        ));
-    }
-}
-
-/// The residual of a model at given parameters, in the order of a tissue file: what the fit makes small, root of the mean square.
-///
-/// # Errors
-/// A kind that is not fitted, or another number of parameters.
-pub fn rms_of(record: &Record, kind: ModelKind, parameters: &[f64]) -> Result<f64, IdentifyError> {
-    let candidate = Candidate::of(kind)?;
-    if parameters.len() != candidate.parameters() {
-        return Err(IdentifyError::Record(format!(
-            "{kind} has {} parameters, not {}: give all of them",
-            candidate.parameters(),
-            parameters.len()
-        )));
-    }
-    let never = AtomicBool::new(false);
-    let target = Target::new(record, Weighting::Equal, &never);
-    let ln_unit = libm::log(target.unit_s);
-    let modulus = |v: usize| {
-        // aᵢ of Vᵢ and αᵢ, which follows it but for the spring.
-        let order = parameters.get(v + 1).unwrap_or(&0.0);
-        libm::log(parameters[v]) - order * ln_unit
-    };
-    let value = |v: usize| {
-        if is_order(v) {
-            parameters[v]
-        } else {
-            modulus(v)
-        }
-    };
-    let values: Vec<f64> = (0..parameters.len()).map(value).collect();
-    let elements = Elements::from_variables(&values);
-    let mut sum = 0.0;
-    target.residuals(candidate, &elements, |_, _, slope| {
-        sum += slope.value * slope.value;
-    });
-    Ok(target.scale * libm::sqrt(sum / target.len() as f64))
 }

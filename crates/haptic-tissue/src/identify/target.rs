@@ -27,6 +27,9 @@ pub enum Weighting {
 #[derive(Clone, Debug)]
 pub(super) struct Target<'a> {
     rows: Rows,
+    /// What the model is to reach: logarithms, of an oscillation all storage and then all loss moduli; or stresses over
+    /// their scale.
+    wanted: Vec<f64>,
     /// √w for each residual.
     roots: Vec<f64>,
     /// Unit of time, s: 1/t₀ is in the middle of the record.
@@ -42,16 +45,10 @@ pub(super) struct Target<'a> {
 
 #[derive(Clone, Debug)]
 enum Rows {
-    Step {
-        quantity: Quantity,
-        ln_time: Vec<f64>,
-        ln_value: Vec<f64>,
-    },
-    Oscillation {
-        ln_omega: Vec<f64>,
-        /// All storage moduli, then all loss moduli.
-        ln_value: Vec<f64>,
-    },
+    /// At logarithms of times.
+    Step(Quantity, Vec<f64>),
+    /// At logarithms of frequencies.
+    Oscillation(Vec<f64>),
     History(History),
 }
 
@@ -63,45 +60,37 @@ impl<'a> Target<'a> {
         let ln_x: Vec<f64> = record.x.iter().map(|&x| libm::log(x)).collect();
         let middle = 0.5 * (ln_x[0] + ln_x[ln_x.len() - 1]);
         let relative: Vec<f64> = ln_x.iter().map(|x| x - middle).collect();
+        let parts = 1 + usize::from(!record.second.is_empty());
+        let roots = roots(&relative, weighting, parts);
         let values = record.first.iter().chain(&record.second);
-        let ln_value: Vec<f64> = values.map(|&x| libm::log(x)).collect();
-        let (low, high) = ends(&ln_value);
-        let roots = roots(&relative, weighting, ln_value.len() / relative.len());
-        let oscillation = record.kind == RecordKind::Oscillation;
-        let creep = record.kind == RecordKind::Creep;
+        let wanted: Vec<f64> = values.map(|&x| libm::log(x)).collect();
+        let (low, high) = ends(&wanted);
+        let (unit, sign, rows) = match record.kind {
+            RecordKind::Oscillation => (-middle, 1.0, Rows::Oscillation(relative)),
+            RecordKind::Creep => (middle, -1.0, Rows::Step(Quantity::Creep, relative)),
+            _ => (middle, 1.0, Rows::Step(Quantity::Relaxation, relative)),
+        };
         Self {
+            rows,
+            wanted,
             roots,
-            unit_s: libm::exp(if oscillation { -middle } else { middle }),
+            unit_s: libm::exp(unit),
             scale: 1.0,
-            middle: 0.5 * (low + high) * if creep { -1.0 } else { 1.0 },
+            middle: 0.5 * (low + high) * sign,
             span: high - low,
             stop,
-            rows: if oscillation {
-                Rows::Oscillation {
-                    ln_omega: relative,
-                    ln_value,
-                }
-            } else {
-                Rows::Step {
-                    quantity: if creep {
-                        Quantity::Creep
-                    } else {
-                        Quantity::Relaxation
-                    },
-                    ln_time: relative,
-                    ln_value,
-                }
-            },
         }
     }
 
     fn of_history(record: &Record, stop: &'a AtomicBool) -> Self {
         let history = History::new(&record.x, &record.first, &record.second);
+        let (chosen, scale) = (&history.chosen, history.stress_scale);
         Self {
-            roots: vec![1.0; history.outputs()],
-            unit_s: history.unit_s(),
-            scale: history.stress_scale(),
-            middle: libm::log(history.stress_scale() / history.strain_scale()),
+            wanted: chosen.iter().map(|&i| record.second[i] / scale).collect(),
+            roots: vec![1.0; chosen.len()],
+            unit_s: history.unit_s,
+            scale,
+            middle: libm::log(scale / history.strain_scale),
             span: 2.0,
             stop,
             rows: Rows::History(history),
@@ -121,7 +110,7 @@ impl<'a> Target<'a> {
     /// Number of samples that are compared.
     pub(super) fn samples(&self) -> usize {
         match &self.rows {
-            Rows::Oscillation { ln_omega, .. } => ln_omega.len(),
+            Rows::Oscillation(ln_omega) => ln_omega.len(),
             _ => self.len(),
         }
     }
@@ -129,7 +118,7 @@ impl<'a> Target<'a> {
     /// At most about so many samples of it, evenly chosen.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let parts = match &self.rows {
-            Rows::Oscillation { .. } => 2,
+            Rows::Oscillation(_) => 2,
             _ => 1,
         };
         let samples = self.len() / parts;
@@ -143,23 +132,13 @@ impl<'a> Target<'a> {
             (0..values.len() / samples).flat_map(part).collect()
         };
         let rows = match &self.rows {
-            Rows::Step {
-                quantity,
-                ln_time,
-                ln_value,
-            } => Rows::Step {
-                quantity: *quantity,
-                ln_time: of(ln_time),
-                ln_value: of(ln_value),
-            },
-            Rows::Oscillation { ln_omega, ln_value } => Rows::Oscillation {
-                ln_omega: of(ln_omega),
-                ln_value: of(ln_value),
-            },
+            Rows::Step(quantity, ln_time) => Rows::Step(*quantity, of(ln_time)),
+            Rows::Oscillation(ln_omega) => Rows::Oscillation(of(ln_omega)),
             Rows::History(history) => Rows::History(history.thinned(&chosen)),
         };
         Self {
             rows,
+            wanted: of(&self.wanted),
             roots: of(&self.roots),
             ..*self
         }
@@ -198,18 +177,14 @@ impl<'a> Target<'a> {
 
     /// What the model is to reach: a logarithm, or a stress over its scale.
     pub(super) fn wanted(&self, n: usize) -> f64 {
-        match &self.rows {
-            Rows::Step { ln_value, .. } | Rows::Oscillation { ln_value, .. } => ln_value[n],
-            Rows::History(history) => history.wanted(n),
-        }
+        self.wanted[n]
     }
 
     /// Times or frequencies, and values as they were measured, of what is compared.
     pub(super) fn values(&self, record: &Record) -> (Vec<f64>, Vec<f64>) {
         match &self.rows {
             Rows::History(history) => {
-                let chosen = history.chosen();
-                let of = |values: &[f64]| chosen.iter().map(|&i| values[i]).collect();
+                let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
                 (of(&record.x), of(&record.second))
             }
             _ => {
@@ -224,12 +199,10 @@ impl<'a> Target<'a> {
 
     /// The same record with other values: logarithms, or stresses over their scale.
     pub(super) fn with_values(&self, values: Vec<f64>) -> Self {
-        let mut other = self.clone();
-        match &mut other.rows {
-            Rows::Step { ln_value, .. } | Rows::Oscillation { ln_value, .. } => *ln_value = values,
-            Rows::History(history) => history.set_wanted(values),
+        Self {
+            wanted: values,
+            ..self.clone()
         }
-        other
     }
 
     /// Calls `each` with number and value of the model, no logarithm taken; stresses over their scale.
@@ -240,15 +213,13 @@ impl<'a> Target<'a> {
         mut each: impl FnMut(usize, Slope),
     ) {
         match &self.rows {
-            Rows::Step {
-                quantity, ln_time, ..
-            } => {
+            Rows::Step(quantity, ln_time) => {
                 let contour = Contour::new(candidate, *quantity, *elements);
                 for (n, &ln_time) in ln_time.iter().enumerate() {
                     each(n, contour.at(ln_time));
                 }
             }
-            Rows::Oscillation { ln_omega, .. } => {
+            Rows::Oscillation(ln_omega) => {
                 for (n, &at) in ln_omega.iter().enumerate() {
                     let (storage, loss) = oscillation(candidate, elements, at);
                     each(n, storage);

@@ -1,8 +1,7 @@
 //! Any motion: the strain that really was.
 
 use super::{candidate, one};
-use haptic_tissue::ModelKind;
-use haptic_tissue::identify::{Record, rms_of};
+use haptic_tissue::identify::Record;
 
 /// A spring-pot under ramp and hold in closed form: σ = V·r·(t^(1−α) − (t − T₀)^(1−α))/Γ(2−α).
 fn ramp_and_hold(times: &[f64], viscosity: f64, order: f64) -> (Vec<f64>, Vec<f64>) {
@@ -34,7 +33,7 @@ fn a_finite_ramp_costs_nothing() {
     let (strain, stress) = ramp_and_hold(&times, 8650.0, 0.2247);
     let record = Record::history(times.clone(), strain, stress.clone()).expect("valid");
     let largest = stress.iter().copied().fold(0.0, f64::max);
-    let rms = rms_of(&record, ModelKind::SpringPot, &[8650.0, 0.2247]).expect("a model");
+    let rms = one(&record, candidate("spring-pot")).fits[0].rms;
     assert!(rms < 1e-6 * largest, "{rms} of {largest}");
     assert_found(&record, 8650.0, 0.2247);
 }

@@ -1,0 +1,375 @@
+//! The core of each form of operator in C: its tables, its part of the struct, its step.
+//!
+//! In all of them `u` is the input of the core, and the core leaves its part of the next output in `past`. `@` stands
+//! for the name, `real` for the number type; both are put in at the end.
+
+use crate::error::HeaderError;
+use crate::number::{CNumber, literal, table};
+use fracdiff::OperatorList;
+use fracdiff::portable::Form;
+
+/// A member of the struct: zero at rest.
+pub(crate) enum Field {
+    /// A number.
+    Real(&'static str),
+    /// So many numbers.
+    Reals(&'static str, usize),
+    /// A place in an array.
+    Index(&'static str),
+}
+
+/// The core of an operator in C.
+pub(crate) struct Core {
+    /// Constants.
+    pub(crate) tables: String,
+    /// Its part of the history.
+    pub(crate) fields: Vec<Field>,
+    /// Functions that the step calls.
+    pub(crate) functions: String,
+    /// From `u` to `past`, without an input in between.
+    pub(crate) step: String,
+    /// g, a literal.
+    pub(crate) direct: String,
+    /// What the numbers mean, for the comment.
+    pub(crate) words: String,
+}
+
+/// The core of a list that an operator made.
+pub(crate) fn core<F: CNumber>(list: &OperatorList<F>) -> Result<Core, HeaderError> {
+    let values = &list.values;
+    if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+        let value = values[index].to_f64();
+        return Err(HeaderError::Value { index, value });
+    }
+    let core = match list.form {
+        Form::Taps if list.integer == 0 => taps(values),
+        Form::Modes => modes(list),
+        Form::Recursion => recursion(values),
+        Form::Sections => sections(values),
+        Form::Taps => None,
+    };
+    let integer = list.integer;
+    core.filter(|_| (-2..=2).contains(&integer))
+        .ok_or(HeaderError::List {
+            count: values.len(),
+            integer,
+        })
+}
+
+/// Sixteen partial sums, then in pairs: the order of summation of fracdiff. Each sample is kept twice, so that the
+/// newest always lie in one piece.
+const TAPS_STEP: &str = "    real sum[16];
+    uint32_t i;
+    uint32_t lane;
+    self->newest = (self->newest == 0U) ? (TAPS - 1U) : (self->newest - 1U);
+    self->sample[self->newest] = u;
+    self->sample[self->newest + TAPS] = u;
+    for (lane = 0U; lane < 16U; ++lane) {
+        real part = ZERO;
+        for (i = lane; i < TAPS; i += 16U) {
+            part += @_tap[i] * self->sample[self->newest + i];
+        }
+        sum[lane] = part;
+    }
+    for (lane = 0U; lane < 8U; ++lane) {
+        sum[lane] = sum[lane] + sum[lane + 8U];
+    }
+    for (lane = 0U; lane < 4U; ++lane) {
+        sum[lane] = sum[lane] + sum[lane + 4U];
+    }
+    past = (sum[0] + sum[2]) + (sum[1] + sum[3]);
+";
+
+/// A finite impulse response: g, k₁, …, k_{n−1}.
+fn taps<F: CNumber>(values: &[F]) -> Option<Core> {
+    let (&direct, taps) = values.split_first()?;
+    let direct = literal(direct);
+    let words = format!("the {} newest samples", values.len());
+    if taps.is_empty() {
+        return Some(Core {
+            tables: String::new(),
+            fields: Vec::new(),
+            functions: String::new(),
+            step: "    (void)u;\n    past = ZERO;\n".to_owned(),
+            direct,
+            words,
+        });
+    }
+    let count = format!("{}U", taps.len());
+    Some(Core {
+        tables: table("@_tap", taps),
+        fields: vec![
+            Field::Reals("sample", 2 * taps.len()),
+            Field::Index("newest"),
+        ],
+        functions: String::new(),
+        step: TAPS_STEP.replace("TAPS", &count),
+        direct,
+        words,
+    })
+}
+
+/// Taps of the form, and modes that are added side by side.
+const TAPS: usize = 16;
+const LANES: usize = 8;
+
+/// One mode, which needs no second word: what it leaves is added to the sum of its lane.
+const PLAIN: &str = "
+/* A mode takes u in; its contribution to the next output is added to the sum. */
+static inline real @_fade(@_t *self, uint32_t i, real u, real sum)
+{
+AS_WRITTEN    const real state = self->state[i] + (u - @_decay[i] * self->state[i]);
+    self->state[i] = state;
+    return sum + @_weight[i] * state;
+}
+";
+
+/// A slow mode: what rounding takes from the state goes to its carry.
+const CARRIED: &str = "
+/* A slow mode takes u in: what rounding takes from its state is carried. */
+static inline real @_fade_slowly(@_t *self, uint32_t i, real u, real sum)
+{
+AS_WRITTEN    const real before = self->state[i];
+    const real addend = (u - @_decay[i] * before) + self->carry[CARRY];
+    const real state = before + addend;
+    self->carry[CARRY] = addend - (state - before);
+    self->state[i] = state;
+    return sum + @_weight[i] * state;
+}
+";
+
+/// What the taps leave for the next output.
+const BEFORE: &str = "    real s0 = ZERO, s1 = ZERO, s2 = ZERO, s3 = ZERO, s4 = ZERO, s5 = ZERO, s6 = ZERO, s7 = ZERO;
+    uint32_t i;
+    for (i = 0U; i < 15U; ++i) {
+        self->due[i] = self->due[i + 1U] + @_tap[i] * u;
+    }
+";
+
+/// Eight modes side by side, each with a sum of its own.
+const EIGHT: &str = "    for (i = FROM; i < TO; i += 8U) {
+        s0 = FADE(self, i, u, s0);
+        s1 = FADE(self, i + 1U, u, s1);
+        s2 = FADE(self, i + 2U, u, s2);
+        s3 = FADE(self, i + 3U, u, s3);
+        s4 = FADE(self, i + 4U, u, s4);
+        s5 = FADE(self, i + 5U, u, s5);
+        s6 = FADE(self, i + 6U, u, s6);
+        s7 = FADE(self, i + 7U, u, s7);
+    }
+";
+
+/// The eight sums in pairs.
+const AFTER: &str = "    s0 = s0 + s4;
+    s1 = s1 + s5;
+    s2 = s2 + s6;
+    s3 = s3 + s7;
+    past = self->due[0] + ((s0 + s2) + (s1 + s3));
+";
+
+/// One state a sample without input becomes zero before it gets so small that arithmetic slows down.
+const FLUSH: &str = "    if (u == ZERO) {
+        const uint32_t turn = self->turn;
+        const real state = self->state[turn];
+        self->turn = ((turn + 1U) < MODES) ? (turn + 1U) : 0U;
+        if ((state < TINY) && (state > -TINY) && (state != ZERO)) {
+            self->state[turn] = ZERO;
+CLEAR        }
+    }
+";
+
+/// Of an order without modes: taps alone.
+const TAPS_ONLY: &str = "    uint32_t i;
+    for (i = 0U; i < 15U; ++i) {
+        self->due[i] = self->due[i + 1U] + @_tap[i] * u;
+    }
+    past = self->due[0] + ZERO;
+";
+
+/// Recent taps and decaying modes: g, k₁, …, k₁₅, d₁, W₁, d₂, W₂, …, fastest mode first.
+fn modes<F: CNumber>(list: &OperatorList<F>) -> Option<Core> {
+    let (taps, rest) = list.values.split_at_checked(TAPS)?;
+    let (pairs, odd) = rest.as_chunks::<2>();
+    if !odd.is_empty() {
+        return None;
+    }
+    let count = pairs.len().next_multiple_of(LANES);
+    let plain = list.plain_modes().min(count);
+    let column = |which: usize| {
+        let mut column: Vec<F> = pairs.iter().map(|pair| pair[which]).collect();
+        column.resize(count, F::ZERO);
+        column
+    };
+    let mut tables = table("@_tap", &taps[1..]);
+    let mut fields = vec![Field::Reals("due", TAPS)];
+    if count > 0 {
+        tables.push_str(&table("@_decay", &column(0)));
+        tables.push_str(&table("@_weight", &column(1)));
+        fields.push(Field::Reals("state", count));
+        if plain < count {
+            fields.push(Field::Reals("carry", count - plain));
+        }
+        fields.push(Field::Index("turn"));
+    }
+    Some(Core {
+        tables,
+        fields,
+        functions: fading(plain, count),
+        step: step::<F>(plain, count),
+        direct: literal(taps[0]),
+        words: format!("16 recent samples and {} decaying modes", pairs.len()),
+    })
+}
+
+/// The index of the carry of mode i.
+fn carry_of(index: &str, plain: usize) -> String {
+    if plain == 0 {
+        index.to_owned()
+    } else {
+        format!("{index} - {plain}U")
+    }
+}
+
+/// The functions of a mode, as far as they are needed.
+fn fading(plain: usize, count: usize) -> String {
+    let mut functions = String::new();
+    if plain > 0 {
+        functions.push_str(PLAIN);
+    }
+    if plain < count {
+        functions.push_str(&CARRIED.replace("CARRY", &carry_of("i", plain)));
+    }
+    functions
+}
+
+/// The step for so many modes, the first of them without a carry.
+fn step<F: CNumber>(plain: usize, count: usize) -> String {
+    if count == 0 {
+        return TAPS_ONLY.to_owned();
+    }
+    let eight = |from: usize, to: usize, fade: &str| {
+        EIGHT
+            .replace("FROM", &format!("{from}U"))
+            .replace("TO", &format!("{to}U"))
+            .replace("FADE", fade)
+    };
+    let mut step = BEFORE.to_owned();
+    if plain > 0 {
+        step.push_str(&eight(0, plain, "@_fade"));
+    }
+    if plain < count {
+        step.push_str(&eight(plain, count, "@_fade_slowly"));
+    }
+    step.push_str(AFTER);
+    step.push_str(FLUSH);
+    let clear = match (plain, plain < count) {
+        (_, false) => String::new(),
+        (0, true) => "            self->carry[turn] = ZERO;\n".to_owned(),
+        _ => format!(
+            "            if (turn >= {plain}U) {{\n                self->carry[{}] = ZERO;\n            }}\n",
+            carry_of("turn", plain)
+        ),
+    };
+    step.replace("MODES", &format!("{count}U"))
+        .replace("CLEAR", &clear)
+        .replace("TINY", &literal(F::NEGLIGIBLE))
+}
+
+const RECURSION: &str = "    const real y = DIRECT * u + self->state[0];
+    uint32_t i;
+    for (i = 0U; i < LAST; ++i) {
+        self->state[i] = self->state[i + 1U] + (@_forward[i] * u - @_backward[i] * y);
+    }
+    self->state[LAST] = ZERO + (@_forward[LAST] * u - @_backward[LAST] * y);
+    past = self->state[0];
+";
+
+/// The same for a single degree.
+const RECURSION_OF_ONE: &str = "    const real y = DIRECT * u + self->state[0];
+    self->state[0] = ZERO + (@_forward[0] * u - @_backward[0] * y);
+    past = self->state[0];
+";
+
+/// A recursive filter: g, b₁, a₁, b₂, a₂, ….
+fn recursion<F: CNumber>(values: &[F]) -> Option<Core> {
+    let (&direct, rest) = values.split_first()?;
+    let (pairs, rest) = rest.as_chunks::<2>();
+    if !rest.is_empty() || pairs.is_empty() {
+        return None;
+    }
+    let degree = pairs.len();
+    let column = |which: usize| pairs.iter().map(|pair| pair[which]).collect::<Vec<F>>();
+    let direct = literal(direct);
+    let step = if degree == 1 {
+        RECURSION_OF_ONE
+    } else {
+        RECURSION
+    };
+    Some(Core {
+        tables: table("@_forward", &column(0)) + &table("@_backward", &column(1)),
+        fields: vec![Field::Reals("state", degree)],
+        functions: String::new(),
+        step: step
+            .replace("LAST", &format!("{}U", degree - 1))
+            .replace("DIRECT", &direct),
+        direct,
+        words: format!("a recursive filter of degree {degree}"),
+    })
+}
+
+const SECTIONS: &str = "    real signal = u;
+    real rest = ZERO;
+    uint32_t i;
+    for (i = 0U; i < SECTIONS; ++i) {
+        const real slow = self->slow[i];
+        const real y = @_direct[i] * signal + @_slow[i] * slow;
+APPROACH        signal = y;
+        rest = @_direct[i] * rest + @_slow[i] * self->slow[i];
+    }
+    past = GAIN * rest;
+";
+
+/// The state follows the signal; in single precision what rounding takes goes to the carry.
+const COMPENSATED: &str =
+    "        const real addend = @_decay[i] * (signal - slow) + self->carry[i];
+        const real total = slow + addend;
+        const real virtual_addend = total - slow;
+        self->carry[i] = (slow - (total - virtual_addend)) + (addend - virtual_addend);
+        self->slow[i] = total;
+";
+const UNCOMPENSATED: &str = "        self->slow[i] = slow + @_decay[i] * (signal - slow);\n";
+
+/// First-order sections in series: gain, g, then direct, decay and slow of each.
+fn sections<F: CNumber>(values: &[F]) -> Option<Core> {
+    let (&[gain, direct], rest) = values.split_first_chunk()?;
+    let (triples, rest) = rest.as_chunks::<3>();
+    if !rest.is_empty() || triples.is_empty() {
+        return None;
+    }
+    let count = triples.len();
+    let column = |which: usize| triples.iter().map(|three| three[which]).collect::<Vec<F>>();
+    let mut fields = vec![Field::Reals("slow", count)];
+    if F::COMPENSATED {
+        fields.push(Field::Reals("carry", count));
+    }
+    Some(Core {
+        tables: table("@_direct", &column(0))
+            + &table("@_decay", &column(1))
+            + &table("@_slow", &column(2)),
+        fields,
+        functions: String::new(),
+        step: SECTIONS
+            .replace(
+                "APPROACH",
+                if F::COMPENSATED {
+                    COMPENSATED
+                } else {
+                    UNCOMPENSATED
+                },
+            )
+            .replace("SECTIONS", &format!("{count}U"))
+            .replace("GAIN", &literal(gain)),
+        direct: literal(direct),
+        words: format!("{count} first-order sections"),
+    })
+}
