@@ -2,7 +2,7 @@
 
 use crate::characteristic::Behind;
 use crate::characteristic::Characteristic;
-use crate::jury::poles;
+use crate::stability::poles;
 use crate::operator::multiply;
 use crate::{AnalysisError, AtAngle, Coupler, Dynamics, LoopOperator, SampledLoop};
 use certified_count::Place;

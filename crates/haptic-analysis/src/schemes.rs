@@ -1,7 +1,6 @@
 //! The operators that have names.
 
 use crate::functions::{Cascade, Curve, Modes, Polynomial, Power};
-use crate::jury::{Jury, jury};
 use crate::operator::multiply;
 use crate::{AnalysisError, LoopOperator, StabilityRegion};
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
@@ -175,7 +174,7 @@ impl LoopOperator {
     ) -> Result<Self, AnalysisError> {
         check(order, numerator)?;
         check(order, denominator)?;
-        if jury(denominator) != Jury::Stable {
+        if !Polynomial::new(denominator.to_vec()).is_stable() {
             return Err(AnalysisError::Unresolved {
                 what: "the operator",
                 why: "its denominator is not clearly free of zeros in the unit disc of w, so it is no stable filter",
