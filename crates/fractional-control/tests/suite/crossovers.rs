@@ -1,7 +1,8 @@
 //! Loops with more than one crossover: the wished one has the least margin, or it is told.
 
+use crate::fixture::{every, not_flat};
 use fracdiff::Seconds;
-use fractional_control::tuning::{Sampling, Specification, Tuned, WishName, tune, tune_integer};
+use fractional_control::tuning::{Specification, Tuned, WishName, tune, tune_integer};
 use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
 
 /// The least phase margin in size of all crossovers from a thousandth to a thousand times this frequency, rad.
@@ -24,10 +25,7 @@ fn the_wished_crossover_is_the_one_with_the_least_margin() {
         let plant: Plant = text.parse().expect("valid");
         for (omega, margin) in [(2.0, 55.0_f64), (3.0, 70.0), (5.0, 55.0), (8.0, 40.0)] {
             let wishes = Specification::new(omega, margin.to_radians());
-            let sampling = Sampling {
-                sample_time: Seconds(0.02 / omega),
-                rule: Rule::Bdf2,
-            };
+            let sampling = every(0.02 / omega);
             let tuned = tune(&plant, Some(sampling), &wishes).expect("tuned");
             assert!(tuned.unmet.is_empty(), "{text} {omega} {:?}", tuned.unmet);
             let least = least_margin(&tuned, &plant, omega);
@@ -49,14 +47,8 @@ fn easy_designs_are_found() {
         ("1.02832exp(-0.4s)/(s^2+0.021s+0.291)", 0.25, 60.0, 0.05),
     ] {
         let plant: Plant = text.parse().expect("valid");
-        let wishes = Specification {
-            iso_damping: false,
-            ..Specification::new(omega, margin.to_radians())
-        };
-        let sampling = Sampling {
-            sample_time: Seconds(t),
-            rule: Rule::Bdf2,
-        };
+        let wishes = not_flat(omega, margin.to_radians());
+        let sampling = every(t);
         let tuned = tune(&plant, Some(sampling), &wishes);
         let tuned = tuned.unwrap_or_else(|error| panic!("{text}: {error}"));
         assert!(tuned.unmet.is_empty(), "{text} {:?}", tuned.unmet);
@@ -69,10 +61,7 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
     // Near half the sample rate these see more than twice the gain that 1/ω alone has there.
     let plant: Plant = "(s^2+0.4s+2)/(s(s^2+0.3s+1))".parse().expect("valid");
     let sample_time = Seconds(0.02);
-    let sampling = Sampling {
-        sample_time,
-        rule: Rule::Bdf2,
-    };
+    let sampling = every(sample_time.0);
     let wishes = Specification::new(1.0, 40_f64.to_radians());
     for tuned in [
         tune(&plant, Some(sampling), &wishes),

@@ -1,10 +1,10 @@
 //! Tuning: every wish met or named, robustness against the integer PID, refusals.
 
 use super::crossovers::least_margin;
+use crate::fixture::states;
 use fracdiff::Seconds;
 use fractional_control::tuning::{Bound, Sampling, Specification, Tuned, WishName, tune};
-use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant, StateSpace};
-use nalgebra::{DMatrix, DVector, RowDVector};
+use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
 use std::time::Instant;
 
 /// Plant, crossover in rad/s, margin in degrees: 20 of first order with dead time, 15 of second order, 15 fractional.
@@ -144,12 +144,8 @@ fn checked(tuned: &Tuned, plant: &Plant, wishes: &Specification) {
 
 #[test]
 fn the_sampled_loop_that_was_tuned_is_certified_stable_and_has_its_margin() {
-    let states = StateSpace::new(
-        DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -53.8]),
-        DVector::from_column_slice(&[0.0, 15.4]),
-        RowDVector::from_row_slice(&[1.0, 0.0]),
-    );
-    let states = states.and_then(|s| s.behind_lag(1e-3)).expect("valid");
+    let states = states([[0.0, 1.0], [0.0, -53.8]], [0.0, 15.4], [1.0, 0.0]);
+    let states = states.behind_lag(1e-3).expect("valid");
     let plants = [
         Plant::state_space(states, 0.5e-3).expect("valid"),
         "15.4*exp(-0.0005s)/(s^2+53.8s)".parse().expect("valid"),

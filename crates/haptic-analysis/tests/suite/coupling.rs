@@ -238,16 +238,6 @@ proptest! {
     }
 
     #[test]
-    fn the_criterion_never_asks_for_less_than_corollary_2(
-        mu in 0.0..=1.0_f64, k in 0.0..3.0_f64, b in 0.0..10.0_f64,
-    ) {
-        let coupler = Coupler::exact(order(mu), 1.0, k + 1e-3, b).expect("valid");
-        let least = enough(&coupler);
-        prop_assert!(least >= coupler.corollary_damping() * (1.0 - 1e-12));
-        prop_assert!(least <= 2.0 * coupler.corollary_damping() * (1.0 + 1e-12));
-    }
-
-    #[test]
     fn every_result_is_a_number(
         mu in 0.0..=2.0_f64, k in 0.0..1e9_f64, b in 0.0..1e9_f64, t in 1e-6..1.0_f64,
     ) {

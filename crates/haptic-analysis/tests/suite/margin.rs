@@ -145,25 +145,9 @@ proptest! {
 
 #[test]
 fn a_wall_of_the_smallest_number_there_is_does_not_hang() {
-    let order = fracdiff::Order::new(0.9).expect("valid");
-    let operator = haptic_analysis::LoopOperator::new(
-        fracdiff::Scheme::Muir { degree: 3 },
-        order,
-        fracdiff::Seconds(1.0),
-        1e3,
-    )
-    .expect("valid");
-    let wall = haptic_analysis::Nondimensional {
-        alpha: 0.0,
-        beta: 5e-324,
-        delta: 0.1,
-        gamma: 1.0,
-    };
-    let sampled = haptic_analysis::SampledLoop::new(wall, &operator, 0).expect("valid");
+    let operator = operator("muir:3", 0.9);
+    let subject = SampledLoop::new(wall(0.0, 5e-324, 0.1, 1.0), &operator, 0).expect("in range");
     // No wall at all: the device alone is stable, and no gain or delay takes it to the boundary.
-    let margins = sampled.margins().expect("stable");
-    assert!(
-        margins.gain_up.is_none() && margins.delay.is_none(),
-        "{margins:?}"
-    );
+    let margins = subject.margins().expect("stable");
+    assert_eq!((margins.gain_up, margins.delay), (None, None));
 }

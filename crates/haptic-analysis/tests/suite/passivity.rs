@@ -281,15 +281,6 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn corollary_1_is_theorem_1_for_any_order_and_wall(
-        mu in 0.0..=2.0_f64, alpha in 0.0..10.0_f64, beta in 0.0..10.0_f64,
-    ) {
-        let p = exact(mu);
-        let have = port(&p, mu, 0).required_delta(alpha, beta).expect("valid");
-        prop_assert!((have.delta - have.corollary_delta).abs() <= 1e-9 * have.corollary_delta);
-    }
-
-    #[test]
     fn no_frequency_asks_for_more_than_the_supremum(
         mu in 0.0..=2.0_f64, alpha in 0.0..3.0_f64, beta in 0.0..3.0_f64, d in 0..6_usize,
         theta in 1e-6..PI,

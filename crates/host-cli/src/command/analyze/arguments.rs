@@ -7,7 +7,8 @@ use crate::options::Given;
 use clap::Args;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
+    AnalysisError, Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop,
+    SampledPlant,
 };
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::{
