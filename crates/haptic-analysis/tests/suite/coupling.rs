@@ -61,7 +61,7 @@ fn least_damping_agrees_with_50_digits() {
     }
 }
 
-/// 1/Z_c of the exact operator.
+/// `1/Z_c` of the exact operator.
 fn admittance(mu: f64, k: f64, b: f64, t: f64, theta: f64) -> Complex<f64> {
     let v = 1.0 - Complex::from_polar(1.0, -theta);
     1.0 / ((t / v).powf(mu) * b + k)
