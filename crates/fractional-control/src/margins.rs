@@ -319,6 +319,7 @@ impl SampledLoop {
     /// A_C·A_G + k·B_C·B_G is 0 nowhere on the circle for any of these k: the number of zeros within is the same for all
     /// ```
     /// *Cost*: that of two verdicts.
+    #[must_use]
     pub fn is_stable_over(&self, low: f64, high: f64) -> bool {
         let gains = [self.gain() * low, self.gain() * high];
         let is_interval = gains[0] > 0.0 && low <= high && gains[1].is_finite();

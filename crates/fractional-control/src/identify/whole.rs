@@ -48,6 +48,7 @@ const SETTLED: f64 = 1e-3;
 /// - *Cost*: some ten passes over the record. *Source*: of the rounds, K. Steiglitz and L. E. `McBride`, *A technique for the identification of
 ///   linear systems*, IEEE Trans. Automatic Control 10(4), 1965; of filters in continuous time, P. C. Young, *Recursive estimation and
 ///   time-series analysis*, 2011.
+#[must_use]
 pub fn whole_guess(record: &Record<'_>, shape: WholeShape) -> Option<WholeGuess> {
     let WholeShape {
         poles,
