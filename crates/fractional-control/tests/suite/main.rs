@@ -6,7 +6,6 @@ mod analysis;
 mod any_pole;
 mod boundary;
 mod controllers;
-mod crossovers;
 mod defining_sums;
 mod fast_poles;
 mod fixture;
