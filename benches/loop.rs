@@ -20,14 +20,11 @@
 //! - *Relaxation* is the command line's loop without clock, log, CSV and picture; it keeps the forces.
 
 mod baseline;
-mod device;
 mod input;
-mod runs;
 
 use baseline::{ModuloRing, Nothing, ShiftingArray};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput};
-use device::{Euler, Scripted};
 use fractional_haptics::fracdiff::{Differintegrator, Operator, Real, Scheme, Seconds};
 use fractional_haptics::haptic_loop::plant::{
     IndentationRig, MassDamper, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive,
@@ -37,8 +34,8 @@ use fractional_haptics::haptic_loop::units::{
     SquareMetres,
 };
 use fractional_haptics::haptic_loop::{
-    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, SpringDamper, Limits,
-    PassivityObserver, SafetyChain, SafetyState, Specimen, Tissue, Workspace,
+    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, Limits,
+    PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper, Tissue, Workspace,
 };
 use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
 use nalgebra::SVector;
@@ -53,7 +50,7 @@ const SAMPLES: u16 = 20_000;
 type Outcome = Result<(), Box<dyn Error>>;
 
 fn main() -> Outcome {
-    let mut criterion = runs::short_runs();
+    let mut criterion = baseline::short_runs();
     ticks::<f64>(&mut criterion, "f64")?;
     ticks::<f32>(&mut criterion, "f32")?;
     plants(&mut criterion)?;
@@ -328,4 +325,69 @@ fn rig(contact: RigContact) -> Result<IndentationRig, Box<dyn Error>> {
         contact,
         SAMPLE_TIME,
     ))?)
+}
+
+/// A device that goes its own way and keeps the force.
+#[derive(Clone, Copy, Debug)]
+struct Scripted<F, const D: usize> {
+    script: [F; BATCH],
+    tick: usize,
+    force: SVector<F, D>,
+}
+
+impl<F: Real, const D: usize> Scripted<F, D> {
+    fn new() -> Self {
+        Self {
+            script: ramp_and_hold(),
+            tick: 0,
+            force: SVector::from([F::ZERO; D]),
+        }
+    }
+}
+
+impl<F: Real, const D: usize> Device<F, D> for Scripted<F, D> {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<F, D>, Infallible> {
+        Ok(Reading {
+            tick: self.tick as u64,
+            time_s: self.tick as f64 * SAMPLE_TIME.0,
+            position_m: SVector::from([self.script[self.tick]; D]),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Infallible> {
+        self.force = *force.newtons();
+        self.tick = (self.tick + 1) % BATCH;
+        Ok(())
+    }
+}
+
+/// Velocity and position of 65 g and 3.5 N·s/m, the force held for a sample.
+#[derive(Debug)]
+struct Euler([f64; 2]);
+
+impl Euler {
+    fn new() -> Self {
+        Self([0.0; 2])
+    }
+}
+
+impl Device<f64, 1> for Euler {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
+        Ok(Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: SVector::from([self.0[1]]),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
+        let [velocity, position] = &mut self.0;
+        *velocity += SAMPLE_TIME.0 / 0.065 * (force.newtons()[0] - 3.5 * *velocity);
+        *position += SAMPLE_TIME.0 * *velocity;
+        Ok(())
+    }
 }

@@ -20,7 +20,6 @@
 
 mod baseline;
 mod input;
-mod runs;
 
 use baseline::{ModuloRing, Nothing, ShiftingArray};
 use criterion::measurement::WallTime;
@@ -43,7 +42,7 @@ enum Phase {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut criterion = runs::short_runs();
+    let mut criterion = baseline::short_runs();
     operators::<f64>(&mut criterion, "f64")?;
     operators::<f32>(&mut criterion, "f32")?;
     criterion.final_summary();

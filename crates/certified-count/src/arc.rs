@@ -4,8 +4,7 @@
 //! |f(θ) − f(m)| ≤ (h/2)·sup|f′|   on an arc of width h about m:   the image of the arc lies in a disc
 //! ```
 
-use crate::Place;
-use crate::winding::{Count, Winding};
+use crate::circle::{Count, Place, Winding};
 use core::f64::consts::PI;
 use num_complex::Complex;
 

@@ -3,7 +3,7 @@
 //! *Certificate*: between two samples a and b the curve stays within the ellipse with foci F(a) and F(b) whose long axis is the length L of the
 //! path. If |F(a)| + |F(b)| > L the ellipse does not hold 0, so the argument changes by exactly that of F(b)/F(a).
 
-use crate::winding::{Count, Winding};
+use crate::circle::{Count, Winding};
 use num_complex::Complex;
 
 /// Halvings of a first interval, about π/64, after which it is 1e-20 rad wide.

@@ -7,12 +7,11 @@ use num_complex::Complex;
 use std::vec;
 use std::vec::Vec;
 
-/// A function whose orders are multiples of one: a ratio of polynomials in λ = s^q, 0 < q ≤ 1.
+/// The denominator of a function whose orders are multiples of one: a polynomial in λ = s^q, 0 < q ≤ 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Commensurate {
     order: f64,
     /// Coefficients of λ⁰, λ¹, …
-    numerator: Vec<f64>,
     denominator: Vec<f64>,
 }
 
@@ -38,19 +37,11 @@ impl FractionalTransferFunction {
         let Some(order) = common(&orders, highest) else {
             return Err(ControlError::NotCommensurate { degree: DEGREE_MAX });
         };
-        let in_lambda = |polynomial: &FractionalPolynomial| {
-            let degree = libm::round(polynomial.degree() / order) as usize;
-            let mut coefficients = vec![0.0; degree + 1];
-            for term in polynomial.terms() {
-                coefficients[libm::round(term.order / order) as usize] += term.coefficient;
-            }
-            coefficients
-        };
-        Ok(Commensurate {
-            order,
-            numerator: in_lambda(self.numerator()),
-            denominator: in_lambda(self.denominator()),
-        })
+        let mut denominator = vec![0.0; libm::round(highest / order) as usize + 1];
+        for term in self.denominator().terms() {
+            denominator[libm::round(term.order / order) as usize] += term.coefficient;
+        }
+        Ok(Commensurate { order, denominator })
     }
 
     /// The number of poles with Re s > 0 on the principal branch, for any orders: by the turn of the denominator along the
@@ -227,12 +218,6 @@ impl Commensurate {
     #[must_use]
     pub fn order(&self) -> f64 {
         self.order
-    }
-
-    /// Coefficients of numerator and denominator in powers of λ, of λ⁰ first.
-    #[must_use]
-    pub fn polynomials(&self) -> (&[f64], &[f64]) {
-        (&self.numerator, &self.denominator)
     }
 
     /// The roots λ of the denominator.

@@ -34,18 +34,7 @@ pub struct Shape {
 ///
 /// ```text
 /// y = S + G·u,   u = limit(g_r·r − g_y·y + …):   u = limit((…)/(1 + g_y·G))
-/// use fracdiff::Seconds;
-/// use fractional_control::{
-///     Actuator, FractionalPid, Memory, PidParameters, Plant, Rule, SampledPlant, SetPoint, simulate,
-/// };
-///
-/// let (t, memory) = (Seconds(0.01), Memory::new(Rule::Bdf2, 1e-6, 20.0)?);
-/// let plant: Plant = "1/(s+1)".parse()?;
-/// let gains = PidParameters { proportional: 3.0, integral: 3.0, ..PidParameters::NONE };
-/// let pid = FractionalPid::<f64>::new(gains, SetPoint::DEFAULT, Actuator::UNLIMITED, memory, t)?;
-/// let run = simulate(&pid, &SampledPlant::new(&plant, memory, t)?, |_| 1.0, 2000);
-/// assert!(run.shape().final_error < 1e-6);
-/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
 pub fn simulate<C: Controller<f64>>(
     controller: &C,
     plant: &SampledPlant,

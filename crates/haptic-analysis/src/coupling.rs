@@ -1,4 +1,4 @@
-//! The virtual coupler as a two port: hybrid matrix, Llewellyn's conditions, least device damping.
+//! The virtual coupler as a two port: Corollary 2, and the least device damping by Llewellyn's conditions.
 
 use crate::extremum::{Grid, Maximum};
 use crate::transparency::finite;
@@ -107,16 +107,9 @@ impl<'a> Coupler<'a> {
     /// ```text
     /// p₁₁ = m·(2/T)(1 − w)/(1 + w) + b,   p₁₂ = (1 + w)/2,   p₂₁ = −1,   p₂₂ = 1/Z_c,   velocity of the hand, force of the environment
     /// b ≥ 0,   Re(1/Z_c) ≥ 0,   2b·Re(1/Z_c) ≥ cos(θ/2)(1 − cos(θ/2)):   b = sup over θ of cos(θ/2)(1 − cos(θ/2))/(2 Re(1/Z_c))
-    /// use fracdiff::Order;
-    /// use haptic_analysis::{Coupler, LeastDamping};
-    ///
-    /// // A pure spring of 1 kN/m at 1 kHz: b = b_c·T/8, twice what Corollary 2 says.
-    /// let coupler = Coupler::exact(Order::new(1.0)?, 1e-3, 0.0, 1000.0)?;
-    /// let LeastDamping::Enough { damping_n_s_per_m, .. } = coupler.least_damping()? else {
-    ///     unreachable!("μ = 1 has a bound");
-    /// };
-    /// assert!((damping_n_s_per_m - 0.125).abs() < 1e-12);
-    /// # Ok::<(), haptic_analysis::AnalysisError>(())
+    /// ```
+    /// # Errors
+    /// An operator without a finite response.
     pub fn least_damping(&self) -> Result<LeastDamping, AnalysisError> {
         let (scale, shares) = self.shares();
         let outcome = match self.operator {
@@ -131,15 +124,20 @@ impl<'a> Coupler<'a> {
     ///
     /// ```text
     /// b = sup over θ of h(θ)/(2 Re(1/Z_c)),   h = √(|M|² + V) − Re(wM),   h = 1 − cos((d + 1)θ) for d whole samples of delay
-    /// use fracdiff::Order;
-    /// use haptic_analysis::{Coupler, ForcePath, LeastDamping};
+    /// ```
+    /// M and V are mean and variance of the force within a sample. Llewellyn's h, cos(θ/2)(1 − cos(θ/2)), is less than a quarter
+    /// of it: his device is one under Tustin's rule, whose force acts half a sample earlier. So
+    /// [`least_damping`](Self::least_damping) is not enough for a sampled device: a spring (μ = 1) needs four times as much, `b_c·T/2`, and a damper
+    /// eight times, `k_c`.
     ///
-    /// let damper = Coupler::exact(Order::new(1.0)?, 1e-3, 2.0, 0.0)?; // 2 N·s/m
-    /// let LeastDamping::Enough { damping_n_s_per_m, .. } = damper.sampled_damping(ForcePath::NONE)? else {
-    ///     unreachable!("a damper has a bound");
-    /// };
-    /// assert!((damping_n_s_per_m - 2.0).abs() < 1e-12); // Llewellyn says 0.25
-    /// # Ok::<(), haptic_analysis::AnalysisError>(())
+    /// *Derivation*: passivity of a sampled port asks b ≥ (Re(cZ) + √(Re²(cZ) + V|Z|²))/2, c = −wM, at each θ (Theorem 1 with
+    /// the variance within a sample), which is |bY − c/2|² ≥ (|c|² + V)/4 for Y = 1/Z. With an object Y = 1/`Z_c` + 1/`Z_o`, and a
+    /// passive `Z_o` can make it any Y with Re Y ≥ Re(1/`Z_c`): the circle has to lie outside of that half-plane.
+    ///
+    /// *Delays* up to some hundred samples; beyond, the limit at rest of a coupler of order 1 is not resolved.
+    ///
+    /// # Errors
+    /// An operator without a finite response.
     pub fn sampled_damping(&self, path: ForcePath) -> Result<LeastDamping, AnalysisError> {
         let (scale, shares) = self.shares();
         let exact = ExactInverse(self.order.get());
@@ -209,10 +207,6 @@ impl fmt::Debug for Coupler<'_> {
             .finish()
     }
 }
-
-// least_damping: MERGED HEADER
-// Least device damping of a coupled port: the supremum of Llewellyn's third condition over θ, and
-// the cases that have none.
 
 /// Device damping that makes the coupled port passive.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,7 +11,6 @@ mod dynamics;
 mod error;
 mod extremum;
 mod functions;
-mod jury;
 mod largest;
 mod lateness;
 mod linear;

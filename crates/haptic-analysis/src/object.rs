@@ -2,8 +2,8 @@
 
 use crate::characteristic::Behind;
 use crate::characteristic::Characteristic;
-use crate::jury::poles;
 use crate::operator::multiply;
+use crate::stability::poles;
 use crate::{AnalysisError, AtAngle, Coupler, Dynamics, LoopOperator, SampledLoop};
 use certified_count::Place;
 use fracdiff::FrequencyResponse;

@@ -166,18 +166,6 @@ impl SampledPlant {
     /// - *Accuracy*: the sampled plant is compared with C(1 − wΦ)⁻¹Γ solved directly at eight angles, and
     ///   refused if they differ by more than 1e-9 of its numerator.
     ///
-    /// ```
-    /// use haptic_analysis::{ForcePath, SampledPlant};
-    ///
-    /// // 65 g with 3.5 N·s/m, as matrices and by name.
-    /// let (m, b, t) = (0.065, 3.5, 1e-3);
-    /// let a = [0.0, 1.0, 0.0, -b / m];
-    /// let plant = SampledPlant::linear(&a, &[0.0, 1.0 / m], &[1.0, 0.0], t, m, ForcePath::NONE)?;
-    /// let named = SampledPlant::new(b * t / m, 0.0)?;
-    /// assert!((plant.numerator()[0] - named.numerator()[0]).abs() < 1e-12);
-    /// # Ok::<(), haptic_analysis::AnalysisError>(())
-    /// ```
-    ///
     /// # Errors
     /// Sizes that do not fit, numbers that are not finite, a motion faster than 1e6 per sample, an output
     /// that the input does not move, T or m not above 0; [`AnalysisError::Unresolved`] if rounding errors

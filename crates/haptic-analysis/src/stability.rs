@@ -1,7 +1,6 @@
-//! Stability of the sampled loop: three ways that must agree.
+//! Stability of the sampled loop by encirclement, and its poles.
 
 use crate::characteristic::{Characteristic, Node, Span};
-use crate::jury::poles;
 use crate::operator::multiply;
 use crate::{AnalysisError, Environment, LoopOperator, SampledPlant};
 use certified_count::{Count, Curve, Sample};
@@ -414,5 +413,47 @@ impl Curve for Weighed<'_, '_> {
 
     fn path(&self, (a, b): (&Node, &Node), span: &Span) -> f64 {
         span.path(a, b, self.alpha, self.beta)
+    }
+}
+
+/// The zeros in z = 1/w of Σ `x_j` w^j, those at z = 0 left out; `None` if a coefficient is no number.
+pub(crate) fn poles(mut polynomial: Vec<f64>) -> Option<Vec<Complex<f64>>> {
+    let used = polynomial.iter().rposition(|&x| x != 0.0)? + 1;
+    polynomial.truncate(used);
+    polynomial.reverse();
+    let poles = fracdiff::roots(&polynomial);
+    poles.iter().all(|pole| pole.is_finite()).then_some(poles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn from_poles(poles: &[f64]) -> Vec<f64> {
+        // Π (1 − p·w)
+        (poles.iter()).fold(vec![1.0], |product, p| multiply(&product, &[1.0, -p]))
+    }
+
+    #[test]
+    fn a_multiple_pole_is_counted_as_often_as_it_stands() {
+        // A triple pole splits by the rounding of the coefficients.
+        for pole in [0.3, 0.9, 0.99, 1.01] {
+            let values = poles(from_poles(&[pole; 3])).expect("finite");
+            let far = |value: &Complex<f64>| (value - pole).norm() > 1e-4;
+            assert!(values.len() == 3 && !values.iter().any(far), "{values:?}");
+        }
+    }
+
+    #[test]
+    fn a_polynomial_gives_back_the_poles_it_was_made_from() {
+        let mut have: Vec<f64> = poles(from_poles(&[0.9, -0.5, 1.2, 0.0]))
+            .expect("finite")
+            .iter()
+            .map(|pole| pole.re)
+            .collect();
+        have.sort_by(f64::total_cmp);
+        for (have, want) in have.iter().zip([-0.5, 0.9, 1.2]) {
+            assert!((have - want).abs() < 1e-14, "{have} {want}");
+        }
     }
 }

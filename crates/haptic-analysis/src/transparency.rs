@@ -50,22 +50,6 @@ impl Environment {
     /// # Errors
     /// A parameter or ω outside its range, or a result too large for a number.
     ///
-    /// ```
-    /// use fracdiff::{ExactDifference, Order};
-    /// use haptic_analysis::Environment;
-    ///
-    /// let order = Order::new(1.0)?;
-    /// let wall = Environment {
-    ///     stiffness_n_per_m: 1e4,
-    ///     dissipation_n_s_mu_per_m: 100.0,
-    ///     order,
-    ///     sample_time_s: 1e-3,
-    /// };
-    /// let felt = wall.effective(&ExactDifference(order), 1.0)?;
-    /// assert!((felt.damping_n_s_per_m - 100.0).abs() < 1e-4); // B sin(ωT)/(ωT)
-    /// # Ok::<(), haptic_analysis::AnalysisError>(())
-    /// ```
-    ///
     /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 3.10–3.13.
     pub fn effective(
         &self,

@@ -1,24 +1,17 @@
 //! Reasons against loops whose boundary is known, baselines, designs, records.
 
+use crate::fixture::{not_flat, pi, plant};
 use fracdiff::Seconds;
 use fractional_control::analysis::{Cause, analyse};
 use fractional_control::design::ControlDesign;
 use fractional_control::model_search::{InputOutput, candidates, identify, shifted};
 use fractional_control::run::{integer_baseline, run, run_plant, samples_for};
 use fractional_control::tuning::Specification;
-use fractional_control::{ControllerSetup, PidParameters, Plant, StateSpace};
+use fractional_control::{ControllerSetup, Plant, StateSpace};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 fn p(gain: f64, t: f64) -> ControllerSetup {
-    let gains = PidParameters {
-        proportional: gain,
-        ..PidParameters::NONE
-    };
-    ControllerSetup::new(gains, Seconds(t))
-}
-
-fn plant(text: &str) -> Plant {
-    text.parse().expect("valid")
+    ControllerSetup::new(crate::fixture::p(gain), Seconds(t))
 }
 
 /// P on 1/(s + 1)³ is stable below 8, at √3 rad/s; on 1/(s − 1) above 1; on e^(−hs)/(s − 1) with 2 for h below (π/3)/√3.
@@ -118,12 +111,7 @@ fn the_reason_of_a_very_late_loop_is_the_dead_time() {
 /// The memory of 200 s is the controller's of 1 ms; a loop of whole orders has none. 4(s + 1/1000)/s on 1/(1000s + 1) is 1/(250s).
 #[test]
 fn a_slow_loop_of_whole_orders_has_its_delay_margin() {
-    let own = |order: f64| PidParameters {
-        proportional: 4.0,
-        integral: 4e-3,
-        integral_order: order,
-        ..PidParameters::NONE
-    };
+    let own = |order: f64| pi(4.0, 4e-3, order);
     let of = |order: f64| {
         let setup = ControllerSetup::new(own(order), Seconds(1e-3));
         analyse(&setup, &plant("1/(1000s+1)")).expect("a loop")
@@ -167,12 +155,7 @@ fn designed(function: &str, wishes: Specification) -> ControlDesign {
 #[test]
 fn an_integral_that_meets_a_factor_s_is_not_proved() {
     for order in [0.5, 1.0, 1.5] {
-        let gains = PidParameters {
-            proportional: 1.0,
-            integral: 1.0,
-            integral_order: order,
-            ..PidParameters::NONE
-        };
+        let gains = pi(1.0, 1.0, order);
         let setup = ControllerSetup::new(gains, Seconds(0.01));
         let cause = analyse(&setup, &plant("s/(s+1)^2")).expect("a loop").cause;
         assert!(
@@ -190,12 +173,7 @@ fn an_integral_that_meets_a_factor_s_is_not_proved() {
 
 #[test]
 fn the_baseline_has_the_crossover_and_the_margin_of_the_loop() {
-    let own = PidParameters {
-        proportional: 9.7,
-        integral: 0.6,
-        integral_order: 0.9,
-        ..PidParameters::NONE
-    };
+    let own = pi(9.7, 0.6, 0.9);
     let (oven, setup) = (
         plant("0.55exp(-s)/(62s+1)"),
         ControllerSetup::new(own, Seconds(0.1)),
@@ -371,10 +349,7 @@ fn a_slow_plant_is_not_taken_for_one_that_adds_up() {
 #[test]
 fn a_design_that_is_lost_at_twice_the_gain_is_not_robust() {
     let design = |crossover: f64| {
-        let wishes = Specification {
-            iso_damping: false,
-            ..Specification::new(crossover, 35_f64.to_radians())
-        };
+        let wishes = not_flat(crossover, 35_f64.to_radians());
         designed("exp(-0.1s)/(s+1)", wishes)
     };
     for (crossover, robust) in [(2.0, true), (12.0, false)] {

@@ -7,11 +7,9 @@
 //! u[n] = −K_p y[n] − K_i T·Σ y
 //! ```
 
-use crate::draw::Draw;
+use crate::fixture::{Draw, pi};
 use fracdiff::Seconds;
-use fractional_control::{
-    ControlError, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
-};
+use fractional_control::{ControlError, Memory, Plant, Rule, SampledLoop, SampledPlant};
 use nalgebra::DMatrix;
 
 /// What is drawn: T is 1 s.
@@ -48,11 +46,7 @@ impl Loop {
         let memory = Memory::new(Rule::Grunwald, 1e-9, 1e4)?;
         let plant = SampledPlant::new(&self.plant(), memory, Seconds(1.0))?;
         assert!(plant.is_exact());
-        let controller = PidParameters {
-            proportional: self.proportional,
-            integral: self.integral,
-            ..PidParameters::NONE
-        };
+        let controller = pi(self.proportional, self.integral, 1.0);
         SampledLoop::new(controller.into(), memory, &plant)
     }
 

@@ -1,27 +1,11 @@
 //! The certified verdict against simulation on both sides of the boundary.
 
+use crate::fixture::{Draw, states};
 use fracdiff::Seconds;
 use fractional_control::{
     Actuator, FractionalPid, FractionalTransferFunction, Memory, PidParameters, Plant, Rule,
-    SampledLoop, SampledPlant, SetPoint, StateSpace, simulate,
+    SampledLoop, SampledPlant, SetPoint, simulate,
 };
-use nalgebra::{DMatrix, DVector, RowDVector};
-
-/// Numbers from 0 to 1, the same in every run: a linear congruence (D. E. Knuth, MMIX).
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-    fn from(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 fn plant(draw: &mut Draw, index: usize, t: f64) -> Plant {
     let delay = if index.is_multiple_of(2) {
@@ -46,12 +30,8 @@ fn plant(draw: &mut Draw, index: usize, t: f64) -> Plant {
         }
         _ => {
             let (stiffness, damping) = (draw.from(0.0, 3.0), draw.from(0.2, 2.0));
-            let states = StateSpace::new(
-                DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -stiffness, -damping]),
-                DVector::from_column_slice(&[0.0, 1.0]),
-                RowDVector::from_row_slice(&[1.0, 0.0]),
-            );
-            let states = states.and_then(|s| s.behind_lag(draw.from(0.5 * t, 5.0 * t)));
+            let states = states([[0.0, 1.0], [-stiffness, -damping]], [0.0, 1.0], [1.0, 0.0]);
+            let states = states.behind_lag(draw.from(0.5 * t, 5.0 * t));
             Plant::state_space(states.expect("valid"), delay).expect("valid")
         }
     }

@@ -6,9 +6,9 @@
 //! controller:             u[n] = −K_p·y[n] − K_i·T^λ·Σ w_k^(−λ) y[n−k]
 //! ```
 
-use crate::draw::Draw;
+use crate::fixture::{Draw, pi};
 use fracdiff::Seconds;
-use fractional_control::{Crossing, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{Crossing, Memory, Plant, Rule, SampledLoop, SampledPlant};
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
@@ -91,12 +91,7 @@ impl Loop {
     fn closed(&self) -> SampledLoop {
         let memory = Memory::new(Rule::Grunwald, 1e-9, 1e4).expect("valid");
         let plant = SampledPlant::new(&self.plant(), memory, Seconds(self.t)).expect("runs");
-        let controller = PidParameters {
-            proportional: self.proportional,
-            integral: self.integral,
-            integral_order: self.order,
-            ..PidParameters::NONE
-        };
+        let controller = pi(self.proportional, self.integral, self.order);
         SampledLoop::new(controller.into(), memory, &plant).expect("valid")
     }
 

@@ -1,19 +1,13 @@
 //! Loops by name that were judged wrongly: poles far faster than the sample, dead times alone, gains at once.
 
+use crate::fixture::{closed, pi, plant};
 use fracdiff::Seconds;
-use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
 
 /// A loop by its notation: plant, `K_p`, `K_i`, T.
-fn judged(plant: &str, (proportional, integral): (f64, f64), t: f64) -> SampledLoop {
+fn judged(function: &str, (proportional, integral): (f64, f64), t: f64) -> SampledLoop {
     let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6 * t).expect("valid");
-    let plant: Plant = plant.parse().expect("valid");
-    let plant = SampledPlant::new(&plant, memory, Seconds(t)).expect("runs");
-    let controller = PidParameters {
-        proportional,
-        integral,
-        ..PidParameters::NONE
-    };
-    SampledLoop::new(controller.into(), memory, &plant).expect("valid")
+    closed(pi(proportional, integral, 1.0), &plant(function), memory, t)
 }
 
 /// Loops that were called stable or unstable wrongly: true spectral radius beside each.

@@ -1,6 +1,7 @@
 //! Flat phases: the overshoot stays while the gain of the plant goes from half to double.
 
 use super::tuning::{bound, plants};
+use crate::fixture::every;
 use fracdiff::Seconds;
 use fractional_control::tuning::{
     GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer,
@@ -12,10 +13,7 @@ fn a_mass_is_held_by_a_power_alone_and_its_overshoot_stays() {
     // 1/s² wants s^α, α = margin/90°: the ideal loop of Bode. All else is as small as the hold asks for.
     for (margin_deg, omega) in [(35.0, 1.0), (50.0, 1.0), (60.0, 20.0), (75.0, 8.0)] {
         let plant: Plant = "1/s^2".parse().expect("valid");
-        let sampling = Sampling {
-            sample_time: Seconds(0.02 / omega),
-            rule: Rule::Bdf2,
-        };
+        let sampling = every(0.02 / omega);
         let wishes = Specification::new(omega, f64::to_radians(margin_deg));
         let tuned = tune(&plant, Some(sampling), &wishes).expect("a flat phase");
         assert!(tuned.unmet.is_empty() && tuned.measures.stable_over_gains);
@@ -86,10 +84,7 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
     for (text, omega, margin) in fixed.into_iter().chain(plants()) {
         let plant: Plant = text.parse().expect("valid");
         let t = Seconds(0.02 / omega);
-        let sampling = Some(Sampling {
-            sample_time: t,
-            rule: Rule::Bdf2,
-        });
+        let sampling = Some(every(t.0));
         // Both hold off disturbances: an integral that is next to nothing would leave them.
         let wishes = Specification {
             disturbance: bound(0.1 * omega, 0.1),

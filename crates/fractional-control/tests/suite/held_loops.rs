@@ -1,10 +1,10 @@
 //! Loops and records of plants of fractional order, by the exact response of the plant behind its hold.
 
-use super::draw::Draw;
+use super::fixture::Draw;
+use crate::fixture::p;
 use fracdiff::Seconds;
 use fractional_control::{
-    FractionalTransferFunction, Memory, PidParameters, Plant, Record, Rule, SampledLoop,
-    SampledPlant, identify,
+    FractionalTransferFunction, Memory, Plant, Record, Rule, SampledLoop, SampledPlant, identify,
 };
 
 const SAMPLES: usize = 2000;
@@ -23,10 +23,7 @@ impl Loop {
         let plant = format!("exp(-{}s)/s^{}", self.delay + more, self.order);
         let plant: Plant = plant.parse().expect("a plant");
         let plant = SampledPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
-        let proportional = PidParameters {
-            proportional: self.gain,
-            ..PidParameters::NONE
-        };
+        let proportional = p(self.gain);
         SampledLoop::new(proportional.into(), memory, &plant).expect("a loop")
     }
 

@@ -1,11 +1,11 @@
 //! Functions found again from records of them.
 
+use crate::fixture::states;
 use fracdiff::Seconds;
 use fractional_control::{
-    FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, StateSpace, WholeShape,
-    identify, identify_coefficients, respond, step_response, whole_guess,
+    FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, WholeShape, identify,
+    identify_coefficients, respond, step_response, whole_guess,
 };
-use nalgebra::{DMatrix, DVector, RowDVector};
 
 fn of(text: &str) -> FractionalTransferFunction {
     text.parse().expect("valid")
@@ -112,14 +112,10 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
 
 #[test]
 fn a_record_of_a_held_command_needs_no_correction_by_hand() {
-    let states = StateSpace::new(
-        DMatrix::from_row_slice(1, 1, &[-0.5]),
-        DVector::from_column_slice(&[1.5]),
-        RowDVector::from_row_slice(&[1.0]),
-    );
+    let states = states([[-0.5]], [1.5], [1.0]);
     let t = Seconds(0.1);
     let memory = Memory::new(Rule::Bdf2, 1e-8, 40.0).expect("valid");
-    let plant = Plant::state_space(states.expect("valid"), 0.0).expect("valid");
+    let plant = Plant::state_space(states, 0.0).expect("valid");
     let plant = SampledPlant::new(&plant, memory, t).expect("valid");
     let input: Vec<f64> = (0..300)
         .map(|n| if (n / 37) % 2 == 0 { 1.0 } else { -0.5 })

@@ -1,6 +1,6 @@
 //! Margins and peaks against closed forms, and the notation of controllers.
 
-use crate::draw::Draw;
+use crate::fixture::{Draw, plant};
 use fracdiff::Seconds;
 use fractional_control::{
     ControlError, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
@@ -8,12 +8,10 @@ use fractional_control::{
 
 const T: Seconds = Seconds(1e-3);
 
-fn closed(plant: &str, controller: &str) -> SampledLoop {
+fn closed(function: &str, controller: &str) -> SampledLoop {
     let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
-    let plant: Plant = plant.parse().expect("a plant");
-    let plant = SampledPlant::new(&plant, memory, T).expect("runs");
-    let controller: PidParameters = controller.parse().expect("a controller");
-    SampledLoop::new(controller.into(), memory, &plant).expect("a loop")
+    let controller = controller.parse().expect("a controller");
+    crate::fixture::closed(controller, &plant(function), memory, T.0)
 }
 
 /// k·e^(−Ls)/s: crossover k, margin π/2 − kL, gain margin π/(2kL), delay margin π/(2k) − L, with L longer by half a sample.

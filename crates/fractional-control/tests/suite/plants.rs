@@ -1,6 +1,6 @@
 //! Plants in samples: matrices exactly, transfer functions to second order, measured responses between their points.
 
-use crate::spectrum::of_impulse_response;
+use crate::fixture::{of_impulse_response, p, states};
 use core::f64::consts::PI;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
@@ -17,12 +17,7 @@ fn memory() -> Memory {
 
 /// 1/(s² + 0.6 s + 2) as matrices.
 fn second_order() -> StateSpace {
-    StateSpace::new(
-        DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -2.0, -0.6]),
-        DVector::from_column_slice(&[0.0, 1.0]),
-        RowDVector::from_row_slice(&[1.0, 0.0]),
-    )
-    .expect("valid")
+    states([[0.0, 1.0], [-2.0, -0.6]], [0.0, 1.0], [1.0, 0.0])
 }
 
 fn run(plant: &Plant, t: f64, input: impl Fn(usize) -> f64, samples: usize) -> Vec<f64> {
@@ -166,13 +161,7 @@ fn the_curve_of_the_verdict_is_the_plant_that_runs() {
         Plant::state_space(second_order().behind_lag(0.05).expect("valid"), 0.13).expect("valid"),
     ];
     for plant in plants {
-        let (t, gain) = (
-            0.05,
-            PidParameters {
-                proportional: 1.0,
-                ..PidParameters::NONE
-            },
-        );
+        let (t, gain) = (0.05, p(1.0));
         let sampled = SampledPlant::new(&plant, memory(), Seconds(t)).expect("valid");
         let closed = SampledLoop::new(gain.into(), memory(), &sampled).expect("valid");
         let weights = run(&plant, t, |n| f64::from(u8::from(n == 0)), 40_000);
@@ -253,10 +242,7 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
     // A gain of 1 that does nothing but be one sample late.
     let lag: Plant = "exp(-0.03s)/(s+1)".parse().expect("valid");
     let plant = SampledPlant::new(&lag, memory(), t).expect("valid");
-    let alone = PidParameters {
-        proportional: 1.0,
-        ..PidParameters::NONE
-    };
+    let alone = p(1.0);
     let of = |parameters: ControllerParameters| {
         SampledLoop::new(parameters, memory(), &plant).expect("valid")
     };
@@ -281,13 +267,7 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
 fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
     let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("is right");
     // Plant, its matrices, T, and the gain at which the held loop turns unstable: (1 + e^(pT))/(e^(pT) − 1)·|p| for 1/(s − p).
-    let first_order = |p: f64| {
-        StateSpace::new(
-            DMatrix::from_row_slice(1, 1, &[p]),
-            DVector::from_column_slice(&[1.0]),
-            RowDVector::from_row_slice(&[1.0]),
-        )
-    };
+    let first_order = |p: f64| states([[p]], [1.0], [1.0]);
     for (text, pole, t) in [
         ("1/(s-1)", 1.0, 1e-3),
         ("1/(s+1)", -1.0, 10.0),
@@ -296,16 +276,13 @@ fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
         let e = f64::exp(pole * t);
         let limit = pole * (1.0 + e) / (e - 1.0);
         let written: Plant = text.parse().expect("a plant");
-        let matrices = first_order(pole).expect("fits");
+        let matrices = first_order(pole);
         let matrices = Plant::state_space(matrices, 0.0).expect("is right");
         for plant in [written, matrices] {
             let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("samples");
             assert!(sampled.is_exact());
             for (share, stable) in [(0.99, true), (1.01, false)] {
-                let gain = PidParameters {
-                    proportional: share * limit,
-                    ..PidParameters::NONE
-                };
+                let gain = p(share * limit);
                 let closed = SampledLoop::new(gain.into(), memory, &sampled).expect("is right");
                 assert_eq!(
                     closed.verdict().stable,

@@ -1,6 +1,6 @@
 //! How far a rule may stand for its plant: half an integrator behind a hold, whose step is 2√(t/π) at each sample.
 
-use crate::spectrum::of_impulse_response;
+use crate::fixture::{of_impulse_response, p};
 use core::f64::consts::PI;
 use fracdiff::Seconds;
 use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
@@ -8,14 +8,7 @@ use num_complex::Complex;
 
 /// A gain on a plant of 1 s a sample.
 fn closed(plant: &str, gain: f64) -> SampledLoop {
-    sampled(plant, proportional(gain), Rule::Bdf2, Seconds(1.0))
-}
-
-fn proportional(gain: f64) -> PidParameters {
-    PidParameters {
-        proportional: gain,
-        ..PidParameters::NONE
-    }
+    sampled(plant, p(gain), Rule::Bdf2, Seconds(1.0))
 }
 
 fn sampled(plant: &str, gains: PidParameters, rule: Rule, sample_time: Seconds) -> SampledLoop {
@@ -136,7 +129,7 @@ fn pushed_apart(omega: f64, gain: f64) -> f64 {
 
 /// A gain on a plant of 0.1 s a sample.
 fn swinging(plant: &str, gain: f64, rule: Rule) -> SampledLoop {
-    sampled(plant, proportional(gain), rule, Seconds(0.1))
+    sampled(plant, p(gain), rule, Seconds(0.1))
 }
 
 /// A rule damps a resonance, which its plant does not: the spike of the plant would lie between any angles that could be looked at.

@@ -1,7 +1,7 @@
 //! Transfer functions sample by sample, against numerical inversion of the Laplace transform.
 
-use crate::golden::{Golden, podlubny, randoms};
-use crate::spectrum::of_impulse_response;
+use crate::fixture::of_impulse_response;
+use crate::fixture::{Golden, podlubny, randoms};
 use core::f64::consts::PI;
 use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;

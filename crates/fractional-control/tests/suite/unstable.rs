@@ -1,24 +1,15 @@
 //! Plants that do not hold themselves: tuned, proved, and proved for an interval of gains.
 
+use crate::fixture::{every, not_flat, p, pi, states};
 use fracdiff::Seconds;
 use fractional_control::tuning::{Sampling, Specification, tune, tune_integer};
 use fractional_control::{
-    FractionalTransferFunction, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
-    StateSpace,
+    FractionalTransferFunction, Memory, PidParameters, Plant, Rule, SampledLoop,
 };
-use nalgebra::{DMatrix, DVector, RowDVector};
 
 fn closed(gains: PidParameters, plant: &Plant, t: Seconds) -> SampledLoop {
     let memory = Memory::new(Rule::Bdf2, 1e-6, 1e5 * t.0).expect("valid");
-    let plant = SampledPlant::new(plant, memory, t).expect("valid");
-    SampledLoop::new(gains.into(), memory, &plant).expect("valid")
-}
-
-fn p(gain: f64) -> PidParameters {
-    PidParameters {
-        proportional: gain,
-        ..PidParameters::NONE
-    }
+    crate::fixture::closed(gains, plant, memory, t.0)
 }
 
 /// Checks crossover, margin and verdict of the sampled loop; true if it is proved for half to double the gain.
@@ -55,10 +46,7 @@ fn unstable_plants_are_tuned_and_every_verdict_is_proved() {
             iso_damping: flat,
             ..Specification::new(10.0, 60_f64.to_radians())
         };
-        let sampling = Sampling {
-            sample_time: Seconds(2e-3),
-            rule: Rule::Bdf2,
-        };
+        let sampling = every(2e-3);
         let tuned = tune(&plant, Some(sampling), &wishes);
         let tuned = tuned.unwrap_or_else(|error| panic!("{text}: {error}"));
         assert!(tuned.measures.stable_over_gains, "{text}");
@@ -78,12 +66,7 @@ fn unstable_plants_are_tuned_and_every_verdict_is_proved() {
 #[test]
 fn the_pi_that_holds_the_simplest_unstable_plant_is_stable_by_hand_and_by_proof() {
     let plant: Plant = "1/(s-1)".parse().expect("valid");
-    let pi = PidParameters {
-        proportional: 9.2,
-        integral: 41.0,
-        integral_order: 1.0,
-        ..PidParameters::NONE
-    };
+    let pi = pi(9.2, 41.0, 1.0);
     // s² + (9.2k − 1)s + 41k: stable above k = 1/9.2.
     let closed = closed(pi, &plant, Seconds(1e-4));
     assert!(closed.is_stable_over(1.01 / 9.2, 50.0));
@@ -92,17 +75,10 @@ fn the_pi_that_holds_the_simplest_unstable_plant_is_stable_by_hand_and_by_proof(
 
 #[test]
 fn matrices_of_an_unstable_plant_are_tuned_as_its_function_is() {
-    let states = StateSpace::new(
-        DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]),
-        DVector::from_column_slice(&[0.0, 1.0]),
-        RowDVector::from_row_slice(&[1.0, 0.0]),
-    );
-    let states = Plant::state_space(states.expect("valid"), 0.0).expect("valid");
+    let states = states([[0.0, 1.0], [1.0, 0.0]], [0.0, 1.0], [1.0, 0.0]);
+    let states = Plant::state_space(states, 0.0).expect("valid");
     let function: Plant = "1/(s^2-1)".parse().expect("valid");
-    let wishes = Specification {
-        iso_damping: false,
-        ..Specification::new(5.0, 1.0)
-    };
+    let wishes = not_flat(5.0, 1.0);
     let [a, b] = [states, function].map(|plant| tune(&plant, None, &wishes).expect("tuned"));
     let (have, want) = (a.parameters.response(5.0), b.parameters.response(5.0));
     assert!((have - want).norm() < 1e-6 * want.norm(), "{have} {want}");

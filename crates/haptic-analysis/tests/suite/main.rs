@@ -2,7 +2,6 @@
 
 mod coupled;
 mod coupling;
-mod crossings;
 mod lateness;
 mod margin;
 mod own_operator;

@@ -168,28 +168,6 @@ fn the_sampled_loop_tends_to_the_continuous_one_with_first_order() {
 }
 
 #[test]
-fn at_low_frequency_the_hand_feels_the_spring_and_at_order_1_the_sum_of_both_dampers() {
-    let omega = 1e-4;
-    for mu in [0.5, 1.0, 1.5, 2.0] {
-        let closed = figure_6_2(mu);
-        for felt in [closed.continuous(omega), closed.sampled(&exact(mu), omega)] {
-            let felt = felt.expect("valid");
-            assert_close(&format!("μ {mu}"), felt.stiffness_n_per_m, 50.0, 0.02);
-            if mu >= 1.0 {
-                // b − KT/2, and B beside it at μ = 1.
-                let damper = if mu > 1.0 { 0.0 } else { 1.0 };
-                assert_close(
-                    &format!("μ {mu}"),
-                    felt.damping_n_s_per_m,
-                    3.5 + damper - 0.025,
-                    0.02,
-                );
-            }
-        }
-    }
-}
-
-#[test]
 fn bad_input_is_refused_in_words() {
     let closed = figure_6_2(1.0);
     let words = |result: Result<Effective, haptic_analysis::AnalysisError>| {
