@@ -189,6 +189,10 @@ pub(crate) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter
 
 /// Parameters as constants: documentation, name, kind, and what it is made of.
 macro_rules! parameters {
+    ($(#[$meta:meta])* all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
+        $crate::document::parameters::kind::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
+        $(#[$meta])* pub const $all: &[$crate::document::parameters::Parameter] = &[$($name),*];
+    };
     ($($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
         $($(#[$meta])* pub const $name: $crate::document::parameters::Parameter =
             $crate::document::parameters::Parameter::$kind($($part),*);)*
