@@ -44,7 +44,7 @@ pub struct Parameters {
     pub simulation: Option<SimulationParameters>,
 }
 
-/// The safety chain beyond force and rate, row by row of the table of limits; 0 or null is off, and X_reason says why.
+/// The safety chain beyond force and rate, row by row of the table of limits; 0 or null is off, and `X_reason` says why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyParameters(Limits);
 
