@@ -3,7 +3,6 @@
 use crate::configuration::{Configuration, LoopMode};
 use crate::field::Field;
 use crate::in_order::{Blank, Fixed, blank, read_in_order};
-use core::f32::{MAX, MIN_POSITIVE};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -203,16 +202,16 @@ impl Limits {
     /// Each number that is a limit by itself. Workspace, speed zone, braking, stuck time and guard depend on one another:
     /// see [`tightened`](Self::tightened).
     pub const TABLE: [Limit; 11] = rows! {
-        ForceLimit force_n [MIN_POSITIVE, MAX] Less;
-        ForceRateLimit force_rate_n_per_s [MIN_POSITIVE, MAX] Less;
-        StartForce start_force_n [0.0, MAX] LessUnlessOff;
+        ForceLimit force_n [f32::MIN_POSITIVE, f32::MAX] Less;
+        ForceRateLimit force_rate_n_per_s [f32::MIN_POSITIVE, f32::MAX] Less;
+        StartForce start_force_n [0.0, f32::MAX] LessUnlessOff;
         RiseTime rise_time_s [0.0, 60.0] More;
         SpeedHard speed_hard_m_per_s [1e-6, 1e3] LessUnlessOff;
         VelocityBandwidth velocity_bandwidth_hz [0.1, 1e4] More;
         StopTime stop_time_s [1e-3, 1.0] Less;
         BrakeForce brake_force_n [0.0, 10.0] Less;
         DeviceMass device_mass_kg [1e-6, 1e3] LessUnlessOff;
-        StuckForce stuck_force_n [0.0, MAX] LessUnlessOff;
+        StuckForce stuck_force_n [0.0, f32::MAX] LessUnlessOff;
         Jump jump_m [1e-6, 1.0] LessUnlessOff;
     };
 

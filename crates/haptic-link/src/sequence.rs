@@ -43,18 +43,11 @@ impl OutOfOrder {
         duplicate: 0,
         late: 0,
     };
+}
 
-    const fn count_lost(&mut self, lost: u32) {
-        self.lost = self.lost.wrapping_add(lost);
-    }
-
-    const fn count_duplicate(&mut self) {
-        self.duplicate = self.duplicate.wrapping_add(1);
-    }
-
-    const fn count_late(&mut self) {
-        self.late = self.late.wrapping_add(1);
-    }
+/// Counts so many more.
+const fn count(of: &mut u32, more: u32) {
+    *of = of.wrapping_add(more);
 }
 
 /// Follows the numbers of a device's reports, modulo 2¹⁶.
@@ -99,17 +92,17 @@ impl SequenceTracker {
         let ahead = sequence.wrapping_sub(last);
         match ahead {
             0 => {
-                self.out_of_order.count_duplicate();
+                count(&mut self.out_of_order.duplicate, 1);
                 Arrival::Duplicate
             }
             1..0x8000 => {
                 self.last = Some(sequence);
                 self.late_run = (0, 0);
-                self.out_of_order.count_lost(u32::from(ahead - 1));
+                count(&mut self.out_of_order.lost, u32::from(ahead - 1));
                 Arrival::New { lost: ahead - 1 }
             }
             _ => {
-                self.out_of_order.count_late();
+                count(&mut self.out_of_order.late, 1);
                 let (before, run) = self.late_run;
                 let run = if run > 0 && sequence == before.wrapping_add(1) {
                     run + 1
@@ -161,13 +154,13 @@ impl RequestTracker {
     pub fn is_new(&mut self, sequence: u32) -> bool {
         let ahead = self.last.map_or(1, |last| sequence.wrapping_sub(last));
         match ahead {
-            0 => self.out_of_order.count_duplicate(),
+            0 => count(&mut self.out_of_order.duplicate, 1),
             1..0x8000_0000 => {
                 self.last = Some(sequence);
-                self.out_of_order.count_lost(ahead - 1);
+                count(&mut self.out_of_order.lost, ahead - 1);
                 return true;
             }
-            _ => self.out_of_order.count_late(),
+            _ => count(&mut self.out_of_order.late, 1),
         }
         false
     }

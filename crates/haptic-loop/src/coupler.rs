@@ -110,27 +110,6 @@ pub fn deflection_order(order: Order) -> Result<Order, ParameterError> {
 ///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 5.15, after R. J. Adams, B. Hannaford, *Stable haptic
 /// interaction with virtual environments*, IEEE Trans. Robotics and Automation 15(3), 1999.
-///
-/// ```
-/// use fracdiff::{Order, Seconds, ShortMemory};
-/// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
-/// use haptic_loop::{Environment, VirtualCoupler, VirtualObject, deflection_order};
-/// use nalgebra::vector;
-///
-/// let t = Seconds(1e-3);
-/// let object = VirtualObject::new(Kilograms(0.0), NewtonSecondsPerMetre(0.0), NewtonsPerMetre(1000.0))?;
-/// // μ = 1: a spring of 3 kN/m before one of 1 kN/m, beside a damper.
-/// let spring = ShortMemory::<f64, 1>::new(deflection_order(Order::new(1.0)?)?, t)?;
-/// let coupler = VirtualCoupler::new(2.0, 3000.0, spring, object, t)?;
-/// let mut history = Environment::<f64, 1>::at_rest(&coupler);
-/// for _ in 0..1000 {
-///     coupler.advance(&mut history, &vector![1e-3]);
-/// }
-/// let force = coupler.force(&history, &vector![1e-3]);
-/// assert!((force[0] + 0.75).abs() < 1e-9); // 750 N/m, the two in series
-/// assert!((coupler.object_position_m(&history)[0] - 0.75e-3).abs() < 1e-12);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualCoupler<F, O> {
     operator: O,

@@ -14,22 +14,6 @@ use nalgebra::SVector;
 ///   alone; [`advance`](Self::advance) takes the position into the history after the force is sent.
 /// - *Not finite*: a position that is not finite makes a force that is not finite, which the safety
 ///   chain turns into a fault. Nothing here panics.
-///
-/// ```
-/// use haptic_loop::{Environment, SpringDamper};
-/// use fracdiff::{Order, Seconds, ShortMemory};
-/// use nalgebra::{Vector1, vector};
-///
-/// let damper = ShortMemory::<f64, 8>::new(Order::new(1.0)?, Seconds(1e-3))?;
-/// let wall = SpringDamper::new(100.0, 2.0, damper)?;
-/// let mut history = Environment::<f64, 1>::at_rest(&wall);
-/// let x: Vector1<f64> = vector![1e-3];
-/// // From rest to 1 mm in 1 ms is 1 m/s: 0.1 N of the spring, 2 N of the damper.
-/// assert!((wall.force(&history, &x)[0] + 2.1).abs() < 1e-12);
-/// wall.advance(&mut history, &x);
-/// assert!((wall.force(&history, &x)[0] + 0.1).abs() < 1e-12);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 pub trait Environment<F: Real, const D: usize> {
     /// The motion so far, as far as the environment remembers it.
     type History: Clone + Debug;

@@ -157,25 +157,6 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// A specimen of tissue: f = −(A/ℓ)·(E₀·x + η·D^α x), K = A·E₀/ℓ and B = A·η/ℓ. `operator` is D^α with the tissue's α
     /// and the loop's sample time.
     ///
-    /// ```
-    /// use fracdiff::full_memory::{Design, Kernel};
-    /// use fracdiff::{FullMemory, Order, Seconds};
-    /// use haptic_loop::units::{Metres, Pascals, SquareMetres};
-    /// use haptic_loop::{Specimen, SpringDamper, Tissue};
-    ///
-    /// let (order, t) = (Order::new(0.2247)?, Seconds(1e-3));
-    /// let prostate = Tissue::new(Pascals(0.0), 8650.0, order)?; // cancerous, η in Pa·s^α
-    /// let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
-    /// // 5 % in a second, held for 200 s: a third of the stress is left.
-    /// let [peak, held] = [1.0, 200.0].map(|time| prostate.relaxation_stress(0.05, 1.0, time).0);
-    /// assert!((held / peak - 0.236).abs() < 0.01);
-    /// // The same, rendered, with all of the past.
-    /// let design = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 2e5)?;
-    /// let rendered = SpringDamper::of_tissue(&prostate, &specimen, FullMemory::<f32, 16, 40>::new(&design, t)?)?;
-    /// # let _ = rendered;
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
     /// # Errors
     /// If K or B overflows.
     pub fn of_tissue(

@@ -7,6 +7,8 @@ extern crate std;
 
 mod connections;
 mod conversation;
+#[cfg(feature = "std")]
+mod fits_device;
 mod hardware;
 #[cfg(feature = "std")]
 mod held_clock;
@@ -20,11 +22,15 @@ pub mod serial;
 mod session;
 #[cfg(feature = "plants")]
 mod simulated;
+#[cfg(all(feature = "plants", feature = "several-axes"))]
+mod simulated_axes;
 mod tick_side;
 #[cfg(feature = "several-axes")]
 mod workspace;
 
 pub use conversation::{Conversation, HostCounters, Incoming};
+#[cfg(feature = "std")]
+pub use fits_device::FitsDevice;
 pub use hardware::{Exchange, Exclusive, Hardware};
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
@@ -36,10 +42,8 @@ pub use prepared::{
 };
 pub use records::{FLIGHT_SAMPLES, QUEUE_SAMPLES, Records, Tick};
 pub use session::DeviceSession;
-#[cfg(feature = "std")]
-pub use simulated::FitsDevice;
-#[cfg(all(feature = "plants", feature = "several-axes"))]
-pub use simulated::SimulatedAxes;
 #[cfg(feature = "plants")]
 pub use simulated::SimulatedPlant;
+#[cfg(all(feature = "plants", feature = "several-axes"))]
+pub use simulated_axes::SimulatedAxes;
 pub use tick_side::TickSide;

@@ -1,16 +1,13 @@
-//! Devices without hardware: plants that are stepped by their own ticks.
+//! A device without hardware: a plant that is stepped by its own ticks.
 
 use crate::hardware::Hardware;
 use crate::limits::Fields;
 use crate::prepared::{COEFFICIENTS_MAX, DEGREE_MAX, MODES_MAX};
 use crate::records::FLIGHT_SAMPLES;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
-use haptic_loop::plant::{
-    ImposedMotion, IndentationRig, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig, RampHold,
-    RigConfig,
-};
+use haptic_loop::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
 #[cfg(feature = "std")]
-use haptic_loop::plant::{RigContact, RigDrive};
+use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use haptic_loop::{Device, Fault, ParameterError, Reading, SafeForce};
 use nalgebra::SVector;
@@ -237,148 +234,5 @@ impl Hardware for SimulatedPlant {
 
     fn cycles(&self) -> u32 {
         (self.cycles)()
-    }
-}
-
-/// A simulated board of several axes: the same mass-damper on each, with a hand that holds it at 0 by a spring and pushes
-/// along the first axis.
-///
-/// *Start-up*: at rest at 0. *Cost* of a tick: that of [`MassDamper`].
-#[derive(Clone, Debug)]
-pub struct SimulatedAxes<const D: usize> {
-    board: [u8; 16],
-    /// `None` stands still.
-    plant: Option<MassDamper<D>>,
-}
-
-impl<const D: usize> SimulatedAxes<D> {
-    /// Under this name.
-    #[must_use]
-    pub fn new(board: &str) -> Self {
-        Self {
-            board: Capabilities::board_name(board),
-            plant: None,
-        }
-    }
-}
-
-impl<const D: usize> Device<f32, D> for SimulatedAxes<D> {
-    type Error = Fault;
-
-    fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        match &mut self.plant {
-            Some(plant) => plant.read().map_err(|never| match never {}),
-            None => Ok(Reading {
-                tick: 0,
-                time_s: 0.0,
-                position_m: SVector::from([0.0; D]),
-            }),
-        }
-    }
-
-    fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
-        match &mut self.plant {
-            Some(plant) => plant.write(force).map_err(|never| match never {}),
-            None => Ok(()),
-        }
-    }
-
-    fn let_go(&mut self) {
-        // Nothing here fails, and nothing holds a force.
-    }
-}
-
-impl<const D: usize> Hardware<D> for SimulatedAxes<D> {
-    type Setup = Option<MassDamper<D>>;
-
-    fn capabilities(&self) -> Capabilities {
-        capabilities(self.board, D as u8)
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
-        let t = Seconds(f64::from(tick_period_us) * 1e-6);
-        match simulation.kind {
-            SimulationKind::Real => Ok(None),
-            SimulationKind::MassDamper => mass_damper(simulation, t).map(Some),
-            _ => Err(Refusal::Unsupported(Field::SimulationKind)),
-        }
-    }
-
-    fn install(&mut self, setup: Self::Setup, _: u32) {
-        self.plant = setup;
-    }
-
-    fn restart(&mut self) {
-        if let Some(plant) = &mut self.plant {
-            plant.restart();
-        }
-    }
-
-    fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
-        self.read()
-    }
-}
-
-/// A simulated plant that becomes a certain device.
-pub trait FitsDevice {
-    /// Becomes it.
-    ///
-    /// # Errors
-    /// A tick too short for its delay, or too long for its motion; a device that the plant cannot be.
-    fn fit(&mut self, device: &MassDamperConfig) -> Result<(), Refusal>;
-}
-
-impl<const D: usize> FitsDevice for MassDamper<D> {
-    fn fit(&mut self, device: &MassDamperConfig) -> Result<(), Refusal> {
-        let &MassDamperConfig {
-            sample_time,
-            stiffness,
-            ..
-        } = self.config();
-        let shortest_s = device.delay.0 / MAX_DELAY_SAMPLES as f64;
-        if sample_time.0 < shortest_s * (1.0 - 1e-9) {
-            return Err(Refusal::Range {
-                field: Field::TickPeriod,
-                value: (1e6 * sample_time.0) as f32,
-                least: (1e6 * shortest_s).ceil() as f32,
-                most: f32::MAX,
-            });
-        }
-        let config = MassDamperConfig {
-            sample_time,
-            stiffness,
-            ..*device
-        };
-        *self = self.with(config).map_err(too_fast)?;
-        Ok(())
-    }
-}
-
-impl<const D: usize> FitsDevice for Option<MassDamper<D>> {
-    fn fit(&mut self, device: &MassDamperConfig) -> Result<(), Refusal> {
-        self.as_mut().map_or(Ok(()), |plant| plant.fit(device))
-    }
-}
-
-impl FitsDevice for Setup {
-    fn fit(&mut self, device: &MassDamperConfig) -> Result<(), Refusal> {
-        match &mut self.plant {
-            // What is imposed is the same for any device.
-            Plant::Still | Plant::Imposed(_) => Ok(()),
-            Plant::MassDamper(plant) => plant.fit(device),
-            // The rig knows no more of its renderer than mass and damping.
-            Plant::Rig(_) if device.friction.0 + device.delay.0 + device.lag.0 > 0.0 => {
-                Err(Refusal::Unsupported(Field::SimulationKind))
-            }
-            Plant::Rig(rig) => {
-                let config = RigConfig {
-                    renderer_mass: device.mass,
-                    renderer_damping: device.damping,
-                    ..*rig.config()
-                };
-                *rig = IndentationRig::new(config).map_err(too_fast)?;
-                Ok(())
-            }
-        }
     }
 }

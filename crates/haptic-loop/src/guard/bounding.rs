@@ -81,7 +81,6 @@ impl EnergyBounding {
     }
 }
 
-/// Refuses a parameter outside the range that its field states.
 fn check(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) {
     let (share, noise) = (bounding.share, bounding.noise.0);
     let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
@@ -118,7 +117,6 @@ pub(crate) struct Bounding<F> {
 }
 
 impl<F: Real> Bounding<F> {
-    /// Refuses a parameter outside the range that its field states.
     #[inline(never)]
     pub(super) fn new(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) -> Self {
         check(bounding, sample_time, checks);

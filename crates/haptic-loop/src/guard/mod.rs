@@ -50,7 +50,6 @@ pub(crate) enum GuardLaw<F> {
 }
 
 impl<F: Real> GuardLaw<F> {
-    /// Refuses a parameter outside the range that its field states.
     pub(crate) fn new(guard: &Guard, sample_time: f64, checks: &mut Checks) -> Self {
         match guard {
             Guard::Observer(observer) => {

@@ -58,7 +58,6 @@ pub(crate) struct Observer<F> {
 }
 
 impl<F: Real> Observer<F> {
-    /// Refuses a parameter outside the range that its field states.
     pub(super) fn new(observer: &PassivityObserver, sample_time: f64, checks: &mut Checks) -> Self {
         let what = "most damping of the guard";
         let damping = checks.positive(what, observer.damping_max.0, "N·s/m");

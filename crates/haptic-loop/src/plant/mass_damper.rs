@@ -70,23 +70,6 @@ impl MassDamperConfig {
 ///   x(n·T), before the force written in tick n.
 /// - *Cost* per sample: one 4×4 product per axis, two with a fractional delay; no allocation, no
 ///   panic.
-///
-/// ```
-/// use fracdiff::Seconds;
-/// use haptic_loop::plant::{MassDamper, MassDamperConfig};
-/// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-/// use haptic_loop::{Device, SafeForce};
-/// use nalgebra::Vector1;
-///
-/// let (m, b, t) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3));
-/// let mut plant = MassDamper::<1>::new(MassDamperConfig::ideal(m, b, t))?;
-/// plant.set_external_force(Vector1::new(3.5));
-/// for _ in 0..500 {
-///     plant.write(SafeForce::<f32, 1>::zero()).unwrap();
-/// }
-/// assert!((plant.velocity()[0] - 1.0).abs() < 1e-11); // F/b, after 27 time constants m/b
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct MassDamper<const D: usize> {
     config: MassDamperConfig,

@@ -18,18 +18,6 @@ use nalgebra::{Cholesky, Const, SMatrix, SVector};
 ///
 /// Source: O. Khatib, "Inertial properties in robotic manipulation: an object-level framework", Int. J. Robotics Research
 /// 14(1), 1995, for the effective mass in a direction.
-///
-/// ```
-/// use haptic_loop::plant::MassMatrix;
-/// use haptic_loop::units::Kilograms;
-/// use nalgebra::{Vector2, matrix};
-///
-/// let posture = MassMatrix::new(matrix![0.10, 0.02; 0.02, 0.06])?;
-/// let along_x = posture.along(&Vector2::new(1.0, 0.0))?;
-/// // det M / M_yy: less than 0.1 kg, for the device gives way sideways.
-/// assert!((along_x.0 - 0.0056 / 0.06).abs() < 1e-15);
-/// # Ok::<(), haptic_loop::ParameterError>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct MassMatrix<const D: usize> {
     root: Cholesky<f64, Const<D>>,

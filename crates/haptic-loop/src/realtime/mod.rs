@@ -9,10 +9,7 @@
 //! - *Overrun*: a cycle that starts a period late or more drops the whole periods that have passed, starts at once, and
 //!   the next is due where it always was. It is counted, with its cause: the machine woke the thread late, or the cycle
 //!   before took too long.
-//! - *Margin*: the thread sleeps until shortly before it is due and spins the rest, a quarter of the period at
-//!   most. How long is measured before the first cycle: one and a half times the lateness that 9 of 10 sleeps keep.
 //! - *Cost*: `wait` neither allocates nor locks; on Linux it makes one system call, and some clock reads.
-//! - *Histograms* of lateness, compute and tick, 1 ns to 100 s, three digits ([`Timing`]).
 //!
 //! Linux: `clock_nanosleep` by the monotonic clock, `SCHED_FIFO`, `mlockall`, affinity. What the system refuses is said by
 //! [`RaisedThread::fallback`], and the loop runs without it. Elsewhere a thread sleeps as the standard library

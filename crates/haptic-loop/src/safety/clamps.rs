@@ -33,7 +33,6 @@ struct Norm<F> {
 }
 
 impl<F: Real> Clamps<F> {
-    /// Refuses a limit outside the range that its field states.
     pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
         let magnitude = checks.positive("force limit", limits.force.0, "N");
         let rate = checks.positive("force rate limit", limits.rate.0, "N/s");
@@ -195,7 +194,6 @@ impl<F: Real> Released<F> {
 }
 
 impl<F: Real> Release<F> {
-    /// Refuses a time or force outside the range that its field states.
     pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
         let (stop, brake) = (limits.stop_time.0, limits.brake_force.0);
         let [least, most] = Limits::STOP_TIME_S;

@@ -8,19 +8,11 @@
 //!   wanted force that is not finite latches a [`Fault`]; from then on the chain wants zero, until
 //!   [`SafetyState::clear`].
 //! - *Clamps late*: magnitude and rate hold for everything before them, start-up and braking too.
-//! - *Envelope*: after a fault or stop |f| ≤ (1 − t/stop time)·max(|f₀|, brake force), whatever the rate limit,
-//!   so the force is zero within [`Limits::stop_time`] and a tick. Without braking it never grows.
 //! - *Energy bounding last*: it only scales a force down, so magnitude, norm and envelope hold after it. The rate limit
 //!   holds back a force that grows, not one that this guard takes away: zero must always be possible.
-//! - *Magnitude, norm and rate at once*: the force moves straight towards the wanted one, which is first scaled into the set of allowed
-//!   forces; that set is convex, so no step leaves it. The rate is that of the vector, and no limit turns a force off its line.
-//! - *Velocity*: v ← v + (1 − e^(−ωT))·(Δ/T − v), first order with the bandwidth of [`Limits`]. After ticks that did not come Δ is
-//!   over the time since the last position: a late host is no fast hand.
 //! - *After a fault or stop* braking −b·v is wanted, which fades out with the envelope. None after a position that
 //!   is not finite, stands still or jumps, nor after [`Fault::CurrentMismatch`]: a damper needs its sensor and its
 //!   actuator.
-//! - *Plausibility*: a position that stands still while the force grows ([`Stuck`]) and one that jumps further than
-//!   the speed limit allows ([`Limits::jump`]) are faults.
 //! - *Start-up*: zero force. *Cost*: some twenty operations per axis with everything on, a few comparisons
 //!   without; at most two square roots and three divisions; no allocation, no panic.
 

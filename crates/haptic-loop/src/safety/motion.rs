@@ -195,7 +195,6 @@ impl<F: Real, const D: usize> Motion<F, D> {
 }
 
 impl<F: Real> MotionLimits<F> {
-    /// Refuses a limit outside the range that its field states.
     pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
         let bandwidth = checks.positive("velocity bandwidth", limits.velocity_bandwidth.0, "Hz");
         let braking = limits.braking.map_or(F::ZERO, |braking| {

@@ -18,45 +18,25 @@ fn drive() -> RigDrive {
 /// What is changed of a good configuration.
 type Change<C> = fn(&mut C);
 
+/// Changes of a good configuration, each with its refusal.
+macro_rules! refusals {
+    ($config:ident: $($change:expr => $words:literal;)*) => {
+        [$((|$config| $change, $words)),*]
+    };
+}
+
 /// Changes of a good mass-damper, and their refusals.
-const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = [
-    (
-        |config| config.mass = Kilograms(0.0),
-        "mass 0 kg is not above 0 kg",
-    ),
-    (
-        |config| config.damping = NewtonSecondsPerMetre(-1.0),
-        "damping -1 N·s/m is not at least 0 N·s/m",
-    ),
-    (
-        |config| config.sample_time = Seconds(f64::NAN),
-        "sample time NaN s is not above 0 s",
-    ),
-    (
-        |config| config.stiffness = NewtonsPerMetre(f64::INFINITY),
-        "hand stiffness inf N/m is not finite and at least 0 N/m",
-    ),
-    (
-        |config| config.friction = Newtons(-0.1),
-        "Coulomb friction -0.1 N is not at least 0 N",
-    ),
-    (
-        |config| config.delay = Seconds(0.0641),
-        "force delay 0.0641 s is not from 0 to 64 sample times",
-    ),
-    (
-        |config| config.saturation = Some(Newtons(0.0)),
-        "actuator saturation 0 N is not above 0 N",
-    ),
-    (
-        |config| config.lag = Seconds(-1.0),
-        "actuator time constant -1 s is not at least 0 s",
-    ),
-    (
-        |config| (config.friction, config.stiffness) = (Newtons(0.1), NewtonsPerMetre(1e5)),
-        "with friction, hand stiffness 100000 N/m is not at most m/T²",
-    ),
-];
+const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = refusals! { config:
+    config.mass = Kilograms(0.0) => "mass 0 kg is not above 0 kg";
+    config.damping = NewtonSecondsPerMetre(-1.0) => "damping -1 N·s/m is not at least 0 N·s/m";
+    config.sample_time = Seconds(f64::NAN) => "sample time NaN s is not above 0 s";
+    config.stiffness = NewtonsPerMetre(f64::INFINITY) => "hand stiffness inf N/m is not finite and at least 0 N/m";
+    config.friction = Newtons(-0.1) => "Coulomb friction -0.1 N is not at least 0 N";
+    config.delay = Seconds(0.0641) => "force delay 0.0641 s is not from 0 to 64 sample times";
+    config.saturation = Some(Newtons(0.0)) => "actuator saturation 0 N is not above 0 N";
+    config.lag = Seconds(-1.0) => "actuator time constant -1 s is not at least 0 s";
+    (config.friction, config.stiffness) = (Newtons(0.1), NewtonsPerMetre(1e5)) => "with friction, hand stiffness 100000 N/m is not at most m/T²";
+};
 
 #[test]
 fn a_mass_damper_refuses_bad_parameters() {
@@ -94,40 +74,16 @@ const fn contact(stiffness: f64, damping: f64) -> RigContact {
 }
 
 /// Changes of a good rig, and their refusals.
-const BAD_RIGS: [(Change<RigConfig>, &str); 8] = [
-    (
-        |config| config.renderer_mass = Kilograms(0.0),
-        "renderer mass 0 kg is not above 0 kg",
-    ),
-    (
-        |config| config.indenter_damping = NewtonSecondsPerMetre(-1.0),
-        "indenter damping -1 N·s/m is not at least 0 N·s/m",
-    ),
-    (
-        |config| config.contact = contact(0.0, 1.0),
-        "contact stiffness 0 N/m is not above 0 N/m",
-    ),
-    (
-        |config| config.contact = contact(1.0, -1.0),
-        "contact damping -1 N·s/m is not at least 0 N·s/m",
-    ),
-    (
-        |config| config.servo.integral_time = Seconds(0.0),
-        "servo integral time 0 s is not above 0 s",
-    ),
-    (
-        |config| config.drive = RigDrive::Force(Newtons(f64::NAN)),
-        "push NaN N is not finite",
-    ),
-    (
-        |config| config.saturation = Some(Newtons(-2.0)),
-        "actuator saturation -2 N is not above 0 N",
-    ),
-    (
-        |config| config.sample_time = Seconds(0.0),
-        "sample time 0 s is not above 0 s",
-    ),
-];
+const BAD_RIGS: [(Change<RigConfig>, &str); 8] = refusals! { config:
+    config.renderer_mass = Kilograms(0.0) => "renderer mass 0 kg is not above 0 kg";
+    config.indenter_damping = NewtonSecondsPerMetre(-1.0) => "indenter damping -1 N·s/m is not at least 0 N·s/m";
+    config.contact = contact(0.0, 1.0) => "contact stiffness 0 N/m is not above 0 N/m";
+    config.contact = contact(1.0, -1.0) => "contact damping -1 N·s/m is not at least 0 N·s/m";
+    config.servo.integral_time = Seconds(0.0) => "servo integral time 0 s is not above 0 s";
+    config.drive = RigDrive::Force(Newtons(f64::NAN)) => "push NaN N is not finite";
+    config.saturation = Some(Newtons(-2.0)) => "actuator saturation -2 N is not above 0 N";
+    config.sample_time = Seconds(0.0) => "sample time 0 s is not above 0 s";
+};
 
 #[test]
 fn a_rig_refuses_bad_parameters() {

@@ -1,7 +1,6 @@
 //! The way of a force to zero, and what makes a position implausible.
 //!
 //! `CAMPAIGN_CASES` sets how many random schedules are run, 4000 unless given: 100 000 take some 40 s of a processor.
-#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod schedules;
 

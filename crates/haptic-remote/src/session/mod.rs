@@ -21,25 +21,6 @@ use haptic_link::{
 /// - *Order*: the answer to a request comes at once, samples and notices when the line has room.
 /// - *Memory*: about 1.6 KiB, of which 1 KiB staged coefficients. While a configuration for a run is in force, what was
 ///   set to last is kept there.
-///
-/// ```
-/// use haptic_link::{FRAME_MAX, Header, Request, encode};
-/// use haptic_remote::{DeviceSession, SimulatedPlant, TickSide};
-/// use std::cell::RefCell;
-///
-/// let plant = SimulatedPlant::new("demo", || 0);
-/// let device = RefCell::new(TickSide::new(plant).expect("a simulated board always starts"));
-/// let mut session = DeviceSession::new([0, 1, 0], 1);
-/// let (mut frame, mut answer) = ([0; FRAME_MAX], [0; FRAME_MAX]);
-/// let hello = Request::Hello { nonce: 7 };
-/// let length = encode(&hello, Header::from_host(0, 0), &mut frame).expect("a hello fits");
-/// let mut answered = 0;
-/// for &byte in &frame[..length] {
-///     // The answer comes with the last byte.
-///     answered = session.receive(byte, 0, &device, &mut answer);
-/// }
-/// assert!(answered > 0);
-/// ```
 #[derive(Debug)]
 pub struct DeviceSession {
     receiver: Receiver<Request>,

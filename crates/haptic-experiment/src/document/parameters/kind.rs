@@ -193,6 +193,10 @@ macro_rules! parameters {
         $($(#[$meta])* pub(crate) const $name: $crate::document::parameters::Parameter =
             $crate::document::parameters::Parameter::$kind($($part),*);)*
     };
+    ($(#[$meta:meta])* all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
+        $crate::document::parameters::kind::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
+        $(#[$meta])* pub const $all: &[$crate::document::parameters::Parameter] = &[$($name),*];
+    };
     ($($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
         $($(#[$meta])* pub const $name: $crate::document::parameters::Parameter =
             $crate::document::parameters::Parameter::$kind($($part),*);)*

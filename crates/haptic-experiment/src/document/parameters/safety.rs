@@ -1,6 +1,6 @@
 //! Of every table: the safety chain.
 
-use super::kind::{Parameter, parameters};
+use super::kind::parameters;
 use super::range::{
     DAMPINGS_ABOVE_0, DEVICE_TIMES, FORCES, MASSES, PLACES, REACHES, Range, SAFETY_TIMES,
     SENSOR_STEPS, SPEEDS,
@@ -8,6 +8,8 @@ use super::range::{
 use haptic_loop::Limits;
 
 parameters! {
+    /// Of the safety chain, for every experiment.
+    all SAFETY;
     /// Passivity guard.
     GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
     /// Low end of the workspace, m.
@@ -56,24 +58,3 @@ parameters! {
         "Standard deviation of a real device's position noise, for guard energy-bounding [default: 0.29 \
          of its resolution]");
 }
-
-/// Of the safety chain, for every experiment.
-pub const SAFETY: &[Parameter] = &[
-    GUARD,
-    WORKSPACE_LOW,
-    WORKSPACE_HIGH,
-    SPEED_LIMIT,
-    RISE_TIME,
-    BRAKING,
-    STOP_TIME,
-    BRAKE_FORCE,
-    STUCK_FORCE,
-    STUCK_TIME,
-    JUMP,
-    DEVICE_MASS,
-    DEVICE_DAMPING,
-    DEVICE_DELAY_LEAST,
-    DEVICE_DELAY_MOST,
-    DEVICE_LAG,
-    DEVICE_NOISE,
-];

@@ -250,66 +250,46 @@ fn what_a_guard_cannot_promise_is_refused() {
         let error = SafetyChain::<f64>::from_limits(&limits, T).expect_err("refused");
         error.to_string()
     };
-    let nan = f64::NAN;
+    let (nan, none) = (f64::NAN, late(0.0, 0.0, 0.0));
+    let damped = |damping| EnergyBounding::of(NewtonSecondsPerMetre(damping));
+    let noise = Metres(-1e-6);
+    let forget = Seconds(0.5 * T.0);
+    let shared = |share| EnergyBounding { share, ..none };
+    let [least, delay, lag] = [
+        "least delay of the guard",
+        "delay of the guard",
+        "lag of the actuator",
+    ];
+    let range = "s is not from the least delay to 4 sample times";
     for (bounding, words) in [
-        (
-            EnergyBounding::of(NewtonSecondsPerMetre(0.0)),
-            "damping of the device 0",
-        ),
-        (
-            EnergyBounding::of(NewtonSecondsPerMetre(nan)),
-            "damping of the device",
-        ),
+        (damped(0.0), "damping of the device 0".to_owned()),
+        (damped(nan), "damping of the device".to_owned()),
         (
             late(-1e-6, 0.0, 0.0),
-            "least delay of the guard -0.000001 s is not at least 0",
+            format!("{least} -0.000001 s is not at least 0"),
         ),
-        (late(nan, 0.0, 0.0), "least delay"),
-        (
-            late(1e-3, 0.9e-3, 0.0),
-            "delay of the guard 0.0009 s is not from the least delay to 4 sample times",
-        ),
-        (
-            late(0.0, 8.1e-3, 0.0),
-            "0.0081 s is not from the least delay to 4 sample times",
-        ),
-        (late(0.0, f64::INFINITY, 0.0), "delay of the guard inf"),
+        (late(nan, 0.0, 0.0), least.to_owned()),
+        (late(1e-3, 0.9e-3, 0.0), format!("{delay} 0.0009 {range}")),
+        (late(0.0, 8.1e-3, 0.0), format!("0.0081 {range}")),
+        (late(0.0, f64::INFINITY, 0.0), format!("{delay} inf")),
         (
             late(0.0, 0.0, 0.129),
-            "lag of the actuator 0.129 s is not from 0 to 64 sample times",
+            format!("{lag} 0.129 s is not from 0 to 64 sample times"),
         ),
-        (late(0.0, 0.0, nan), "lag of the actuator NaN"),
+        (late(0.0, 0.0, nan), format!("{lag} NaN")),
         (
-            EnergyBounding {
-                noise: Metres(-1e-6),
-                ..late(0.0, 0.0, 0.0)
-            },
-            "noise for the guard",
+            EnergyBounding { noise, ..none },
+            "noise for the guard".to_owned(),
         ),
         (
-            EnergyBounding {
-                forget: Seconds(0.5 * T.0),
-                ..late(0.0, 0.0, 0.0)
-            },
-            "time in which the guard forgets",
+            EnergyBounding { forget, ..none },
+            "time in which the guard forgets".to_owned(),
         ),
-        (
-            EnergyBounding {
-                share: 0.0,
-                ..late(0.0, 0.0, 0.0)
-            },
-            "share of the damping",
-        ),
-        (
-            EnergyBounding {
-                share: 1.01,
-                ..late(0.0, 0.0, 0.0)
-            },
-            "share of the damping",
-        ),
+        (shared(0.0), "share of the damping".to_owned()),
+        (shared(1.01), "share of the damping".to_owned()),
     ] {
         let text = refused(bounding);
-        assert!(text.contains(words), "{text}");
+        assert!(text.contains(&words), "{text}");
     }
 }
 

@@ -95,7 +95,7 @@ fn parameters(device: &str, configuration: &Configuration, coefficients: &[f32])
     })
 }
 
-/// The safety chain beyond force and rate, row by row of the table of limits; 0 or null is off, and X_reason says why.
+/// The safety chain beyond force and rate, row by row of the table of limits; 0 or null is off, and `X_reason` says why.
 fn chain(limits: &Limits) -> Value {
     let n = number;
     let mut limits = *limits;
