@@ -53,7 +53,6 @@ pub(crate) const RANGES: Ranges = Ranges {
 };
 
 impl Ranges {
-    /// With this device as default.
     pub(crate) const fn with_device(mut self, device: DeviceNumbers) -> Self {
         self.mass_kg.default = device.mass_kg;
         self.damping_n_s_per_m.default = device.damping_n_s_per_m;

@@ -25,20 +25,17 @@ pub(super) enum LoopOrder {
     /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for
     /// since.
     Arm(Box<Law<Felt>>, u64),
-    /// The simulated world stands still, or goes on.
     Pause(bool),
 }
 
 /// What the loop hands over.
 #[derive(Debug)]
 pub(super) enum FromLoop {
-    /// A tick.
     Tick(Ticked),
     /// A law that is not needed any more.
     Spent(Box<Law<Felt>>),
 }
 
-/// A tick in numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ticked {
     pub(super) tick: u64,
@@ -80,13 +77,11 @@ pub(super) struct LoopCounts {
     pub(super) stopped: AtomicBool,
 }
 
-/// Ends of the two rings in the loop.
 pub(super) struct LoopEnds {
     pub(super) orders: Consumer<LoopOrder>,
     pub(super) out: Producer<FromLoop>,
 }
 
-/// The loop's own state beside controller and device.
 struct Looping<'a> {
     ends: LoopEnds,
     counts: &'a LoopCounts,

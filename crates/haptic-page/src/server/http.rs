@@ -76,7 +76,6 @@ fn same(given: &str, own: &str) -> bool {
     given.len() == own.len() && differ == 0
 }
 
-/// The service.
 pub(super) fn router(door: Door, hub: Arc<Hub>) -> Router {
     Router::new()
         .fallback(answer)

@@ -14,12 +14,10 @@ const HEADER_BYTES: usize = 40;
 /// Frames of a live view in a second, at most.
 pub(super) const FRAMES_PER_S: u32 = 60;
 
-/// A view that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LiveView {
     /// The number of its request, which its frames carry.
     pub(super) request: u32,
-    /// Ticks of it.
     pub(super) last: u64,
     pub(super) columns: u32,
 }
@@ -90,9 +88,9 @@ pub(super) fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
         "stopped": false,
     });
     if let Some(feel) = hub.feel() {
-        let state = locked(&hub.kept.state).clone();
+        let state = locked(&hub.place.kept.state).clone();
         let (made, lost) = feel.counts();
-        let kept = locked(&hub.kept.pyramid).made();
+        let kept = locked(&hub.place.kept.pyramid).made();
         let limiters = (0..8).filter(|bit| state.limiter & (1 << bit) != 0);
         let limiters: Vec<&str> = limiters.map(|bit| Limiters::NAMES[bit]).collect();
         status = json!(state);
