@@ -18,7 +18,6 @@ pub(super) const LONG_WATCHDOG_MS: u16 = Limits::WATCHDOG_MAX_MS;
 /// A run ends by itself after so many ticks, whatever becomes of the host.
 const TICKS_MOST: u32 = 100_000;
 
-/// Why the test cannot go on.
 #[derive(Debug)]
 pub(super) enum Broken {
     /// The device or the line.
@@ -35,7 +34,6 @@ impl From<SerialError> for Broken {
     }
 }
 
-/// A device on the bench.
 pub(super) struct Bench<'a> {
     link: Option<SerialLink>,
     pub(super) test: SelfTest,
@@ -88,7 +86,6 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Tells that a promise is tried now.
     pub(super) fn trying(&self, promise: Promise) -> Result<(), Broken> {
         self.notice(Notice::Trying(promise));
         self.goes_on()
@@ -114,12 +111,10 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The link.
     pub(super) fn link(&self) -> Result<&SerialLink, SerialError> {
         self.link.as_ref().ok_or(LinkError::Gone.into())
     }
 
-    /// The same, to be changed.
     pub(super) fn link_mut(&mut self) -> Result<&mut SerialLink, SerialError> {
         self.link.as_mut().ok_or(LinkError::Gone.into())
     }

@@ -14,7 +14,6 @@ const TICKS: f64 = 300.0;
 /// Rounding of a difference of two forces, relative to their limit.
 const ROUNDING: f32 = 1e-5;
 
-/// The two rows.
 pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
     bench.trying(Promise::ForceLimit)?;
     let bounds = bench.bounds();

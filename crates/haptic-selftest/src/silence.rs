@@ -28,7 +28,6 @@ fn is_behind(followed: &Followed, tick: u32, more: u32) -> bool {
     newest.is_some_and(|sample| sample.tick > tick + more)
 }
 
-/// The row of the finite check.
 pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::FiniteCheck)?;
     let bounds = bench.bounds();
@@ -59,7 +58,6 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     ))
 }
 
-/// The row of the watchdog, and its run, if there was one.
 pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>), Broken> {
     bench.trying(Promise::Watchdog)?;
     let bounds = bench.bounds();

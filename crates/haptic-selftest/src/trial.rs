@@ -21,7 +21,6 @@ pub(super) const LATE: &[Fault] = &[Fault::HostSilent, Fault::StaleForce];
 /// Ticks after a fault that a device tells of unasked.
 const AFTERMATH_TICKS: u32 = 100;
 
-/// Trial to be made: force for a sample, and its end.
 pub(super) struct Trial<S, U> {
     /// Silence of the host that is a fault, ms.
     pub(super) watchdog_ms: u16,
@@ -201,11 +200,9 @@ impl Bench<'_> {
 /// Samples of a run, forces that were sent, and the fault that ended it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Followed {
-    /// In the order of their ticks.
     pub(super) samples: Vec<Tick>,
     /// Tick that a force answered, and the force, N.
     pub(super) sent: Vec<(u32, f32)>,
-    /// The fault.
     pub(super) fault: Option<FaultReport>,
     /// The run has begun: what came before is none of it.
     pub(super) begun: bool,
@@ -257,7 +254,6 @@ impl Followed {
         })
     }
 
-    /// The largest force, N.
     pub(super) fn largest_n(&self) -> f32 {
         let forces = self.samples.iter().map(|sample| sample.force_n[0].abs());
         // A force that is no number is the largest of all.
