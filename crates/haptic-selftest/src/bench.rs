@@ -20,11 +20,9 @@ const TICKS_MOST: u32 = 100_000;
 
 #[derive(Debug)]
 pub(super) enum Broken {
-    /// The device or the line.
     Link(SerialError),
     /// A fault after which nobody but a person arms the device again, in words.
     Fault(String),
-    /// Somebody stopped it.
     Interrupted,
 }
 
@@ -40,7 +38,6 @@ pub(super) struct Bench<'a> {
     attendant: Attendant<'a>,
     /// As it was set to last before the test, with its coefficients.
     pub(super) set: (Configuration, Vec<f32>),
-    /// As it is during the test.
     pub(super) limited: Configuration,
     run: u32,
     /// Why the device let go of an attempt at a promise: this machine was silent or late.
@@ -160,7 +157,6 @@ impl<'a> Bench<'a> {
         Ok(refused.map(|_| format!("{} N refused", looser.limits.force_n)))
     }
 
-    /// Asks for a start. The refusal; `None` if it was taken.
     pub(super) fn start(&mut self) -> Result<Option<LinkError>, SerialError> {
         self.run += 1;
         let start = Start {
@@ -191,7 +187,6 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Without force, disarmed.
     pub(super) fn calm(&self) -> Result<(), SerialError> {
         let link = self.link()?;
         link.disarm()?;
@@ -226,7 +221,6 @@ impl<'a> Bench<'a> {
         by_itself.then_some(fault)
     }
 
-    /// Arms for a trial.
     pub(super) fn arm_for_trial(&self) -> Result<(), Broken> {
         self.is_well()?;
         let Err(error) = self.arm() else {

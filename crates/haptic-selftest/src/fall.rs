@@ -45,7 +45,6 @@ impl Bounds {
 
 const ROUNDING: f32 = 1e-6;
 
-/// The fall of a force from some tick on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fall {
     /// Magnitude in the last sample before, N.

@@ -7,7 +7,6 @@ use super::trial::{ASKED, Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating}
 use haptic_loop::Limiters;
 use haptic_remote::Tick;
 
-/// Limiter of a stop.
 const STOPPING: u8 = Limiters::STOPPING.bits();
 /// Ticks at the full share of the force: some changes of its sign.
 const TICKS: f64 = 300.0;

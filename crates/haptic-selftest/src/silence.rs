@@ -22,7 +22,6 @@ fn made_at(bounds: &Bounds) -> u32 {
     ticks.next_multiple_of(HALF_PERIOD_TICKS) - 2
 }
 
-/// True if the run is so many ticks behind a tick.
 fn is_behind(followed: &Followed, tick: u32, more: u32) -> bool {
     let newest = followed.samples.last();
     newest.is_some_and(|sample| sample.tick > tick + more)

@@ -26,18 +26,15 @@ pub(super) struct Trial<S, U> {
     pub(super) watchdog_ms: u16,
     /// Force that answers a sample, N, and how many were sent before; `None` for silence.
     pub(super) say: S,
-    /// True once the run is to be stopped.
     pub(super) until: U,
 }
 
 /// What a device still has to say of a run that is over.
 #[derive(Clone, Copy)]
 enum Rest {
-    /// Nobody knows yet.
     Awaited,
     /// All of it will have been said when the device has made so many ticks.
     Until(u32),
-    /// Nothing any more.
     Came,
 }
 
@@ -55,7 +52,6 @@ pub(super) fn alternating(limits: &Limits, tick: u32, sent: usize, share: f32) -
 }
 
 impl Bench<'_> {
-    /// Listens without a run, for so long.
     pub(super) fn listen(&mut self, time: Duration) -> Result<Followed, Broken> {
         self.link()?.stream(1, 1)?;
         let began = Instant::now();
@@ -206,7 +202,6 @@ pub(super) struct Followed {
     pub(super) fault: Option<FaultReport>,
     /// The run has begun: what came before is none of it.
     pub(super) begun: bool,
-    /// The run has ended otherwise.
     pub(super) ended: bool,
     /// No sample came for long, though the device answers: this machine or the line was held up, and the run was given up.
     pub(super) held_up: bool,
@@ -245,7 +240,6 @@ impl Followed {
         Some((*answered, *shown))
     }
 
-    /// The fault that ended it, in words.
     pub(super) fn fault_in_words(&self) -> Option<String> {
         let code = self.fault?.status.fault;
         Some(match Fault::from_code(code) {
@@ -266,7 +260,6 @@ impl Followed {
         })
     }
 
-    /// Takes a message in; the sample, if it is one.
     fn take(&mut self, heard: Heard) -> Result<Option<Tick>, Broken> {
         match heard {
             Heard::Sample(sample) => {
@@ -294,7 +287,6 @@ impl Followed {
         self.ended || self.held_up || self.fault.is_some()
     }
 
-    /// True if the device let go by one of these faults.
     pub(super) fn ended_by(&self, faults: &[Fault]) -> bool {
         let code = self.fault.map(|report| report.status.fault);
         faults.iter().any(|fault| code == Some(fault.code()))

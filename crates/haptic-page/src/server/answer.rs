@@ -15,9 +15,7 @@ use haptic_tissue::Material;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
-/// The version that is spoken.
 const VERSION: u32 = 1;
-/// Most columns of a view.
 const COLUMNS_MOST: u32 = 8192;
 
 /// Answers a request of a page that may ask it; `id` is its number. What does not take long does not wait.
@@ -128,7 +126,6 @@ fn tissue(material: &Material) -> Result<Value, Failure> {
     }))
 }
 
-/// A span of seconds, s.
 fn span(view: &ViewRequest, made: u64, sample_time_s: f64) -> Result<Span, Failure> {
     let tick = |time_s: Option<f64>, otherwise: u64| match time_s {
         None => Ok(otherwise),

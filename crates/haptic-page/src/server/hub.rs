@@ -181,12 +181,10 @@ impl Hub {
         locked(&self.pages).controls = None;
     }
 
-    /// The loop that is felt.
     pub(super) fn feel(&self) -> Option<Arc<Feel>> {
         locked(&self.feel).clone()
     }
 
-    /// The loop that is felt.
     pub(super) fn felt(&self) -> Result<Arc<Feel>, Failure> {
         self.feel()
             .ok_or_else(|| Failure::bad_input("nothing is felt yet: send `feel.start`"))
@@ -284,7 +282,6 @@ impl Hub {
     }
 }
 
-/// Does what takes time elsewhere.
 pub(super) async fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
 ) -> Result<T, Failure> {

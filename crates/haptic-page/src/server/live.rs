@@ -6,12 +6,10 @@ use crate::pyramid::{Columns, Span};
 use haptic_loop::Limiters;
 use serde_json::{Value, json};
 
-/// "FHP1".
 const MAGIC: u32 = 0x3150_4846;
 /// Bytes before the numbers.
 const HEADER_BYTES: usize = 40;
 
-/// Frames of a live view in a second, at most.
 pub(super) const FRAMES_PER_S: u32 = 60;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,9 +25,7 @@ pub(super) struct LiveView {
 pub(super) struct Shown {
     /// The tick after the last that was in a frame; `None` before the first frame.
     until: Option<u64>,
-    /// Samples that were in a frame.
     pub(super) sent: u64,
-    /// Samples that passed by.
     pub(super) missed: u64,
 }
 
@@ -79,7 +75,6 @@ pub(super) fn frame(request: u32, columns: &Columns, sample_time_s: f64) -> Vec<
     bytes
 }
 
-/// The status as this page is told it.
 pub(super) fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
     let mut status = json!({
         "running": false,

@@ -32,7 +32,6 @@ const STOPPED: &str = "the server was stopped";
 const LAST: Duration = Duration::from_millis(700);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
-/// Threads that answer.
 const WORKERS: usize = 2;
 
 /// A server at work. Dropped, it stops: force zero first, then the sockets.

@@ -55,7 +55,6 @@ impl Page {
     }
 }
 
-/// A refusal, with the number of the request.
 pub(super) fn refusal(id: &Value, error: &str) -> Value {
     json!({"id": id, "ok": false, "error": error})
 }

@@ -58,7 +58,6 @@ pub(super) enum Request {
 
 pub(super) const LIVE: &str = "live";
 
-/// A span of a source in columns.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ViewRequest {

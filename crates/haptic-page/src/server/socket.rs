@@ -23,7 +23,6 @@ const GARBAGE: u32 = 3;
 const SILENCE: Duration = Duration::from_secs(5);
 /// Time between two signs that are asked for.
 const PING: Duration = Duration::from_secs(1);
-/// Time between two messages of the status.
 const STATUS: Duration = Duration::from_millis(100);
 /// Messages of the status of which one is sent without a loop.
 const IDLE: u32 = 10;
