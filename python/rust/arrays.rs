@@ -46,9 +46,6 @@ fn converted<'py, T: Element, D: Dimension>(
 }
 
 /// Refuses a masked array: NumPy would give what is behind the mask for a sample.
-///
-/// # Errors
-/// `ValueError`, with what to give instead.
 pub(crate) fn unmasked(name: &str, x: &Bound<'_, PyAny>) -> PyResult<()> {
     let masked = x.py().import("numpy.ma")?.getattr("MaskedArray")?;
     if !x.is_instance(&masked)? {
@@ -70,9 +67,6 @@ fn copied<T: Element + Copy, D: Dimension>(array: &Bound<'_, PyArray<T, D>>) -> 
 }
 
 /// A vector of real numbers; integers are converted.
-///
-/// # Errors
-/// `ValueError` for other shapes and types, with the name of the argument.
 pub(crate) fn vector(name: &str, x: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     // As it mostly is; a subclass may mean something else.
     if let Ok(array) = x.cast::<numpy::PyArray1<f64>>()
@@ -84,9 +78,6 @@ pub(crate) fn vector(name: &str, x: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 }
 
 /// A matrix of real numbers, row by row, with its number of rows and columns.
-///
-/// # Errors
-/// As [`vector`].
 pub(crate) fn matrix(name: &str, x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, [usize; 2])> {
     let array = converted::<f64, numpy::Ix2>(name, x, REAL)?;
     let shape = [array.shape()[0], array.shape()[1]];
@@ -94,17 +85,11 @@ pub(crate) fn matrix(name: &str, x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, [u
 }
 
 /// A vector of numbers that may be complex.
-///
-/// # Errors
-/// As [`vector`].
 pub(crate) fn complex_vector(name: &str, x: &Bound<'_, PyAny>) -> PyResult<Vec<Complex64>> {
     copied(&converted::<Complex64, numpy::Ix1>(name, x, b"fiuc")?)
 }
 
 /// The numbers of an array of any shape, in the order of its last axis.
-///
-/// # Errors
-/// `ValueError` for another type, with the name of the argument.
 pub(crate) fn any_shape<'py>(
     name: &str,
     x: &Bound<'py, PyAny>,
@@ -132,9 +117,6 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
 
 impl Whole {
     /// As a number in a range.
-    ///
-    /// # Errors
-    /// `ValueError` with the name, the value and the range.
     pub(crate) fn within<T>(&self, name: &str, range: RangeInclusive<T>) -> PyResult<T>
     where
         T: TryFrom<i128> + PartialOrd + Display,
@@ -151,9 +133,6 @@ impl Whole {
     }
 
     /// As a number of numbers, with room for `each` so many of them.
-    ///
-    /// # Errors
-    /// `ValueError` where it is negative, or memory has no room for it.
     pub(crate) fn with_room(&self, name: &str, each: usize) -> PyResult<usize> {
         // As many as there can be addresses for.
         let count = self.within(name, 0..=isize::MAX as usize / size_of::<f64>())?;
@@ -162,9 +141,6 @@ impl Whole {
 }
 
 /// An empty vector with room for `each` times so many.
-///
-/// # Errors
-/// `ValueError` where memory has none.
 pub(crate) fn room<T>(name: &str, count: usize, each: usize) -> PyResult<Vec<T>> {
     let mut room = Vec::new();
     let wanted = count.saturating_mul(each);

@@ -74,9 +74,6 @@ fn panicked() -> PyErr {
 }
 
 /// Does the work. `progress` is called with the number that is done, in this thread, whenever it has grown.
-///
-/// # Errors
-/// Those of the work; what a signal's handler or `progress` raised; `RuntimeError` if the work panicked or has no thread.
 pub(crate) fn conduct<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -129,9 +126,6 @@ pub(crate) fn conduct<T: Send + 'static>(
 
 /// Does work that nobody needs when it is interrupted: in this thread where it takes `about` so little that a thread would cost
 /// more, or where no signal is heard, as on the threads of a sweep.
-///
-/// # Errors
-/// As [`conduct`].
 pub(crate) fn heard<T: Send + 'static>(
     py: Python<'_>,
     about: Duration,
@@ -147,9 +141,6 @@ pub(crate) fn heard<T: Send + 'static>(
 }
 
 /// Work of a method that may take long; the object stays alive for it.
-///
-/// # Errors
-/// As [`conduct`].
 pub(crate) fn heard_by<C, T: Send + 'static>(
     own: &Bound<'_, C>,
     work: impl FnOnce(&C, &Conduct) -> PyResult<T> + Send + 'static,

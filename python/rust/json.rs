@@ -6,21 +6,19 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Dictionaries, lists and numbers.
-///
-/// # Errors
-/// If Python's reader fails, which JSON from here rules out.
 pub(crate) fn to_python<'py>(
     py: Python<'py>,
     value: &impl Serialize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let text = serde_json::to_string(value).or_refused()?;
+    read_json(py, &serde_json::to_string(value).or_refused()?)
+}
+
+/// The same of their text.
+pub(crate) fn read_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
 }
 
 /// A value of a library from dictionaries, lists and numbers.
-///
-/// # Errors
-/// `ValueError` for fields that are missing, unknown or of another type.
 pub(crate) fn from_python<T: DeserializeOwned>(
     name: &str,
     value: &Bound<'_, PyAny>,

@@ -27,7 +27,7 @@ mod _native {
         PyControlPlant, PyPid, PyTransferFunction, closed_loop, simulate_loop, tune_controller,
     };
     #[pymodule_export]
-    use super::experiment::{design, experiment_parameters, run_experiment, zwidth};
+    use super::experiment::{answer, experiment_parameters, run_experiment};
     #[pymodule_export]
     use super::log::read_log;
     #[pymodule_export]

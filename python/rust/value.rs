@@ -4,9 +4,6 @@ use pyo3::PyClass;
 use pyo3::prelude::*;
 
 /// Made of the same.
-///
-/// # Errors
-/// If a comparison of Python's own numbers fails.
 pub(crate) fn equal<C: PyClass>(own: &Bound<'_, C>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
     let own = own.as_any();
     if !other.get_type().is(own.get_type()) {
@@ -17,9 +14,6 @@ pub(crate) fn equal<C: PyClass>(own: &Bound<'_, C>, other: &Bound<'_, PyAny>) ->
 }
 
 /// The hash of what makes it.
-///
-/// # Errors
-/// If that cannot be hashed.
 pub(crate) fn hash<C: PyClass>(own: &Bound<'_, C>) -> PyResult<isize> {
     own.as_any().call_method0("__reduce__")?.hash()
 }

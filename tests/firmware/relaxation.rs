@@ -183,24 +183,15 @@ fn device_loop(
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn five_seconds_in_the_devices_loop_lose_nothing_uncounted_and_follow_theory() {
-    device_loop_follows_theory(5001);
-}
-
-#[test]
-#[ignore = "by night: `.ci/nightly` does it"]
-fn by_night_twenty_seconds_in_the_devices_loop_lose_nothing_uncounted_and_follow_theory() {
-    device_loop_follows_theory(20_001);
-}
-
-fn device_loop_follows_theory(ticks: u32) {
+    const TICKS: u32 = 5001;
     const PERIOD_US: u32 = 1000;
     let configuration = configuration(LoopMode::Device, PERIOD_US);
-    let operator = operator::<f32>(PERIOD_US, ticks);
-    let Some(forces) = device_loop(configuration, &operator, ticks) else {
+    let operator = operator::<f32>(PERIOD_US, TICKS);
+    let Some(forces) = device_loop(configuration, &operator, TICKS) else {
         return;
     };
     let error = error(&forces, PERIOD_US);
-    println!("device loop, {ticks} ticks at 1 kHz: force within {error:.2e} of theory");
+    println!("device loop, {TICKS} ticks at 1 kHz: force within {error:.2e} of theory");
     assert!(error < 1e-4, "{error:e}");
 }
 

@@ -92,8 +92,6 @@ const ARROWS: &[(&str, &[&str])] = &[
             "haptic-analysis",
             "haptic-experiment",
             "haptic-figure",
-            "haptic-loop",
-            "haptic-tissue",
         ],
     ),
 ];

@@ -2,7 +2,7 @@
 //! document that a source file names is there. The commands on its pages are run by the tests of `host-cli`.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use testkit::book::{self, Markdown};
 
 /// Folders that hold nothing of ours.
@@ -42,21 +42,6 @@ fn name(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// A path without `.` and `..`.
-fn plain(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => {
-                plain.pop();
-            }
-            part => plain.push(part),
-        }
-    }
-    plain
-}
-
 /// Where the project says that it is, as in links to its files from elsewhere.
 fn repository() -> String {
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
@@ -79,27 +64,25 @@ impl Anchors {
 
     /// Why a link of a document leads nowhere, if so.
     fn complaint(&mut self, document: &Path, target: &str, repository: &str) -> Option<String> {
-        let in_repository = ["blob", "tree"].iter().find_map(|kind| {
-            let path = target.strip_prefix(&format!("{repository}/{kind}/main/"))?;
-            Some(root().join(path))
-        });
-        if in_repository.is_none() && target.contains("://") {
-            return None;
-        }
         let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
-        let path = match &in_repository {
-            Some(_) => {
-                let whole = in_repository.as_deref()?.display().to_string();
-                PathBuf::from(whole.split('#').next().unwrap_or_default())
-            }
+        let in_repository = ["blob", "tree"]
+            .iter()
+            .find_map(|kind| path.strip_prefix(&format!("{repository}/{kind}/main/")));
+        let path = match in_repository {
+            Some(path) => root().join(path),
+            None if path.contains("://") => return None,
             None if path.is_empty() => document.to_owned(),
-            None => plain(&document.parent()?.join(path)),
+            None => document.parent()?.join(path),
         };
-        if !path.exists() {
+        let Ok(path) = path.canonicalize() else {
             return Some("no such file".to_owned());
-        }
-        let guide = plain(&book::folder());
-        if in_repository.is_none() && document.starts_with(&guide) && !path.starts_with(&guide) {
+        };
+        let in_guide = |path: &Path| {
+            let [path, guide] = [path, &book::folder()].map(|path| path.canonicalize().ok());
+            path.zip(guide)
+                .is_some_and(|(path, guide)| path.starts_with(guide))
+        };
+        if in_repository.is_none() && in_guide(document) && !in_guide(&path) {
             return Some(format!(
                 "leaves the book, which is built without that file: write {repository}/blob/main/…"
             ));
@@ -110,20 +93,20 @@ impl Anchors {
     }
 }
 
+/// Names of the guide's files.
+fn in_folder() -> BTreeSet<String> {
+    let entries = std::fs::read_dir(book::folder()).expect("a folder");
+    let names = entries.map(|entry| entry.expect("an entry").file_name());
+    names
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect()
+}
+
 #[test]
 fn the_summary_lists_every_page_once_and_each_has_one_title() {
     let chapters = book::chapters();
-    let there: BTreeSet<String> = std::fs::read_dir(book::folder())
-        .expect("a folder")
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
-        .filter(|file| file.ends_with(".md") && file != "SUMMARY.md")
-        .collect();
+    let mut there = in_folder();
+    there.retain(|file| file.ends_with(".md") && file != "SUMMARY.md");
     let listed: Vec<&String> = chapters.iter().filter(|file| !file.is_empty()).collect();
     let once: BTreeSet<String> = listed.iter().map(|file| (*file).clone()).collect();
     assert_eq!(listed.len(), once.len(), "twice: {listed:?}");
@@ -205,11 +188,8 @@ fn every_picture_of_the_guide_is_shown() {
         .flat_map(|file| Markdown::new(&book::chapter(&file)).links)
         .map(|link| link.target)
         .collect();
-    for entry in std::fs::read_dir(book::folder()).expect("a folder") {
-        let file = entry.expect("an entry").file_name();
-        let file = file.to_string_lossy();
-        if file.ends_with(".png") || file.ends_with(".svg") {
-            assert!(shown.contains(&*file), "{file} is on no page");
-        }
+    for file in in_folder() {
+        let is_picture = file.ends_with(".png") || file.ends_with(".svg");
+        assert!(!is_picture || shown.contains(&file), "{file} is on no page");
     }
 }

@@ -1,7 +1,6 @@
 //! Tests of the crates together and of the repository, in one binary.
 
 mod agreement;
-mod coupled;
 mod dependencies;
 mod guide;
 mod relaxation;

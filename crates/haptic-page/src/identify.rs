@@ -17,7 +17,6 @@ const POINTS: usize = 2000;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct IdentifyRequest {
-    /// The file that it was.
     name: String,
     /// The table: CSV or TSV.
     text: String,
@@ -29,7 +28,6 @@ pub(crate) struct IdentifyRequest {
     model: Option<String>,
 }
 
-/// Reads the table and fits the models to it, unless it is told to stop.
 pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result<Value, Failure> {
     let place = if request.name.is_empty() {
         "the record"
@@ -73,7 +71,6 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     Ok(answer(&found, &understood.notes))
 }
 
-/// One of these by its name.
 fn named<T: Copy>(
     key: &str,
     wanted: Option<&str>,

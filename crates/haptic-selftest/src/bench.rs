@@ -18,14 +18,11 @@ pub(super) const LONG_WATCHDOG_MS: u16 = Limits::WATCHDOG_MAX_MS;
 /// A run ends by itself after so many ticks, whatever becomes of the host.
 const TICKS_MOST: u32 = 100_000;
 
-/// Why the test cannot go on.
 #[derive(Debug)]
 pub(super) enum Broken {
-    /// The device or the line.
     Link(SerialError),
     /// A fault after which nobody but a person arms the device again, in words.
     Fault(String),
-    /// Somebody stopped it.
     Interrupted,
 }
 
@@ -35,14 +32,12 @@ impl From<SerialError> for Broken {
     }
 }
 
-/// A device on the bench.
 pub(super) struct Bench<'a> {
     link: Option<SerialLink>,
     pub(super) test: SelfTest,
     attendant: Attendant<'a>,
     /// As it was set to last before the test, with its coefficients.
     pub(super) set: (Configuration, Vec<f32>),
-    /// As it is during the test.
     pub(super) limited: Configuration,
     run: u32,
     /// Why the device let go of an attempt at a promise: this machine was silent or late.
@@ -88,7 +83,6 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Tells that a promise is tried now.
     pub(super) fn trying(&self, promise: Promise) -> Result<(), Broken> {
         self.notice(Notice::Trying(promise));
         self.goes_on()
@@ -114,12 +108,10 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The link.
     pub(super) fn link(&self) -> Result<&SerialLink, SerialError> {
         self.link.as_ref().ok_or(LinkError::Gone.into())
     }
 
-    /// The same, to be changed.
     pub(super) fn link_mut(&mut self) -> Result<&mut SerialLink, SerialError> {
         self.link.as_mut().ok_or(LinkError::Gone.into())
     }
@@ -165,7 +157,6 @@ impl<'a> Bench<'a> {
         Ok(refused.map(|_| format!("{} N refused", looser.limits.force_n)))
     }
 
-    /// Asks for a start. The refusal; `None` if it was taken.
     pub(super) fn start(&mut self) -> Result<Option<LinkError>, SerialError> {
         self.run += 1;
         let start = Start {
@@ -196,7 +187,6 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Without force, disarmed.
     pub(super) fn calm(&self) -> Result<(), SerialError> {
         let link = self.link()?;
         link.disarm()?;
@@ -231,7 +221,6 @@ impl<'a> Bench<'a> {
         by_itself.then_some(fault)
     }
 
-    /// Arms for a trial.
     pub(super) fn arm_for_trial(&self) -> Result<(), Broken> {
         self.is_well()?;
         let Err(error) = self.arm() else {

@@ -28,13 +28,12 @@ pub(super) fn arm(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     Ok(Check::judged(Promise::Arm, AT_REST, seen, ok).certain(certain))
 }
 
-/// What a device says that was to start.
 pub(super) fn refused(started: &Option<LinkError>) -> String {
     let refused = started.as_ref().map(ToString::to_string);
     refused.unwrap_or_else(|| "it started all the same".to_owned())
 }
 
-/// For a new connection after the link was closed, with the fault of the watchdog still latched.
+/// After the link was closed, with the fault of the watchdog still latched.
 const CONNECTED_ANEW: &str = "no force, settings as before the test, a fault as it was, no start before it is armed; armed, all is well";
 
 pub(super) fn reconnect(bench: &mut Bench<'_>) -> Result<Check, Broken> {
@@ -90,7 +89,6 @@ pub(super) fn reconnect(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     Ok(Check::judged(Promise::Reconnect, CONNECTED_ANEW, seen, ok).certain(certain))
 }
 
-/// Arms and disarms; complaints.
 fn armed(bench: &mut Bench<'_>) -> Result<Option<String>, Broken> {
     bench.limit(LONG_WATCHDOG_MS)?;
     bench.is_well()?;

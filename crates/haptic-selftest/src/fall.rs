@@ -3,10 +3,8 @@
 use haptic_link::Limits;
 use haptic_remote::Tick;
 
-/// Limits in force, and the time of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
-    /// The limits.
     pub(super) limits: Limits,
     /// T, s.
     pub(super) period_s: f64,
@@ -39,17 +37,14 @@ impl Bounds {
         }
     }
 
-    /// Ticks of the stop time.
     pub(super) fn stop_ticks(&self) -> u32 {
         // A time in single precision is no whole number of ticks more.
         (f64::from(self.limits.stop_time_s) / self.period_s - 1e-4).ceil() as u32
     }
 }
 
-/// Rounding of a force, relative.
 const ROUNDING: f32 = 1e-6;
 
-/// The fall of a force from some tick on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fall {
     /// Magnitude in the last sample before, N.
@@ -101,7 +96,6 @@ impl Fall {
         self.never_grew && self.ticks.is_some_and(|ticks| ticks <= most)
     }
 
-    /// In words.
     pub(super) fn words(self, bounds: &Bounds) -> String {
         let Self { from_n, ticks, .. } = self;
         let grew = if self.never_grew { "" } else { ", but it grew" };

@@ -7,14 +7,12 @@ use super::trial::{ASKED, Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating}
 use haptic_loop::Limiters;
 use haptic_remote::Tick;
 
-/// Limiter of a stop.
 const STOPPING: u8 = Limiters::STOPPING.bits();
 /// Ticks at the full share of the force: some changes of its sign.
 const TICKS: f64 = 300.0;
 /// Rounding of a difference of two forces, relative to their limit.
 const ROUNDING: f32 = 1e-5;
 
-/// The two rows.
 pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
     bench.trying(Promise::ForceLimit)?;
     let bounds = bench.bounds();

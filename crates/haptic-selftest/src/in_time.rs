@@ -10,7 +10,6 @@ use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, TroubleCause};
 use std::time::Duration;
 
-/// Attempts at a promise that a busy machine spoils.
 const ATTEMPTS: u32 = 5;
 
 /// Tries promises, up to five times where this machine was late, and appends their rows; what else the trial had to say.

@@ -32,7 +32,6 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
     Ok(Check::judged(Promise::FlightRecorder, promised, seen, ok))
 }
 
-/// All samples that the device has kept.
 fn read(bench: &Bench<'_>) -> Result<Vec<Tick>, Broken> {
     let mut kept = Vec::new();
     let mut count = 1;

@@ -22,13 +22,11 @@ fn made_at(bounds: &Bounds) -> u32 {
     ticks.next_multiple_of(HALF_PERIOD_TICKS) - 2
 }
 
-/// True if the run is so many ticks behind a tick.
 fn is_behind(followed: &Followed, tick: u32, more: u32) -> bool {
     let newest = followed.samples.last();
     newest.is_some_and(|sample| sample.tick > tick + more)
 }
 
-/// The row of the finite check.
 pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::FiniteCheck)?;
     let bounds = bench.bounds();
@@ -59,7 +57,6 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     ))
 }
 
-/// The row of the watchdog, and its run, if there was one.
 pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>), Broken> {
     bench.trying(Promise::Watchdog)?;
     let bounds = bench.bounds();

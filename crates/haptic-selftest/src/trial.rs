@@ -21,24 +21,20 @@ pub(super) const LATE: &[Fault] = &[Fault::HostSilent, Fault::StaleForce];
 /// Ticks after a fault that a device tells of unasked.
 const AFTERMATH_TICKS: u32 = 100;
 
-/// Trial to be made: force for a sample, and its end.
 pub(super) struct Trial<S, U> {
     /// Silence of the host that is a fault, ms.
     pub(super) watchdog_ms: u16,
     /// Force that answers a sample, N, and how many were sent before; `None` for silence.
     pub(super) say: S,
-    /// True once the run is to be stopped.
     pub(super) until: U,
 }
 
 /// What a device still has to say of a run that is over.
 #[derive(Clone, Copy)]
 enum Rest {
-    /// Nobody knows yet.
     Awaited,
     /// All of it will have been said when the device has made so many ticks.
     Until(u32),
-    /// Nothing any more.
     Came,
 }
 
@@ -56,7 +52,6 @@ pub(super) fn alternating(limits: &Limits, tick: u32, sent: usize, share: f32) -
 }
 
 impl Bench<'_> {
-    /// Listens without a run, for so long.
     pub(super) fn listen(&mut self, time: Duration) -> Result<Followed, Broken> {
         self.link()?.stream(1, 1)?;
         let began = Instant::now();
@@ -201,15 +196,12 @@ impl Bench<'_> {
 /// Samples of a run, forces that were sent, and the fault that ended it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Followed {
-    /// In the order of their ticks.
     pub(super) samples: Vec<Tick>,
     /// Tick that a force answered, and the force, N.
     pub(super) sent: Vec<(u32, f32)>,
-    /// The fault.
     pub(super) fault: Option<FaultReport>,
     /// The run has begun: what came before is none of it.
     pub(super) begun: bool,
-    /// The run has ended otherwise.
     pub(super) ended: bool,
     /// No sample came for long, though the device answers: this machine or the line was held up, and the run was given up.
     pub(super) held_up: bool,
@@ -248,7 +240,6 @@ impl Followed {
         Some((*answered, *shown))
     }
 
-    /// The fault that ended it, in words.
     pub(super) fn fault_in_words(&self) -> Option<String> {
         let code = self.fault?.status.fault;
         Some(match Fault::from_code(code) {
@@ -257,7 +248,6 @@ impl Followed {
         })
     }
 
-    /// The largest force, N.
     pub(super) fn largest_n(&self) -> f32 {
         let forces = self.samples.iter().map(|sample| sample.force_n[0].abs());
         // A force that is no number is the largest of all.
@@ -270,7 +260,6 @@ impl Followed {
         })
     }
 
-    /// Takes a message in; the sample, if it is one.
     fn take(&mut self, heard: Heard) -> Result<Option<Tick>, Broken> {
         match heard {
             Heard::Sample(sample) => {
@@ -298,7 +287,6 @@ impl Followed {
         self.ended || self.held_up || self.fault.is_some()
     }
 
-    /// True if the device let go by one of these faults.
     pub(super) fn ended_by(&self, faults: &[Fault]) -> bool {
         let code = self.fault.map(|report| report.status.fault);
         faults.iter().any(|fault| code == Some(fault.code()))

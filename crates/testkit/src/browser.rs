@@ -99,11 +99,8 @@ impl Page {
     /// Opens the socket of an address.
     #[must_use]
     pub fn open(address: &str) -> Self {
-        let origin = address[..address.rfind('/').expect("a path")]
-            .rsplit_once('/')
-            .expect("a token")
-            .0;
-        Self::from(address, Some(origin)).expect("opens")
+        let origin = format!("http://{}", parts(address).0);
+        Self::from(address, Some(&origin)).expect("opens")
     }
 
     /// Opens it from a page of this origin.
@@ -161,10 +158,8 @@ impl Page {
     }
 
     /// Asks without waiting for the answer; the number of the request.
-    pub fn post(&mut self, what: &str, mut arguments: Value) -> u64 {
-        self.id += 1;
-        (arguments["id"], arguments["do"]) = (json!(self.id), json!(what));
-        self.send(&arguments.to_string());
+    pub fn post(&mut self, what: &str, arguments: Value) -> u64 {
+        self.try_post(what, arguments).expect("sends");
         self.id
     }
 
@@ -187,7 +182,7 @@ impl Page {
         }
         loop {
             let message = self.read().expect("open");
-            if message.get("id").is_some_and(|given| given == id) {
+            if known(&message) {
                 return message;
             }
             if !message.is_null() {
@@ -199,19 +194,29 @@ impl Page {
     /// Asks, and is granted it.
     #[track_caller]
     pub fn ask(&mut self, what: &str, arguments: Value) -> Value {
-        let id = self.post(what, arguments);
-        let answer = self.answer(&json!(id));
-        assert_eq!(answer["ok"], true, "{what}: {answer}");
-        answer
+        self.asked(what, arguments, true)
     }
 
     /// Asks, and is refused with a sentence.
     #[track_caller]
     pub fn refused(&mut self, what: &str, arguments: Value) -> String {
+        let answer = self.asked(what, arguments, false);
+        answer["error"].as_str().expect("a sentence").to_owned()
+    }
+
+    /// Asks, and is refused in these words.
+    #[track_caller]
+    pub fn refuses(&mut self, what: &str, arguments: Value, words: &str) {
+        let refused = self.refused(what, arguments);
+        assert!(refused.contains(words), "{refused}");
+    }
+
+    #[track_caller]
+    fn asked(&mut self, what: &str, arguments: Value, ok: bool) -> Value {
         let id = self.post(what, arguments);
         let answer = self.answer(&json!(id));
-        assert_eq!(answer["ok"], false, "{what}: {answer}");
-        answer["error"].as_str().expect("a sentence").to_owned()
+        assert_eq!(answer["ok"], ok, "{what}: {answer}");
+        answer
     }
 
     /// The next status for which something holds.
@@ -225,11 +230,8 @@ impl Page {
     pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;
         loop {
-            let found = self
-                .told
-                .iter()
-                .position(|told| told.get(kind).is_some_and(&holds));
-            if let Some(found) = found {
+            let wanted = |told: &Value| told.get(kind).is_some_and(&holds);
+            if let Some(found) = self.told.iter().position(wanted) {
                 return self.told.remove(found)[kind].take();
             }
             assert!(

@@ -12,16 +12,116 @@
 pub mod book;
 #[cfg(feature = "browser")]
 pub mod browser;
-mod campaign;
-mod compare;
 pub mod device;
 pub mod golden;
 pub mod operator;
-mod random;
-mod skip;
 pub mod tissue;
 
-pub use campaign::cases;
-pub use compare::{assert_close, assert_relative};
-pub use random::Random;
-pub use skip::{skip, skip_for_load};
+use std::fmt::Debug;
+use std::io::Write as _;
+use std::str::FromStr;
+
+/// Cases to try: `CAMPAIGN_CASES`, or so many.
+///
+/// # Panics
+/// If `CAMPAIGN_CASES` is no number.
+#[must_use]
+pub fn cases<T: FromStr<Err: Debug>>(usual: T) -> T {
+    std::env::var("CAMPAIGN_CASES").map_or(usual, |cases| cases.parse().expect("CAMPAIGN_CASES"))
+}
+
+/// |have − want| ≤ tolerance.
+///
+/// # Panics
+/// Otherwise; a NaN too.
+#[track_caller]
+pub fn assert_close(what: &str, have: f64, want: f64, tolerance: f64) {
+    let error = (have - want).abs();
+    assert!(
+        error <= tolerance,
+        "{what}: have {have:.15e}, want {want:.15e}, error {error:e} above {tolerance:e}"
+    );
+}
+
+/// |have − want| ≤ tolerance·|want|.
+///
+/// # Panics
+/// Otherwise; a NaN too.
+#[track_caller]
+pub fn assert_relative(what: &str, have: f64, want: f64, tolerance: f64) {
+    assert!(
+        (have - want).abs() <= tolerance * want.abs(),
+        "{what}: have {have:.15e}, want {want:.15e}, off by {:.1e}",
+        have / want - 1.0
+    );
+}
+
+/// Says on standard error that this test is skipped, and why.
+///
+/// # Panics
+/// Where `REQUIRE_ALL_CHECKS` is set, as in CI.
+pub fn skip(why: &str) {
+    assert!(std::env::var_os("REQUIRE_ALL_CHECKS").is_none(), "{why}");
+    skip_for_load(why);
+}
+
+/// The same of a check by the clock on a machine that is too busy for it, which CI may be too.
+pub fn skip_for_load(why: &str) {
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or("part of a test");
+    // One write: lines of other tests do not come between.
+    let line = format!("skipped: {test}: {}\n", why.trim());
+    let _ = std::io::stderr().write_all(line.as_bytes());
+}
+
+/// `SplitMix64`.
+#[derive(Clone, Debug)]
+pub struct Random(pub u64);
+
+impl Random {
+    /// 64 random bits.
+    pub const fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn share(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in [low, high).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.share()
+    }
+
+    /// Uniform in the logarithm.
+    pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
+        (low.ln() + (high / low).ln() * self.share()).exp()
+    }
+
+    /// 0 in a third of all cases, uniform in [0, high) in the others.
+    pub fn or_nothing(&mut self, high: f64) -> f64 {
+        if self.share() < 1.0 / 3.0 {
+            0.0
+        } else {
+            self.between(0.0, high)
+        }
+    }
+
+    /// One of them.
+    ///
+    /// # Panics
+    /// Without any.
+    pub fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[(self.bits() % choices.len() as u64) as usize]
+    }
+
+    /// True in this share of all cases.
+    pub fn chance(&mut self, share: f64) -> bool {
+        self.share() < share
+    }
+}

@@ -1,12 +1,12 @@
 //! Fractional virtual couplers.
 
 use super::operator;
-use super::plant::PyDevice;
+use super::plant::{PyDevice, path};
 use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
 use crate::value;
 use fracdiff::Order;
-use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LeastDamping};
+use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, LeastDamping};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
@@ -47,13 +47,8 @@ pub(crate) struct PyCoupler {
 
 impl PyCoupler {
     fn coupler(&self) -> PyResult<Coupler<'static>> {
-        Coupler::exact(
-            self.order,
-            self.sample_time,
-            self.stiffness,
-            self.dissipation,
-        )
-        .or_refused()
+        let (order, stiffness) = (self.order, self.stiffness);
+        Coupler::exact(order, self.sample_time, stiffness, self.dissipation).or_refused()
     }
 }
 
@@ -109,17 +104,10 @@ impl PyCoupler {
     ///     N·s/m; infinite if none is enough.
     #[pyo3(signature = (delay_s = 0.0, current_lag_s = 0.0))]
     fn sampled_damping(slf: &Bound<'_, Self>, delay_s: f64, current_lag_s: f64) -> PyResult<f64> {
-        let dynamics = Dynamics {
-            delay_s,
-            current_lag_s,
-            ..Dynamics::ideal(1.0, 0.0)
-        };
         heard_by(slf, move |own, _| {
-            let path = dynamics.path(own.sample_time).or_refused()?;
-            own.coupler()?
-                .sampled_damping(path)
-                .map(number)
-                .or_refused()
+            let path = path(delay_s, current_lag_s, own.sample_time)?;
+            let least = own.coupler()?.sampled_damping(path);
+            least.map(number).or_refused()
         })
     }
 
@@ -154,13 +142,11 @@ impl PyCoupler {
             };
             Ok((unstable, margin))
         })?;
+        let margin = margin.map(|margin| super::at(margin, sample_time));
         let report = PyDict::new(py);
         report.set_item("stable", unstable == Some(0))?;
         report.set_item("unstable_poles", unstable)?;
-        report.set_item(
-            "gain_up",
-            margin.map(|margin| super::at(margin, sample_time)),
-        )?;
+        report.set_item("gain_up", margin)?;
         Ok(report)
     }
 

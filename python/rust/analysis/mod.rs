@@ -1,25 +1,28 @@
 //! The designer's view: what is stable, passive, transparent.
 
 mod coupler;
-mod felt;
 mod plant;
 mod port;
 mod region;
 mod sampled_loop;
 
 pub(crate) use coupler::PyCoupler;
-pub(crate) use felt::transparency;
 pub(crate) use plant::{PyDevice, PyLinearPlant};
 pub(crate) use port::PyPort;
 pub(crate) use region::{PyRegion, stability_region};
 pub(crate) use sampled_loop::PyLoop;
 
+use crate::arrays::{complex_vector, vector};
+use crate::conducted::heard;
 use crate::operators::scheme_of;
-use crate::refused::OrRefused as _;
+use crate::refused::{OrRefused as _, refused};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::{Environment, LoopOperator};
+use numpy::PyArray1;
+use plant::AnyPlant;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// An operator by order, sample time, scheme and horizon, as bits.
 type Known = ((u64, u64, String, u64), Arc<LoopOperator>);
@@ -80,4 +83,40 @@ fn designed(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResul
 /// A value, and the frequency in rad/s at which it arises.
 fn at(value: haptic_analysis::AtAngle, sample_time: f64) -> (f64, f64) {
     (value.value, value.theta / sample_time)
+}
+
+/// Two columns.
+type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// Effective stiffness and damping of the closed loop at frequencies; `impedance` is that of the plant there, without hand. A
+/// wall is K, B and order, an operator sample time, scheme and horizon.
+#[pyfunction]
+pub(crate) fn transparency<'py>(
+    omega: &Bound<'py, PyAny>,
+    impedance: &Bound<'py, PyAny>,
+    plant: AnyPlant,
+    wall: (f64, f64, f64),
+    operator: (f64, String, f64),
+) -> PyResult<Pair<'py>> {
+    let py = omega.py();
+    let omega = vector("omega", omega)?;
+    let impedance = complex_vector("impedance", impedance)?;
+    let (sample_time, scheme, horizon) = operator;
+    let (stiffness, damping) = heard(py, Duration::MAX, move |_| {
+        let operator = self::operator(wall.2, sample_time, &scheme, horizon)?;
+        let wall = environment(wall, sample_time)?;
+        let path = plant.path(sample_time)?;
+        let (mut stiffness, mut damping) = (Vec::new(), Vec::new());
+        for (index, (&omega, &impedance)) in omega.iter().zip(&impedance).enumerate() {
+            let felt = wall.felt_on(impedance, path, operator.as_ref(), omega);
+            let felt = felt.map_err(|error| refused(format_args!("omega[{index}]: {error}")))?;
+            stiffness.push(felt.stiffness_n_per_m);
+            damping.push(felt.damping_n_s_per_m);
+        }
+        Ok((stiffness, damping))
+    })?;
+    Ok((
+        PyArray1::from_vec(py, stiffness),
+        PyArray1::from_vec(py, damping),
+    ))
 }

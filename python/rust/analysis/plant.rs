@@ -5,7 +5,6 @@ use crate::refused::{OrRefused as _, refused};
 use crate::value;
 use haptic_analysis::{Dynamics, ForcePath, SampledPlant};
 use numpy::PyArray1;
-use pyo3::Borrowed;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -256,34 +255,13 @@ impl PyLinearPlant {
 }
 
 /// Any of them; alive as long as work with it.
-#[derive(Debug)]
+#[derive(Debug, FromPyObject, IntoPyObjectRef)]
 pub(crate) enum AnyPlant {
     Device(Py<PyDevice>),
     Linear(Py<PyLinearPlant>),
 }
 
-impl FromPyObject<'_, '_> for AnyPlant {
-    type Error = PyErr;
-
-    fn extract(plant: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
-        if let Ok(device) = plant.cast::<PyDevice>() {
-            return Ok(Self::Device(device.to_owned().unbind()));
-        }
-        Ok(Self::Linear(
-            plant.cast::<PyLinearPlant>()?.to_owned().unbind(),
-        ))
-    }
-}
-
 impl AnyPlant {
-    /// As Python has it.
-    pub(super) fn as_python<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        match self {
-            Self::Device(device) => device.bind(py).clone().into_any(),
-            Self::Linear(plant) => plant.bind(py).clone().into_any(),
-        }
-    }
-
     /// As the loop sees it once a sample.
     pub(super) fn sampled(&self, sample_time: f64) -> PyResult<SampledPlant> {
         match self {
@@ -311,11 +289,16 @@ impl AnyPlant {
             Self::Device(device) => (device.get().delay_s, device.get().current_lag_s),
             Self::Linear(plant) => (plant.get().delay_s, plant.get().current_lag_s),
         };
-        let path = Dynamics {
-            delay_s,
-            current_lag_s,
-            ..Dynamics::ideal(1.0, 0.0)
-        };
-        path.path(sample_time).or_refused()
+        path(delay_s, current_lag_s, sample_time)
     }
+}
+
+/// Delay and lag in samples.
+pub(super) fn path(delay_s: f64, current_lag_s: f64, sample_time: f64) -> PyResult<ForcePath> {
+    let dynamics = Dynamics {
+        delay_s,
+        current_lag_s,
+        ..Dynamics::ideal(1.0, 0.0)
+    };
+    dynamics.path(sample_time).or_refused()
 }

@@ -1,11 +1,12 @@
 //! Passivity of a device under a wall.
 
+use super::plant::path;
 use super::{operator, scheme_of};
 use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
 use crate::value;
 use fracdiff::Seconds;
-use haptic_analysis::{Dynamics, ForcePath, Largest, LoopOperator, OnePort, RequiredDamping};
+use haptic_analysis::{ForcePath, Largest, LoopOperator, OnePort, RequiredDamping};
 use pyo3::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
@@ -47,8 +48,7 @@ pub(crate) struct PyPort {
     operator: Arc<LoopOperator>,
     path: ForcePath,
     sample_time: Seconds,
-    /// What else it is made of: scheme, delay and lag in s, horizon.
-    made: (String, f64, f64, f64),
+    made: Made,
 }
 
 impl PyPort {
@@ -83,18 +83,15 @@ impl PyPort {
         current_lag_s: f64,
         horizon: f64,
     ) -> PyResult<Self> {
-        let dynamics = Dynamics {
-            delay_s,
-            current_lag_s,
-            ..Dynamics::ideal(1.0, 0.0)
-        };
         let scheme = scheme.to_owned();
         heard(py, Duration::MAX, move |_| {
             let port = Self {
                 operator: operator(order, sample_time, &scheme, horizon)?,
-                path: dynamics.path(sample_time).or_refused()?,
+                path: path(delay_s, current_lag_s, sample_time)?,
                 sample_time: Seconds(sample_time),
                 made: (
+                    order,
+                    sample_time,
                     scheme_of(&scheme)?.to_string(),
                     delay_s,
                     current_lag_s,
@@ -156,11 +153,8 @@ impl PyPort {
         dissipation_n_s_mu_per_m: f64,
     ) -> PyResult<f64> {
         heard_by(slf, move |own, _| {
-            let largest = own.port()?.largest_stiffness(
-                own.sample_time,
-                damping_n_s_per_m,
-                dissipation_n_s_mu_per_m,
-            );
+            let (t, port) = (own.sample_time, own.port()?);
+            let largest = port.largest_stiffness(t, damping_n_s_per_m, dissipation_n_s_mu_per_m);
             largest.map(number).or_refused()
         })
     }
@@ -185,11 +179,8 @@ impl PyPort {
         stiffness_n_per_m: f64,
     ) -> PyResult<f64> {
         heard_by(slf, move |own, _| {
-            let largest = own.port()?.largest_dissipation(
-                own.sample_time,
-                damping_n_s_per_m,
-                stiffness_n_per_m,
-            );
+            let (t, port) = (own.sample_time, own.port()?);
+            let largest = port.largest_dissipation(t, damping_n_s_per_m, stiffness_n_per_m);
             largest.map(number).or_refused()
         })
     }
@@ -203,14 +194,9 @@ impl PyPort {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Made) {
-        let own = slf.get();
-        let (scheme, delay_s, current_lag_s, horizon) = own.made.clone();
-        let order = own.operator.order().get();
-        let sample_time = own.sample_time.0;
-        let made = (order, sample_time, scheme, delay_s, current_lag_s, horizon);
-        (slf.get_type().into_any(), made)
+        (slf.get_type().into_any(), slf.get().made.clone())
     }
 }
 
-/// The arguments of a port.
+/// The arguments of a port: order, sample time, scheme, delay, lag, horizon.
 type Made = (f64, f64, String, f64, f64, f64);

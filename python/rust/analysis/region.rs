@@ -6,7 +6,7 @@ use crate::arrays::{Whole, any_shape, unmasked};
 use crate::conducted::{heard, heard_by};
 use crate::refused::{OrRefused as _, refused};
 use crate::value;
-use haptic_analysis::{Nondimensional, StabilityRegion, StableArea};
+use haptic_analysis::{BoundaryPoint, Nondimensional, Polygon, StabilityRegion, StableArea};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
@@ -28,15 +28,8 @@ pub(crate) struct PyRegion {
     made: Made,
 }
 
-/// What a region is made of beside its sample time.
-#[derive(Debug)]
-struct Made {
-    plant: AnyPlant,
-    order: f64,
-    scheme: String,
-    points: usize,
-    horizon: f64,
-}
+/// The arguments of a region: plant, order, sample time, scheme, points, horizon.
+type Made = (AnyPlant, f64, f64, String, usize, f64);
 
 /// Beyond this a picture has nothing to gain, and memory much to lose.
 const POINTS_MOST: usize = 10_000_000;
@@ -44,6 +37,10 @@ const POINTS_MOST: usize = 10_000_000;
 impl PyRegion {
     fn area(&self) -> Option<&StableArea> {
         self.region.bounded()
+    }
+
+    fn outlines(&self) -> impl Iterator<Item = &Polygon> {
+        self.area().into_iter().flat_map(|area| &area.polygons)
     }
 }
 
@@ -77,13 +74,14 @@ pub(crate) fn stability_region(
             stiffness: unit.stiffness_n_per_m,
             dissipation: unit.dissipation_n_s_mu_per_m,
             sample_time,
-            made: Made {
+            made: (
                 plant,
                 order,
-                scheme: scheme_of(&scheme)?.to_string(),
+                sample_time,
+                scheme_of(&scheme)?.to_string(),
                 points,
                 horizon,
-            },
+            ),
         })
     })
 }
@@ -99,28 +97,24 @@ impl PyRegion {
     /// Boundaries, the largest first: K in N/m and B in N·s^order/m of each point.
     #[getter]
     fn polygons<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray2<f64>>> {
-        let polygons = self.area().into_iter().flat_map(|area| &area.polygons);
-        let array = |points: &[haptic_analysis::BoundaryPoint]| {
+        let array = |points: &[BoundaryPoint]| {
             Array2::from_shape_fn((points.len(), 2), |(row, column)| match column {
                 0 => points[row].alpha * self.stiffness,
                 _ => points[row].beta * self.dissipation,
             })
         };
-        polygons
-            .map(|polygon| array(&polygon.points).into_pyarray(py))
-            .collect()
+        let arrays = self.outlines().map(|polygon| array(&polygon.points));
+        arrays.map(|array| array.into_pyarray(py)).collect()
     }
 
     /// Frequency at which a pole crosses the circle at each point, rad/s; NaN on an axis.
     #[getter]
     fn omega_rad_s<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {
-        let polygons = self.area().into_iter().flat_map(|area| &area.polygons);
-        let omega = |point: &haptic_analysis::BoundaryPoint| {
-            point
-                .theta
-                .map_or(f64::NAN, |theta| theta / self.sample_time)
+        let omega = |point: &BoundaryPoint| {
+            let theta = point.theta.unwrap_or(f64::NAN);
+            theta / self.sample_time
         };
-        polygons
+        self.outlines()
             .map(|polygon| PyArray1::from_iter(py, polygon.points.iter().map(omega)))
             .collect()
     }
@@ -128,9 +122,8 @@ impl PyRegion {
     /// Area of each polygon in the product of both units; negative for a hole.
     #[getter]
     fn areas<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let polygons = self.area().into_iter().flat_map(|area| &area.polygons);
         let unit = self.stiffness * self.dissipation;
-        PyArray1::from_iter(py, polygons.map(|polygon| polygon.area * unit))
+        PyArray1::from_iter(py, self.outlines().map(|polygon| polygon.area * unit))
     }
 
     /// Least upper bound of K.
@@ -199,15 +192,7 @@ impl PyRegion {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (slf.py(), slf.get());
         let native = py.import("fractional_haptics._native")?;
-        let arguments = (
-            own.made.plant.as_python(py),
-            own.made.order,
-            own.sample_time,
-            own.made.scheme.as_str(),
-            own.made.points,
-            own.made.horizon,
-        );
-        let made = (native.getattr("stability_region")?, arguments);
+        let made = (native.getattr("stability_region")?, &own.made);
         Ok(made.into_pyobject(py)?.into_any())
     }
 

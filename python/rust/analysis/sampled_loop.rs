@@ -66,15 +66,8 @@ pub(crate) struct PyLoop {
     made: Made,
 }
 
-/// What a loop is made of beside its sample time.
-#[derive(Debug)]
-struct Made {
-    plant: AnyPlant,
-    /// K, B and order.
-    wall: (f64, f64, f64),
-    scheme: String,
-    horizon: f64,
-}
+/// The arguments of a loop: plant, K, B, order, sample time, scheme, horizon.
+type Made = (AnyPlant, f64, f64, f64, f64, String, f64);
 
 impl PyLoop {
     fn sampled(&self) -> PyResult<SampledLoop<'_>> {
@@ -133,12 +126,15 @@ impl PyLoop {
                 beta: unit.beta,
                 operator,
                 sample_time,
-                made: Made {
+                made: (
                     plant,
-                    wall,
-                    scheme: scheme_of(&scheme)?.to_string(),
+                    wall.0,
+                    wall.1,
+                    order,
+                    sample_time,
+                    scheme_of(&scheme)?.to_string(),
                     horizon,
-                },
+                ),
             })
         })
     }
@@ -253,16 +249,6 @@ impl PyLoop {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (slf.py(), slf.get());
-        let (stiffness, dissipation, order) = own.made.wall;
-        let arguments = (
-            own.made.plant.as_python(py),
-            stiffness,
-            dissipation,
-            order,
-            own.sample_time,
-            own.made.scheme.as_str(),
-            own.made.horizon,
-        );
-        Ok((slf.get_type(), arguments).into_pyobject(py)?.into_any())
+        Ok((slf.get_type(), &own.made).into_pyobject(py)?.into_any())
     }
 }

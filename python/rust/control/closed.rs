@@ -19,20 +19,14 @@ use std::time::Duration;
 
 /// Wishes by their names.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Wishes {
-    #[pyo3(item)]
     crossover_rad_s: f64,
-    #[pyo3(item)]
     phase_margin_rad: f64,
-    #[pyo3(item)]
     iso_damping: bool,
-    #[pyo3(item)]
     noise: Option<(f64, f64)>,
-    #[pyo3(item)]
     disturbance: Option<(f64, f64)>,
-    #[pyo3(item)]
     sensitivity_peak: Option<f64>,
-    #[pyo3(item)]
     complementary_peak: Option<f64>,
 }
 

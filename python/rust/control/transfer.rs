@@ -7,7 +7,8 @@ use crate::refused::{OrRefused as _, refused};
 use crate::value;
 use fracdiff::Seconds;
 use fractional_control::{
-    FractionalTransferFunction, Plant, Term, impulse_response, respond, step_response,
+    ControlError, FractionalTransferFunction, Memory, Plant, Term, impulse_response, respond,
+    step_response,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
@@ -70,6 +71,27 @@ fn pairs(terms: &[Term]) -> Pairs {
         .iter()
         .map(|term| (term.coefficient, term.order))
         .collect()
+}
+
+/// The response to a given input, by memory, sample time and samples.
+type Respond =
+    fn(&FractionalTransferFunction, Memory, Seconds, usize) -> Result<Vec<f64>, ControlError>;
+
+impl PyTransferFunction {
+    fn record<'py>(
+        slf: &Bound<'py, Self>,
+        (sample_time, samples): (f64, Whole),
+        (rule, tolerance): (&str, f64),
+        respond: Respond,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        // Input, output and what lies between.
+        let samples = samples.with_room("samples", 4)?;
+        let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
+        let y = heard_by(slf, move |own, _| {
+            respond(&own.0, memory, Seconds(sample_time), samples).or_refused()
+        })?;
+        Ok(y.into_pyarray(slf.py()))
+    }
 }
 
 #[pymethods]
@@ -166,13 +188,12 @@ impl PyTransferFunction {
         rule: &str,
         tolerance: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        // Input, output and what lies between.
-        let samples = samples.with_room("samples", 4)?;
-        let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
-        let y = heard_by(slf, move |own, _| {
-            step_response(&own.0, memory, Seconds(sample_time), samples).or_refused()
-        })?;
-        Ok(y.into_pyarray(slf.py()))
+        Self::record(
+            slf,
+            (sample_time, samples),
+            (rule, tolerance),
+            step_response,
+        )
     }
 
     /// Response to a unit impulse; as `step_response`.
@@ -184,13 +205,12 @@ impl PyTransferFunction {
         rule: &str,
         tolerance: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        // Input, output and what lies between.
-        let samples = samples.with_room("samples", 4)?;
-        let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
-        let y = heard_by(slf, move |own, _| {
-            impulse_response(&own.0, memory, Seconds(sample_time), samples).or_refused()
-        })?;
-        Ok(y.into_pyarray(slf.py()))
+        Self::record(
+            slf,
+            (sample_time, samples),
+            (rule, tolerance),
+            impulse_response,
+        )
     }
 
     /// Response to a record, from rest.

@@ -1,10 +1,10 @@
 //! Experiments: what experiment files describe, from arguments by name.
 
+mod question;
 mod run;
-mod search;
 
+pub(crate) use question::answer;
 pub(crate) use run::{experiment_parameters, run_experiment};
-pub(crate) use search::{design, zwidth};
 
 use crate::refused::{OrRefused as _, refused, unread};
 use haptic_experiment::Failure;
@@ -23,9 +23,6 @@ fn failed(failure: &Failure) -> PyErr {
 }
 
 /// The document of a kind with these parameters.
-///
-/// # Errors
-/// `ValueError` for a value that no file can have.
 fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
     let mut document = Document::new(kind);
     for (key, value) in parameters.iter() {

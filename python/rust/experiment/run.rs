@@ -35,15 +35,8 @@ pub(crate) fn experiment_parameters<'py>(
                 Value::List(range) => format!("a list of numbers {range}"),
                 _ => String::new(),
             };
-            let row = (
-                section,
-                parameter.key,
-                default(py, parameter)?,
-                needed,
-                range,
-                parameter.help,
-            );
-            list.append(row)?;
+            let (key, help) = (parameter.key, parameter.help);
+            list.append((section, key, default(py, parameter)?, needed, range, help))?;
         }
     }
     Ok(list)

@@ -1,7 +1,7 @@
 //! Models from records.
 
+use super::kind_of;
 use super::model::PyModel;
-use super::parameters::kind_of;
 use crate::arrays::{Whole, complex_vector, vector};
 use crate::conducted::{Interrupted, conduct};
 use crate::refused::{OrRefused as _, refused};
@@ -48,18 +48,13 @@ fn record(
 
 /// The options of an identification by their names.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct IdentifyOptions {
-    #[pyo3(item)]
     models: Option<Vec<String>>,
-    #[pyo3(item)]
     chosen: Option<String>,
-    #[pyo3(item)]
     weights: String,
-    #[pyo3(item)]
     starts: Whole,
-    #[pyo3(item)]
     bootstrap: Whole,
-    #[pyo3(item)]
     seed: Whole,
 }
 

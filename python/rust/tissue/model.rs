@@ -1,7 +1,6 @@
 //! A model of viscoelastic matter.
 
-use super::parameters::{kind_of, values_of};
-use super::records::{checked_history, each};
+use super::{checked_history, each, kind_of, values_of};
 use crate::arrays::{Whole, vector};
 use crate::conducted::heard;
 use crate::refused::{OrRefused as _, refused};
@@ -63,6 +62,25 @@ impl PyModel {
         heard(py, Duration::MAX, move |_| {
             PronyFit::new(&model, branches, shortest_s, horizon_s).or_refused()
         })
+    }
+}
+
+impl PyModel {
+    /// The answer to a history that is straight between its samples.
+    fn history<'py>(
+        &self,
+        time_s: &Bound<'py, PyAny>,
+        (name, given): (&str, &Bound<'py, PyAny>),
+        answer: fn(&Model, &[f64], &[f64]) -> Vec<f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let py = time_s.py();
+        let (time_s, given) = (vector("time_s", time_s)?, vector(name, given)?);
+        checked_history(&time_s, &given, name)?;
+        let model = self.0.clone();
+        let answer = heard(py, Duration::MAX, move |_| {
+            Ok(answer(&model, &time_s, &given))
+        })?;
+        Ok(answer.into_pyarray(py))
     }
 }
 
@@ -173,14 +191,7 @@ impl PyModel {
         time_s: &Bound<'py, PyAny>,
         strain: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let py = time_s.py();
-        let (time_s, strain) = (vector("time_s", time_s)?, vector("strain", strain)?);
-        checked_history(&time_s, &strain, "strain")?;
-        let model = self.0.clone();
-        let stress = heard(py, Duration::MAX, move |_| {
-            Ok(model.stress(&time_s, &strain))
-        })?;
-        Ok(stress.into_pyarray(py))
+        self.history(time_s, ("strain", strain), Model::stress)
     }
 
     /// Strain of a stress that is straight between its samples; see `stress`.
@@ -206,14 +217,7 @@ impl PyModel {
         time_s: &Bound<'py, PyAny>,
         stress_pa: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let py = time_s.py();
-        let (time_s, stress_pa) = (vector("time_s", time_s)?, vector("stress_pa", stress_pa)?);
-        checked_history(&time_s, &stress_pa, "stress_pa")?;
-        let model = self.0.clone();
-        let strain = heard(py, Duration::MAX, move |_| {
-            Ok(model.strain(&time_s, &stress_pa))
-        })?;
-        Ok(strain.into_pyarray(py))
+        self.history(time_s, ("stress_pa", stress_pa), Model::strain)
     }
 
     /// G(0) in Pa; infinite for a spring-pot.

@@ -224,19 +224,7 @@ def run_experiment(
     force_unstable: bool,
     progress: _Progress | None,
 ) -> tuple[dict[str, Any], dict[str, _Floats], list[str]]: ...
-def zwidth(
-    parameters: dict[str, Any], orders: list[float], points: int, progress: _Progress | None
-) -> dict[str, Any]: ...
-def design(
-    parameters: dict[str, Any],
-    wish: str,
-    tissue: tuple[Material, float, float] | None,
-    frequency_hz: float | None,
-    gain_margin: float | None,
-    orders: list[float],
-    force_noise_limit_n: float | None,
-    progress: _Progress | None,
-) -> dict[str, Any]: ...
+def answer(kind: str, parameters: dict[str, Any], progress: _Progress | None) -> dict[str, Any]: ...
 
 class _TransferFunction:
     @property

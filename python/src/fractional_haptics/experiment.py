@@ -1,7 +1,6 @@
 """Experiments on simulated or serial devices: the crate ``haptic-experiment``, what ``host-cli`` runs.
 
-`relax`, `creep`, `wall`, `coupler` and `touch` take the keys of experiment files, with their defaults and ranges; `zwidth` and `design` the
-keys of a wall that say device, operator and trial. All keys carry their SI unit.
+All take the keys of experiment files, with their defaults and ranges; keys carry their SI unit.
 
 Every one releases the interpreter, reports progress, and stops on Ctrl-C: the force ramps to zero, the log is closed, then
 ``KeyboardInterrupt`` is raised.
@@ -41,8 +40,6 @@ def _told(progress: Any) -> Progress | None:
 
 _DEFAULTS = {row[1]: row[2] for row in _native.experiment_parameters("relax")}
 """Of a tissue and its rendering."""
-
-_NEEDED_BY_BENCH = {"order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m", "must_be_stable"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,14 +202,9 @@ touch = _experiment(
 )
 
 
-def _bench(parameters: dict[str, Any]) -> dict[str, Any]:
-    """The given keys, and the device of the dissertation where a wall has none by default."""
-    defaults = {key: default for _s, key, default, required, _r, _h in _native.experiment_parameters("wall") if required}
-    unknown = _NEEDED_BY_BENCH.intersection(parameters)
-    if unknown:
-        raise ValueError(f"{sorted(unknown)[0]} is not a parameter here: the wall is what is looked for")
+def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) -> dict[str, Any]:
     given = {key: value for key, value in parameters.items() if value is not None}
-    return {**{key: value for key, value in defaults.items() if value is not None}, **given}
+    return _native.answer(kind, given, _told(progress))
 
 
 def zwidth(
@@ -247,7 +239,7 @@ def zwidth(
     RuntimeError
         A device that failed.
     """
-    return _native.zwidth(_bench(parameters), list(orders), points, _told(progress))
+    return _answer("zwidth", {"orders": list(orders), "points": points, **parameters}, progress)
 
 
 def design(
@@ -295,22 +287,20 @@ def design(
     ValueError
         A parameter that is unknown or outside its range.
     """
-    specimen = None if tissue is None else (tissue, area_m2, thickness_m)
-    return _native.design(
-        _bench(parameters),
-        wish,
-        specimen,
-        frequency_hz,
-        gain_margin,
-        list(orders),
-        force_noise_limit_n,
-        _told(progress),
-    )
+    asked = {"wish": wish, "frequency_hz": frequency_hz, "gain_margin": gain_margin, "orders": list(orders), **parameters}
+    asked["require"] = "passive" if gain_margin is None else None
+    asked["force_noise_limit_n"] = force_noise_limit_n
+    if tissue is None:
+        return _answer("design", asked, progress)
+    asked.update(area_m2=area_m2, thickness_m=thickness_m)
+    with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as folder:
+        asked["tissue"] = Path(folder) / "tissue.toml"
+        asked["tissue"].write_text(tissue.to_toml(), encoding="utf-8")
+        return _answer("design", asked, progress)
 
 
 for _function in (zwidth, design):
-    _signature(
-        _function,
-        [(*row[:3], False, *row[4:]) for row in _native.experiment_parameters("wall") if row[1] not in _NEEDED_BY_BENCH],
-    )
-del _function
+    _own = inspect.signature(_function).parameters
+    _rows = _native.experiment_parameters(_function.__name__)
+    _signature(_function, [row for row in _rows if row[1] not in {*_own, "require", "library"}])
+del _function, _own, _rows

@@ -18,7 +18,6 @@ use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
 
-/// Two laws, the old and the new one.
 #[derive(Clone, Debug)]
 pub(crate) struct Fading<E> {
     old: E,
@@ -39,7 +38,6 @@ pub(crate) struct FadingHistory<H> {
 /// N: a tick spends no more than 1/N of what the touch has taken.
 const SPEND: f64 = 4.0;
 
-/// Books of a touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Touch {
     /// Energy that it has taken, J.
@@ -47,7 +45,6 @@ struct Touch {
     /// The force that was sent last, N, and where.
     sent_n: f64,
     position_m: f64,
-    /// The law has changed in it.
     changed: bool,
     /// c.
     factor: f64,
@@ -95,7 +92,6 @@ pub(crate) struct Law<E: Environment<f64, 1>> {
 }
 
 impl<E: Environment<f64, 1>> Law<E> {
-    /// At rest before tick 0.
     pub(crate) fn at_rest(environment: E) -> Self {
         let history = environment.at_rest();
         Self {
@@ -105,7 +101,6 @@ impl<E: Environment<f64, 1>> Law<E> {
         }
     }
 
-    /// Hears a position, m.
     pub(crate) fn hear(&mut self, position_m: f64) {
         (self.environment).advance(&mut self.history, &Vector1::new(position_m));
         self.next += 1;
@@ -188,7 +183,6 @@ impl<E: Environment<f64, 1>> Fading<E> {
 }
 
 impl<H> FadingHistory<H> {
-    /// True if one law is felt alone.
     pub(crate) const fn is_settled(&self) -> bool {
         self.share >= 1.0
     }

@@ -25,7 +25,6 @@ const SMOOTHING_S: f64 = 0.006;
 /// Place of the device before it is touched, m: in front of the surface.
 const START_M: f64 = -5e-3;
 
-/// A pointer that moves in steps, made smooth.
 #[derive(Clone, Copy, Debug)]
 struct Pointer {
     target_m: f64,
@@ -64,7 +63,6 @@ impl Pointer {
     }
 }
 
-/// The place of the device, for its sensors.
 #[derive(Clone, Copy, Debug)]
 struct Place(Reading<f64, 1>);
 
@@ -132,7 +130,6 @@ impl HeldDevice {
         if self.is_held { &self.held } else { &self.free }
     }
 
-    /// Position of the device, m.
     fn position_m(&self) -> f64 {
         self.plant().position()[0]
     }
@@ -174,7 +171,6 @@ impl HeldDevice {
         other.set_state(position, velocity);
     }
 
-    /// The hand lets go.
     pub(crate) fn hand_lets_go(&mut self) {
         self.hand(f64::NAN, false);
     }
@@ -212,7 +208,6 @@ impl Device<f64, 1> for HeldDevice {
 }
 
 impl HeldDevice {
-    /// Spring and damper of the hand on the device.
     fn pull(&mut self) {
         self.pointer.step();
         let (stiffness, damping) = (HAND_STIFFNESS.0, HAND_DAMPING.0);

@@ -19,7 +19,6 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Channels of a live view, in order.
 pub(crate) const CHANNELS: [&str; 7] = [
     "position_m",
     "hand_m",
@@ -34,21 +33,16 @@ pub(super) const POSITION: usize = 0;
 
 /// Time between looks at the ring: four a frame.
 const LOOK: Duration = Duration::from_millis(4);
-/// Samples that are taken at once.
 const BATCH: usize = 1024;
 /// Time between two counts of percentiles.
 const COUNTED: Duration = Duration::from_millis(100);
 
-/// Tasks of the keeper.
 #[derive(Debug)]
 pub(super) enum KeeperTask {
-    /// Other ghosts.
     Ghosts(Box<[Option<Law<Felt>>; 2]>),
     /// Begin a log with these metadata; the answer is its name.
     Record(BTreeMap<String, String>, Sender<Result<String, Failure>>),
-    /// Close it.
     EndRecord(Sender<Result<Finished, Failure>>),
-    /// A marker.
     Mark(String),
 }
 
@@ -121,13 +115,11 @@ impl Ghosting {
         }
     }
 
-    /// The tissue has forgotten.
     fn forget(&mut self) {
         self.history = self.law.at_rest();
         self.pending = None;
     }
 
-    /// Lets a law that waits come, if it may.
     fn settle(&mut self, pyramid: &Pyramid) {
         if self.history.is_settled()
             && let Some(mut ready) = self.pending.take()
@@ -152,21 +144,18 @@ fn hear_missed(law: &mut Law<Felt>, pyramid: &Pyramid) {
     law.hear_from(first, &missed);
 }
 
-/// The keeper's own state.
 pub(super) struct Keeper {
     pub(super) from_loop: Consumer<FromLoop>,
     pub(super) tasks: Receiver<KeeperTask>,
     pub(super) place: FeelPlace,
 }
 
-/// What it computes on the way.
 pub(super) struct Work {
     /// The tick that comes next, if none is lost.
     next: u64,
     ghosts: [Option<Ghosting>; 2],
     recording: Option<Recording>,
     state: FeelState,
-    /// Position and force of the tick before.
     before: Option<(f64, f64)>,
     took_ns: Histogram<u64>,
     late_ns: Histogram<u64>,
@@ -250,7 +239,6 @@ impl Keeper {
         }
     }
 
-    /// A row of the pyramid from a tick.
     fn take(&self, work: &mut Work, ticked: &Ticked) -> [f32; CHANNELS.len()] {
         if ticked.fresh {
             work.ghosts.iter_mut().flatten().for_each(Ghosting::forget);

@@ -15,7 +15,6 @@ const HORIZON: u64 = 10_000_000;
 const FADE_TICKS: u32 = 200;
 /// Ticks that the short memory keeps: 1 s.
 const SHORT_TICKS: usize = 1000;
-/// Degree of A₃.
 const A3_DEGREE: usize = 3;
 
 /// A tissue or wall behind a surface at 0.
@@ -33,7 +32,6 @@ pub(crate) struct JudgedFeel {
 }
 
 impl FeelSettings {
-    /// K and B with the factor.
     pub(super) fn gains(&self) -> (f64, f64) {
         (
             self.scale * self.stiffness_n_per_m,
@@ -59,7 +57,6 @@ impl FeelSettings {
         self.felt_by(full_memory()?)
     }
 
-    /// The ghosts at rest; `None` for one that there is not.
     pub(crate) fn ghost_laws(&self) -> Result<[Option<Law<Felt>>; 2], Failure> {
         let law = |ghost: Ghost| {
             let scheme = match ghost {

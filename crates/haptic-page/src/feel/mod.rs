@@ -40,7 +40,6 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use ticking::{LoopCounts, LoopEnds, LoopOrder};
 
-/// Orders that wait for the loop at most.
 const ORDERS: usize = 1024;
 /// Samples that wait for the keeper at most: 8 s.
 const SAMPLES: usize = 8192;
@@ -49,7 +48,6 @@ const WORKSPACE_M: (f64, f64, f64) = (-0.06, 0.06, 0.01);
 /// Positions that a ghost hears of the past: more than it remembers.
 const GHOST_PAST: usize = 1100;
 
-/// The size of the pyramid of a loop.
 pub(crate) const fn pyramid_size() -> PyramidSize {
     PyramidSize::usual(CHANNELS.len())
 }
@@ -136,17 +134,14 @@ impl Feel {
         })
     }
 
-    /// What is felt.
     pub(crate) fn felt(&self) -> JudgedFeel {
         locked(&self.felt).clone()
     }
 
-    /// True if the simulated world stands still.
     pub(crate) fn is_paused(&self) -> bool {
         self.counts.paused.load(Ordering::Relaxed)
     }
 
-    /// Ticks so far, and those that were lost.
     pub(crate) fn counts(&self) -> (u64, u64) {
         let count = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
         (count(&self.counts.made), count(&self.counts.lost))
@@ -167,7 +162,6 @@ impl Feel {
         Ok(goes_to_m)
     }
 
-    /// The simulated world stands still, or goes on.
     pub(crate) fn pause(&self, paused: bool) -> Result<(), Failure> {
         self.order(LoopOrder::Pause(paused))
     }
@@ -177,7 +171,6 @@ impl Feel {
         self.counts.stops.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Begins anew after a stop or fault.
     pub(crate) fn arm(&self) -> Result<(), Failure> {
         // A stop while the law is being made wins.
         let stops = self.counts.stops.load(Ordering::Relaxed);
@@ -219,7 +212,6 @@ impl Feel {
             .map_err(|_| Failure::bad_input("the loop has ended: begin anew"))
     }
 
-    /// Sets a marker.
     pub(crate) fn mark(&self, text: String) -> Result<(), Failure> {
         self.task(KeeperTask::Mark(text))
     }
@@ -271,7 +263,6 @@ impl FeelSettings {
         limits(Kilograms(self.device.mass_kg), samples as u32)
     }
 
-    /// For the log.
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
             FeltThing::Tissue(name) => name,

@@ -8,18 +8,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::SystemTime;
 
-/// A log that is being written.
 #[derive(Debug)]
 pub(super) struct Recording {
     recorder: Recorder,
     /// Its path in the folder of the runs, without `.mcap`.
     pub(super) name: String,
-    /// Tick and time of its first sample.
     first: Option<(u64, f64)>,
     pub(super) samples: u64,
 }
 
-/// What became of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Finished {
     pub(super) name: String,
@@ -87,14 +84,12 @@ impl Recording {
         self.recorder.tick(&message).is_ok()
     }
 
-    /// Takes a sentence of a moment.
     pub(super) fn event(&mut self, time_s: f64, kind: &str, text: String) {
         let since = time_s - self.first.map_or(time_s, |(_, first_s)| first_s);
         // A writer that has ended is seen at the tick.
         let _ = self.recorder.event(since, kind, text);
     }
 
-    /// Closes the log.
     pub(super) fn finish(mut self) -> Result<Finished, Failure> {
         let missing = self.recorder.dropped();
         let end = RunEnd {

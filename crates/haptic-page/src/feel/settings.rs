@@ -38,7 +38,6 @@ pub(crate) struct Ranges {
     scale: NumberRange,
     mass_kg: NumberRange,
     pub(super) damping_n_s_per_m: NumberRange,
-    /// Place of the pointer.
     pub(super) hand_m: NumberRange,
 }
 
@@ -53,7 +52,6 @@ pub(crate) const RANGES: Ranges = Ranges {
 };
 
 impl Ranges {
-    /// With this device as default.
     pub(crate) const fn with_device(mut self, device: DeviceNumbers) -> Self {
         self.mass_kg.default = device.mass_kg;
         self.damping_n_s_per_m.default = device.damping_n_s_per_m;
@@ -87,7 +85,6 @@ pub(crate) enum FeltThing {
     Wall(WallNumbers),
 }
 
-/// μ, K and B of a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct WallNumbers {
@@ -143,7 +140,6 @@ impl Ghost {
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct FeelChange {
     pub(super) environment: Option<FeltThing>,
-    /// At a start alone.
     pub(super) device: Option<DeviceNumbers>,
     pub(crate) order: Option<f64>,
     pub(super) stiffness_n_per_m: Option<f64>,
@@ -167,7 +163,6 @@ pub(crate) struct FeelSettings {
     pub(super) scale: f64,
     #[serde(flatten)]
     pub(super) device: DeviceNumbers,
-    /// The ghosts that there are.
     pub(super) ghosts: Vec<Ghost>,
     /// The model of a tissue with more elements, whose memory is felt; `None` for D^μ.
     #[serde(skip)]

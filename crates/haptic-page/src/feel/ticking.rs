@@ -25,20 +25,16 @@ pub(super) enum LoopOrder {
     /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for
     /// since.
     Arm(Box<Law<Felt>>, u64),
-    /// The simulated world stands still, or goes on.
     Pause(bool),
 }
 
-/// What the loop hands over.
 #[derive(Debug)]
 pub(super) enum FromLoop {
-    /// A tick.
     Tick(Ticked),
     /// A law that is not needed any more.
     Spent(Box<Law<Felt>>),
 }
 
-/// A tick in numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ticked {
     pub(super) tick: u64,
@@ -64,7 +60,6 @@ pub(super) struct Ticked {
 /// What others may read at any time, and the wish to stop.
 #[derive(Debug, Default)]
 pub(super) struct LoopCounts {
-    /// Ticks so far.
     pub(super) made: AtomicU64,
     /// Ticks that found the ring full.
     pub(super) lost: AtomicU64,
@@ -74,34 +69,28 @@ pub(super) struct LoopCounts {
     pub(super) paused: AtomicBool,
     /// Stops that were asked for: the force falls to zero, the hand lets go.
     pub(super) stops: AtomicU64,
-    /// A force acts on the device.
     pub(super) acts: AtomicBool,
     /// A stop or fault has ended the work of the loop, until it is armed.
     pub(super) stopped: AtomicBool,
 }
 
-/// Ends of the two rings in the loop.
 pub(super) struct LoopEnds {
     pub(super) orders: Consumer<LoopOrder>,
     pub(super) out: Producer<FromLoop>,
 }
 
-/// The loop's own state beside controller and device.
 struct Looping<'a> {
     ends: LoopEnds,
     counts: &'a LoopCounts,
-    /// The newest positions, tick by tick.
     recent: Box<[f64]>,
     pending: Option<Box<Law<Felt>>>,
     /// Laws that found the ring full on their way out.
     spent: Option<Box<Law<Felt>>>,
-    /// The number of the next tick.
     next: u64,
     paused: bool,
     ending: bool,
     fresh: bool,
     stopping: bool,
-    /// Stops so far.
     stops: u64,
 }
 
@@ -198,7 +187,6 @@ impl Looping<'_> {
         self.stopping = true;
     }
 
-    /// Begins anew, once the force is zero.
     fn arm(&mut self, engaged: &mut Working<'_>, mut ready: Box<Law<Felt>>, stops: u64) {
         let overtaken = self.ending || stops != self.stops;
         if overtaken || !engaged.controller().safety().is_at_rest() {

@@ -8,15 +8,14 @@ use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked, specimen_shape};
 use crate::identify::identified;
 use crate::pyramid::Span;
 use crate::runs::places;
+use axum::extract::ws::Message;
 use haptic_experiment::{Failure, ModelledTissue, Named as _};
 use haptic_loop::Limiters;
 use haptic_tissue::Material;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
-/// The version that is spoken.
 const VERSION: u32 = 1;
-/// Most columns of a view.
 const COLUMNS_MOST: u32 = 8192;
 
 /// Answers a request of a page that may ask it; `id` is its number. What does not take long does not wait.
@@ -127,7 +126,6 @@ fn tissue(material: &Material) -> Result<Value, Failure> {
     }))
 }
 
-/// A span of seconds, s.
 fn span(view: &ViewRequest, made: u64, sample_time_s: f64) -> Result<Span, Failure> {
     let tick = |time_s: Option<f64>, otherwise: u64| match time_s {
         None => Ok(otherwise),
@@ -168,7 +166,7 @@ async fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Resu
         Ok((frame(number, &columns, shown.sample_time_s), channels))
     })
     .await?;
-    page.send(Outgoing::Frame(frame));
+    page.say(Message::binary(frame));
     Ok(json!({"channels": channels}))
 }
 
@@ -181,10 +179,10 @@ fn live(request: u32, view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Valu
     let t = SAMPLE_TIME.0;
     page.send(match view.last_s {
         None => {
-            let pyramid = locked(&hub.kept.pyramid);
+            let pyramid = locked(&hub.place.kept.pyramid);
             let columns = pyramid.columns(span(view, pyramid.made(), t)?);
             drop(pyramid);
-            Outgoing::Frame(frame(request, &columns, t))
+            Outgoing::Message(Message::binary(frame(request, &columns, t)))
         }
         Some(last_s)
             if last_s > 0.0

@@ -27,10 +27,8 @@ const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resour
 
 /// Name and content of each file, sorted by name.
 const ASSETS: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/assets.rs"));
-/// The file of an empty name.
 const INDEX: &str = "index.html";
 
-/// Who may ask: the address of the page.
 #[derive(Clone, Debug)]
 pub(super) struct Door {
     hosts: [String; 2],
@@ -50,13 +48,11 @@ impl Door {
         Self { hosts, token }
     }
 
-    /// True if a browser asked for this server by one of its own names.
     fn knows_host(&self, headers: &HeaderMap) -> bool {
         let is = |host: &str| (self.hosts.iter()).any(|own| own.eq_ignore_ascii_case(host));
         only(headers, HOST).is_some_and(is)
     }
 
-    /// True if the page that asks is one of ours.
     fn knows_origin(&self, headers: &HeaderMap) -> bool {
         let host = only(headers, ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
         host.is_some_and(|host| self.hosts.iter().any(|own| own == host))
@@ -76,7 +72,6 @@ fn same(given: &str, own: &str) -> bool {
     given.len() == own.len() && differ == 0
 }
 
-/// The service.
 pub(super) fn router(door: Door, hub: Arc<Hub>) -> Router {
     Router::new()
         .fallback(answer)
@@ -138,7 +133,6 @@ async fn answer(
     }
 }
 
-/// A file of the page by its name; `None` if there is none.
 fn asset(name: &str, headers: &HeaderMap) -> Option<Response> {
     let name = if name.is_empty() { INDEX } else { name };
     let place = ASSETS.binary_search_by(|(known, _)| (*known).cmp(name));

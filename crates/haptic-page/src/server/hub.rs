@@ -1,19 +1,20 @@
 //! What the sockets share: the loop that is felt, the run that goes on, who holds the controls.
 
-use super::ServerOptions;
 use super::request::RunStart;
 use super::tables::Tables;
 use crate::feel::{
-    Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS, JudgedFeel, Kept,
-    SAMPLE_TIME, locked, pyramid_size,
+    DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS,
+    JudgedFeel, Kept, SAMPLE_TIME, locked, pyramid_size,
 };
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose};
-use haptic_experiment::Failure;
+use haptic_experiment::{Failure, Imperfections, RealtimeOptions};
 use haptic_loop::Limits;
+use haptic_tissue::Library;
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex};
@@ -28,13 +29,33 @@ const AT_ONCE: usize = 16;
 /// Said when there is no place for another.
 pub(super) const BUSY: &str = "sixteen requests are being worked on: wait for an answer";
 
-/// Shared by all sockets.
+/// Options of the server.
+#[derive(Clone, Debug)]
+pub struct ServerOptions {
+    /// The port; 0 for any that is free.
+    pub port: u16,
+    /// Folder of the runs, made when the first is recorded.
+    pub runs: PathBuf,
+    /// What happens to a loop or run when the page that controls it is closed.
+    pub on_close: OnClose,
+    /// For the thread of the loop.
+    pub realtime: RealtimeOptions,
+    /// The tissues that can be felt.
+    pub library: Library,
+    /// The simulated device where a page asks for none.
+    pub device: DeviceNumbers,
+    /// Its friction, delay, lag and sensors, whatever mass and damping a page asks for.
+    pub imperfections: Imperfections,
+    /// Maker of the logs, for their metadata: program, command line.
+    pub provenance: BTreeMap<String, String>,
+}
+
 #[derive(Debug)]
 pub(super) struct Hub {
     pub(super) options: ServerOptions,
-    pub(super) kept: Arc<Kept>,
+    /// Of the loop that is felt, and of the next.
+    pub(super) place: FeelPlace,
     pub(super) runs: Runs,
-    pub(super) announce: Announce,
     pub(super) tables: Tables,
     /// A place for each request that is worked on, of whatever page.
     pub(super) work: Arc<Semaphore>,
@@ -45,21 +66,19 @@ pub(super) struct Hub {
     making: tokio::sync::Mutex<()>,
     wanted: Mutex<Wanted>,
     pages: Mutex<Pages>,
-    next_page: AtomicU64,
     /// Stops that were asked for: one that comes while something is being started wins.
     stops: AtomicU64,
 }
 
-/// Changes that are under way.
 #[derive(Debug, Default)]
 struct Wanted {
     settings: Option<FeelSettings>,
     number: u64,
 }
 
-/// Pages by number.
 #[derive(Debug, Default)]
 struct Pages {
+    newest: u64,
     open: BTreeSet<u64>,
     controls: Option<u64>,
 }
@@ -74,12 +93,18 @@ impl Hub {
         let announce = Announce { pages, terminal };
         let (folder, provenance) = (options.runs.clone(), options.provenance.clone());
         let runs = Runs::new(folder, provenance, options.realtime, announce.clone());
-        Self {
-            announce,
+        let place = FeelPlace {
             kept: Arc::new(Kept {
                 pyramid: Mutex::new(Pyramid::new(pyramid_size())),
                 state: Mutex::default(),
             }),
+            runs: options.runs.clone(),
+            provenance: Arc::new(options.provenance.clone()),
+            announce,
+            realtime: options.realtime,
+        };
+        Self {
+            place,
             runs,
             tables: Tables::default(),
             work: Arc::new(Semaphore::new(AT_ONCE)),
@@ -89,20 +114,20 @@ impl Hub {
             making: tokio::sync::Mutex::new(()),
             wanted: Mutex::default(),
             pages: Mutex::default(),
-            next_page: AtomicU64::new(1),
             stops: AtomicU64::new(0),
         }
     }
 
     /// What is said to all pages from now on.
     pub(super) fn hear(&self) -> broadcast::Receiver<Arc<str>> {
-        self.announce.pages.subscribe()
+        self.place.announce.pages.subscribe()
     }
 
     /// A new page, which gets the controls if nobody has them.
     pub(super) fn enter(&self) -> u64 {
-        let page = self.next_page.fetch_add(1, Ordering::Relaxed);
         let mut pages = locked(&self.pages);
+        pages.newest += 1;
+        let page = pages.newest;
         pages.open.insert(page);
         pages.controls.get_or_insert(page);
         page
@@ -113,11 +138,8 @@ impl Hub {
         let (held, last) = {
             let mut pages = locked(&self.pages);
             pages.open.remove(&page);
-            let held = pages.controls == Some(page);
-            if held {
-                pages.controls = None;
-            }
-            (held, pages.open.is_empty())
+            let held = pages.controls.take_if(|holder| *holder == page);
+            (held.is_some(), pages.open.is_empty())
         };
         if self.options.on_close == OnClose::Continue {
             return;
@@ -134,12 +156,10 @@ impl Hub {
         locked(&self.pages).controls == Some(page)
     }
 
-    /// Number of other pages.
     pub(super) fn watching(&self) -> usize {
         locked(&self.pages).open.len().saturating_sub(1)
     }
 
-    /// Gives the controls to a page.
     pub(super) fn take_controls(&self, page: u64, force: bool) -> Result<(), Failure> {
         let mut pages = locked(&self.pages);
         match pages.controls {
@@ -149,8 +169,8 @@ impl Hub {
             holder => {
                 pages.controls = Some(page);
                 if holder.is_some_and(|holder| holder != page) {
-                    self.announce
-                        .notice("another page has taken the controls".to_owned());
+                    let taken = "another page has taken the controls";
+                    self.place.announce.notice(taken.to_owned());
                 }
                 Ok(())
             }
@@ -161,12 +181,10 @@ impl Hub {
         locked(&self.pages).controls = None;
     }
 
-    /// The loop that is felt.
     pub(super) fn feel(&self) -> Option<Arc<Feel>> {
         locked(&self.feel).clone()
     }
 
-    /// The loop that is felt.
     pub(super) fn felt(&self) -> Result<Arc<Feel>, Failure> {
         self.feel()
             .ok_or_else(|| Failure::bad_input("nothing is felt yet: send `feel.start`"))
@@ -189,13 +207,7 @@ impl Hub {
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();
-        let place = FeelPlace {
-            kept: Arc::clone(&self.kept),
-            runs: self.options.runs.clone(),
-            provenance: Arc::new(self.options.provenance.clone()),
-            announce: self.announce.clone(),
-            realtime: self.options.realtime,
-        };
+        let place = self.place.clone();
         let made = blocking(move || {
             let judged = settings.judged()?;
             if let Some(old) = old {
@@ -210,7 +222,7 @@ impl Hub {
         if self.stops.load(Ordering::Relaxed) != stops {
             self.stop();
         }
-        self.announce.say(&answer);
+        self.place.announce.say(&answer);
         Ok(answer)
     }
 
@@ -240,7 +252,7 @@ impl Hub {
         }
         made?;
         let answer = felt(&feel);
-        self.announce.say(&answer);
+        self.place.announce.say(&answer);
         Ok(answer)
     }
 
@@ -254,7 +266,6 @@ impl Hub {
         }
     }
 
-    /// Starts an experiment.
     pub(super) fn start_run(&self, run: &RunStart) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
         let started = self.runs.start(&run.kind, &run.parameters, run.realtime)?;
@@ -264,7 +275,6 @@ impl Hub {
         Ok(started)
     }
 
-    /// Ends the run that goes on.
     pub(super) async fn end_run(self: &Arc<Self>) {
         let hub = Arc::clone(self);
         // It cannot fail but by a panic, which has told of itself.
@@ -272,16 +282,12 @@ impl Hub {
     }
 }
 
-/// Does what takes time elsewhere.
 pub(super) async fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
 ) -> Result<T, Failure> {
-    match spawn_blocking(work).await {
-        Ok(result) => result,
-        Err(_) => Err(Failure::bad_input(
-            "the server could not finish this: see the terminal",
-        )),
-    }
+    let panicked = "the server could not finish this: see the terminal";
+    let done = spawn_blocking(work).await;
+    done.unwrap_or_else(|_| Err(Failure::bad_input(panicked)))
 }
 
 /// What is felt and its verdict: the same in answers and to all pages.

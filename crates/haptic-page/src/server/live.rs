@@ -6,20 +6,16 @@ use crate::pyramid::{Columns, Span};
 use haptic_loop::Limiters;
 use serde_json::{Value, json};
 
-/// "FHP1".
 const MAGIC: u32 = 0x3150_4846;
 /// Bytes before the numbers.
 const HEADER_BYTES: usize = 40;
 
-/// Frames of a live view in a second, at most.
 pub(super) const FRAMES_PER_S: u32 = 60;
 
-/// A view that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LiveView {
     /// The number of its request, which its frames carry.
     pub(super) request: u32,
-    /// Ticks of it.
     pub(super) last: u64,
     pub(super) columns: u32,
 }
@@ -29,9 +25,7 @@ pub(super) struct LiveView {
 pub(super) struct Shown {
     /// The tick after the last that was in a frame; `None` before the first frame.
     until: Option<u64>,
-    /// Samples that were in a frame.
     pub(super) sent: u64,
-    /// Samples that passed by.
     pub(super) missed: u64,
 }
 
@@ -81,7 +75,6 @@ pub(super) fn frame(request: u32, columns: &Columns, sample_time_s: f64) -> Vec<
     bytes
 }
 
-/// The status as this page is told it.
 pub(super) fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
     let mut status = json!({
         "running": false,
@@ -90,9 +83,9 @@ pub(super) fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
         "stopped": false,
     });
     if let Some(feel) = hub.feel() {
-        let state = locked(&hub.kept.state).clone();
+        let state = locked(&hub.place.kept.state).clone();
         let (made, lost) = feel.counts();
-        let kept = locked(&hub.kept.pyramid).made();
+        let kept = locked(&hub.place.kept.pyramid).made();
         let limiters = (0..8).filter(|bit| state.limiter & (1 << bit) != 0);
         let limiters: Vec<&str> = limiters.map(|bit| Limiters::NAMES[bit]).collect();
         status = json!(state);

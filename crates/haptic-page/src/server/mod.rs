@@ -9,19 +9,16 @@ mod request;
 mod socket;
 mod tables;
 
-use crate::OnClose;
-use crate::feel::DeviceNumbers;
+pub use hub::ServerOptions;
+
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::PORT;
-use haptic_experiment::{Failure, Imperfections, RealtimeOptions};
-use haptic_tissue::Library;
 use http::Door;
 use hub::Hub;
 use rand::TryRng as _;
 use rand::rngs::SysRng;
-use std::collections::BTreeMap;
 use std::future::IntoFuture as _;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -35,29 +32,7 @@ const STOPPED: &str = "the server was stopped";
 const LAST: Duration = Duration::from_millis(700);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
-/// Threads that answer.
 const WORKERS: usize = 2;
-
-/// Options of the server.
-#[derive(Clone, Debug)]
-pub struct ServerOptions {
-    /// The port; 0 for any that is free.
-    pub port: u16,
-    /// Folder of the runs, made when the first is recorded.
-    pub runs: PathBuf,
-    /// What happens to a loop or run when the page that controls it is closed.
-    pub on_close: OnClose,
-    /// For the thread of the loop.
-    pub realtime: RealtimeOptions,
-    /// The tissues that can be felt.
-    pub library: Library,
-    /// The simulated device where a page asks for none.
-    pub device: DeviceNumbers,
-    /// Its friction, delay, lag and sensors, whatever mass and damping a page asks for.
-    pub imperfections: Imperfections,
-    /// Maker of the logs, for their metadata: program, command line.
-    pub provenance: BTreeMap<String, String>,
-}
 
 /// A server at work. Dropped, it stops: force zero first, then the sockets.
 #[derive(Debug)]

@@ -1,6 +1,7 @@
 //! A page as the server knows it: its number, and the way to the task that writes to it.
 
 use super::live::LiveView;
+use axum::extract::ws::Message;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -10,17 +11,13 @@ use tokio::sync::{Notify, mpsc};
 /// Answers that wait for a page to read them.
 pub(super) const QUEUE: usize = 256;
 
-/// What the writer is told.
 #[derive(Debug)]
 pub(super) enum Outgoing {
-    Text(String),
-    Frame(Vec<u8>),
+    Message(Message),
     /// The live view from now on.
     Live(Option<LiveView>),
-    Close(u16, &'static str),
 }
 
-/// The way to the writer.
 #[derive(Clone, Debug)]
 pub(super) struct Page {
     pub(super) number: u64,
@@ -39,7 +36,10 @@ impl Page {
         }
     }
 
-    /// Puts an answer into the queue.
+    pub(super) fn say(&self, message: Message) {
+        self.send(Outgoing::Message(message));
+    }
+
     pub(super) fn answer(&self, id: &Value, result: Result<Value, Failure>) {
         let text = match result {
             Ok(mut value) => {
@@ -51,11 +51,10 @@ impl Page {
             }
             Err(failure) => refusal(id, &failure.to_string()),
         };
-        self.send(Outgoing::Text(text.to_string()));
+        self.say(Message::text(text.to_string()));
     }
 }
 
-/// A refusal, with the number of the request.
 pub(super) fn refusal(id: &Value, error: &str) -> Value {
     json!({"id": id, "ok": false, "error": error})
 }

@@ -6,7 +6,6 @@ use crate::runs::TableRequest;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// What a page asks for.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", deny_unknown_fields)]
 pub(super) enum Request {
@@ -57,10 +56,8 @@ pub(super) enum Request {
     Identify(Box<IdentifyRequest>),
 }
 
-/// The source that is the loop.
 pub(super) const LIVE: &str = "live";
 
-/// A span of a source in columns.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ViewRequest {
@@ -72,7 +69,6 @@ pub(super) struct ViewRequest {
     pub(super) channels: Option<Vec<String>>,
 }
 
-/// An experiment to run.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RunStart {

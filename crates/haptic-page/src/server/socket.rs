@@ -23,7 +23,6 @@ const GARBAGE: u32 = 3;
 const SILENCE: Duration = Duration::from_secs(5);
 /// Time between two signs that are asked for.
 const PING: Duration = Duration::from_secs(1);
-/// Time between two messages of the status.
 const STATUS: Duration = Duration::from_millis(100);
 /// Messages of the status of which one is sent without a loop.
 const IDLE: u32 = 10;
@@ -54,7 +53,8 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
         async move { hub.leave(number).await }
     });
     if let Some((code, reason)) = reason {
-        page.send(Outgoing::Close(code, reason));
+        let reason = Utf8Bytes::from_static(reason);
+        page.say(Message::Close(Some(CloseFrame { code, reason })));
     }
     drop(page);
     let stop_writer = writer.abort_handle();
@@ -104,7 +104,7 @@ async fn read(
             }
             Err((id, error)) => {
                 garbage = if id.is_null() { garbage + 1 } else { 0 };
-                page.send(Outgoing::Text(refusal(&id, &error).to_string()));
+                page.say(Message::text(refusal(&id, &error).to_string()));
                 if garbage == GARBAGE {
                     return Some((POLICY, "three messages in a row were no requests"));
                 }
@@ -156,15 +156,10 @@ async fn write(
             biased;
             outgoing = queue.recv() => match outgoing {
                 None => break,
-                Some(Outgoing::Text(text)) => Message::text(text),
-                Some(Outgoing::Frame(bytes)) => Message::binary(bytes),
+                Some(Outgoing::Message(message)) => message,
                 Some(Outgoing::Live(view)) => {
                     (live, shown) = (view, Shown::default());
                     continue;
-                }
-                Some(Outgoing::Close(code, reason)) => {
-                    let reason = Utf8Bytes::from_static(reason);
-                    Message::Close(Some(CloseFrame { code, reason }))
                 }
             },
             text = said.recv() => match text {
@@ -183,7 +178,7 @@ async fn write(
             _ = pings.tick() => Message::Ping(axum::body::Bytes::new()),
             _ = frames.tick(), if live.is_some() => {
                 let view = live.filter(|_| hub.feel().is_some());
-                match view.and_then(|view| next_frame(&hub.kept, view, &mut shown)) {
+                match view.and_then(|view| next_frame(&hub.place.kept, view, &mut shown)) {
                     Some(frame) => Message::binary(frame),
                     None => continue,
                 }

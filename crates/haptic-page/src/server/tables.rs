@@ -15,12 +15,10 @@ use tokio::task::spawn_blocking;
 
 /// Tables that wait to be fetched; the oldest goes first.
 const WAITING: usize = 64;
-/// Pieces that are read ahead.
 const AHEAD: usize = 4;
 /// Of the addresses.
 const FOLDER: &str = "table/";
 
-/// Tables by number.
 #[derive(Debug, Default)]
 pub(super) struct Tables(Mutex<(u64, VecDeque<(u64, Table)>)>);
 

@@ -1,6 +1,8 @@
 //! What is felt: a tissue, changes of it, stop, a recording.
 
-use crate::{A3, FORCE, SHORT, assert_documented, below, opened, prostate, server, two_with_force};
+use crate::{
+    A3, FORCE, SHORT, assert_documented, below, has, opened, prostate, server, two_with_force,
+};
 use haptic_page::{OnClose, PageServer};
 use serde_json::{Value, json};
 use testkit::browser::Page;
@@ -40,10 +42,7 @@ fn the_verdict_is_of_the_device_that_runs() {
     let mut page = Page::open(late.address());
     let [ideal, late] = [&mut ideal, &mut page]
         .map(|page| page.ask("feel.start", prostate())["feel"]["verdict"].take());
-    assert_eq!(
-        (&late["delay_s"], &late["current_lag_s"]),
-        (&json!(1.5e-3), &json!(0.4e-3))
-    );
+    has(&late, json!({"delay_s": 1.5e-3, "current_lag_s": 0.4e-3}));
     let margin = |verdict: &Value| verdict["margin"].as_f64().expect("an edge");
     assert!(margin(&late) < 0.5 * margin(&ideal), "{late} and {ideal}");
     // With the hand or without, whichever is nearer to the edge.
@@ -56,10 +55,7 @@ fn the_verdict_is_of_the_device_that_runs() {
 fn a_tissue_is_felt_relaxes_and_remembers() {
     let (_runs, server, mut page) = opened();
     let hello = page.ask("hello", json!({"version": 1}));
-    assert_eq!(
-        (&hello["controls"], &hello["feel"]),
-        (&json!(true), &json!(null))
-    );
+    has(&hello, json!({"controls": true, "feel": null}));
     assert_eq!(hello["channels"][FORCE], "force_n");
     let started = page.ask("feel.start", prostate());
     assert_eq!(started["feel"]["verdict"]["stable"], true);
@@ -102,10 +98,7 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
         "{a3} and {now}"
     );
     let status = page.status(|status| status["samples_sent"].as_u64() > Some(3000));
-    assert_eq!(
-        (&status["lost"], &status["fault"], &status["armed"]),
-        (&json!(0), &json!(null), &json!(true))
-    );
+    has(&status, json!({"lost": 0, "fault": null, "armed": true}));
     assert_eq!(status["samples_missed"], 0);
     server.stop();
     assert_eq!(page.closed(), "1001: the server was stopped");
@@ -204,17 +197,16 @@ fn stop_is_always_possible_and_the_force_is_zero() {
     let server = server(runs.path(), OnClose::Stop);
     let (mut page, mut watcher) = two_with_force(server.address());
     // Who only watches may not move anything, but may stop.
-    let refused = watcher.refused("feel.hand", json!({"position_m": 0, "held": true}));
-    assert!(refused.contains("controls.take"), "{refused}");
+    watcher.refuses(
+        "feel.hand",
+        json!({"position_m": 0, "held": true}),
+        "controls.take",
+    );
     // With a force on the device nothing begins anew.
-    let refused = page.refused("arm", json!({}));
-    assert!(refused.contains("`stop` first"), "{refused}");
+    page.refuses("arm", json!({}), "`stop` first");
     watcher.ask("stop", json!({}));
     let stopped = page.status(|status| status["force_n"] == 0.0 && status["stopped"] == true);
-    assert_eq!(
-        (&stopped["armed"], &stopped["running"]),
-        (&json!(false), &json!(true))
-    );
+    has(&stopped, json!({"armed": false, "running": true}));
     // Nothing moves it before it is armed.
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
     let tick = stopped["tick"].as_u64().expect("a tick");
@@ -247,17 +239,11 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
     assert!(samples > 500 && ended["missing"] == 0, "{ended}");
     let list = page.ask("runs.list", json!({}));
     let listed = &list["runs"][0];
-    assert_eq!(
-        (&listed["name"], &listed["kind"]),
-        (&json!("feel-0001/feel"), &json!("feel"))
-    );
+    has(listed, json!({"name": "feel-0001/feel", "kind": "feel"}));
     assert_eq!(listed["samples"], samples);
     let opened = page.ask("runs.open", json!({"name": "feel-0001/feel"}));
     assert_documented("runs.open", &opened);
-    assert_eq!(
-        (&opened["complete"], &opened["missing_samples"]),
-        (&json!(true), &json!(0))
-    );
+    has(&opened, json!({"complete": true, "missing_samples": 0}));
     assert_eq!(opened["events"][0]["text"], "here");
     let view = json!({"source": "feel-0001/feel", "columns": 300, "channels": ["commanded_force_n", "position_m"]});
     let shown = page.ask("view", view.clone());
@@ -274,8 +260,7 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
         ("view", view),
         ("runs.open", json!({"name": "feel-0001/feel"})),
     ] {
-        let refused = page.refused(what, with);
-        assert!(refused.contains("deleted or moved"), "{refused}");
+        page.refuses(what, with, "deleted or moved");
     }
     let outside = page.refused("runs.open", json!({"name": "../../etc/passwd"}));
     assert!(outside.contains("there is no log"), "{outside}");

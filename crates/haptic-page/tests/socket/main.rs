@@ -6,13 +6,12 @@ mod door;
 mod feel;
 mod pages;
 mod questions;
-mod records;
 mod runs;
 
 use haptic_experiment::RealtimeOptions;
 use haptic_page::{OnClose, PageServer, ServerOptions};
 use haptic_tissue::Library;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tempfile::TempDir;
@@ -54,12 +53,12 @@ fn two(address: &str) -> (Page, Page) {
     (page, Page::open(address))
 }
 
-fn prostate() -> serde_json::Value {
+fn prostate() -> Value {
     json!({"environment": {"tissue": "prostate-cancerous"}})
 }
 
 /// True for a number below this one; before the loop runs there is none.
-fn below(value: &serde_json::Value, limit: f64) -> bool {
+fn below(value: &Value, limit: f64) -> bool {
     value.as_f64().is_some_and(|number| number < limit)
 }
 
@@ -72,8 +71,25 @@ fn two_with_force(address: &str) -> (Page, Page) {
     (page, watcher)
 }
 
+/// These are in an answer.
+#[track_caller]
+fn has(answer: &Value, wanted: Value) {
+    for (key, value) in wanted.as_object().expect("an object") {
+        assert_eq!(&answer[key], value, "{key} of {answer}");
+    }
+}
+
+/// Starts a run or question; its last word.
+fn ran(page: &mut Page, kind: &str, parameters: Value) -> Value {
+    let run = json!({"kind": kind, "parameters": parameters});
+    let name = page.ask("runs.start", run)["name"].take();
+    page.wait("run", |run| {
+        run["name"] == name && run["state"] != "running"
+    })
+}
+
 /// Every key of an answer stands in the row of its request in docs/page-protocol.md.
-fn assert_documented(request: &str, answer: &serde_json::Value) {
+fn assert_documented(request: &str, answer: &Value) {
     let protocol = include_str!("../../../../docs/page-protocol.md");
     let row = protocol
         .lines()

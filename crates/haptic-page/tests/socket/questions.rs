@@ -1,45 +1,30 @@
-//! Questions from forms: a Z-width, a design.
+//! Questions from forms: a Z-width, a design; and records that somebody measured.
 
-use crate::{assert_documented, opened};
+use crate::{assert_documented, has, opened, ran};
 use haptic_page::OnClose;
-use serde_json::{Value, json};
+use serde_json::json;
 use testkit::browser::Page;
-
-/// Asks, and the last word.
-fn asked(page: &mut Page, kind: &str, parameters: Value) -> Value {
-    let started = page.ask(
-        "runs.start",
-        json!({"kind": kind, "parameters": parameters}),
-    );
-    let name = started["name"].clone();
-    page.wait("run", |run| {
-        run["name"] == name && run["state"] != "running"
-    })
-}
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_stiffest_walls_of_a_device_are_found_and_kept() {
     let (runs, _server, mut page) = opened();
-    let refused = page.refused(
+    page.refuses(
         "runs.start",
         json!({"kind": "zwidth", "parameters": {"points": 1}}),
+        "[2, 1000]",
     );
-    assert!(refused.contains("[2, 1000]"), "{refused}");
-    let refused = page.refused(
+    page.refuses(
         "runs.start",
         json!({"kind": "zwidth", "realtime": true, "parameters": {}}),
+        "leave `realtime` away",
     );
-    assert!(refused.contains("leave `realtime` away"), "{refused}");
-    let done = asked(
+    let done = ran(
         &mut page,
         "zwidth",
         json!({"orders": [0, 1], "points": 2, "scheme": "muir:3"}),
     );
-    assert_eq!(
-        (&done["state"], &done["samples"]),
-        (&json!("done"), &json!(4))
-    );
+    has(&done, json!({"state": "done", "samples": 4}));
     let opened = page.ask("runs.open", json!({"name": "zwidth-0001/zwidth"}));
     assert_documented("runs.open", &opened);
     assert_eq!(opened["report"], done["report"]);
@@ -64,14 +49,13 @@ fn the_stiffest_walls_of_a_device_are_found_and_kept() {
             &done["verdict"]
         )
     );
-    let refused = other.refused(
+    other.refuses(
         "view",
         json!({"source": "zwidth-0001/zwidth", "columns": 10}),
+        "is an answer, not a log",
     );
-    assert!(refused.contains("is an answer, not a log"), "{refused}");
     std::fs::write(runs.path().join("mine.answer.json"), "[]").expect("written");
-    let refused = other.refused("runs.open", json!({"name": "mine"}));
-    assert!(refused.contains("is no answer"), "{refused}");
+    other.refuses("runs.open", json!({"name": "mine"}), "is no answer");
     let table = std::fs::read_to_string(runs.path().join("zwidth-0001/zwidth.csv"));
     assert_eq!(table.expect("a table").lines().count(), 5);
 }
@@ -87,7 +71,7 @@ fn a_design_proposes_an_experiment_that_runs() {
             "coupler",
         ),
     ] {
-        let done = asked(&mut page, "design", given);
+        let done = ran(&mut page, "design", given);
         assert_eq!(done["state"], "done", "{done}");
         let opened = page.ask(
             "runs.open",
@@ -102,11 +86,8 @@ fn a_design_proposes_an_experiment_that_runs() {
             std::fs::read_to_string(file).ok().as_deref()
         );
         // As the page runs it.
-        let ran = asked(&mut page, kind, experiment["parameters"].clone());
-        assert_eq!(
-            (&ran["state"], &ran["verdict"]),
-            (&json!("done"), &json!("stable"))
-        );
+        let ran = ran(&mut page, kind, experiment["parameters"].clone());
+        has(&ran, json!({"state": "done", "verdict": "stable"}));
     }
 }
 
@@ -121,9 +102,9 @@ fn a_question_is_stopped_and_keeps_what_it_found() {
     page.wait("run", |run| run["samples_done"].as_u64() > Some(0));
     page.ask("runs.stop", json!({}));
     let stopped = page.wait("run", |run| run["state"] != "running");
-    assert_eq!(
-        (&stopped["state"], &stopped["error"]),
-        (&json!("stopped"), &json!("interrupted"))
+    has(
+        &stopped,
+        json!({"state": "stopped", "error": "interrupted"}),
     );
     let opened = page.ask("runs.open", json!({"name": "zwidth-0001/zwidth"}));
     assert_eq!(opened["report"]["ended_early"], "interrupted");
@@ -140,4 +121,33 @@ fn a_question_is_stopped_and_keeps_what_it_found() {
         stopped["state"] == "stopped" || stopped["state"] == "done",
         "{stopped}"
     );
+}
+
+#[test]
+fn a_record_is_identified_and_one_that_is_none_is_refused() {
+    let (_runs, _server, mut page) = opened();
+    // G(t) = 1000·t^(−0.2)/Γ(0.8): a spring-pot.
+    let mut text = "time_s,relaxation_modulus_pa\n".to_owned();
+    for n in 0..60 {
+        let t = 10.0_f64.powf(-1.0 + f64::from(n) / 20.0);
+        text += &format!("{t},{}\n", 1000.0 * t.powf(-0.2) / 1.164_229_713_725_303);
+    }
+    let found = page.ask(
+        "identify",
+        json!({"name": "gel.csv", "text": text, "model": "spring-pot"}),
+    );
+    assert_documented("identify", &found);
+    has(&found, json!({"kind": "relaxation", "best": "spring-pot"}));
+    let order = &found["models"][0]["parameters"][1];
+    assert!(
+        (order["value"].as_f64().expect("a number") - 0.2).abs() < 1e-6,
+        "{order}"
+    );
+    for none in ["", "a,b\n1,2\n", "\u{0}\u{1}\u{2}", "time_s\n1\n2\n"] {
+        let refused = page.refused("identify", json!({"name": "x.csv", "text": none}));
+        assert!(
+            refused.starts_with("x.csv") && !refused.contains('\n'),
+            "{refused}"
+        );
+    }
 }

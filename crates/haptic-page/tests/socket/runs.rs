@@ -1,6 +1,6 @@
 //! Experiments from forms.
 
-use crate::{assert_documented, opened};
+use crate::{assert_documented, has, opened, ran};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_page::OnClose;
 use serde_json::{Value, json};
@@ -12,24 +12,18 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     let (_runs, _server, mut page) = opened();
     let forms = page.ask("runs.forms", json!({}));
     assert_eq!(forms["forms"].as_array().map(Vec::len), Some(8));
-    let refused = page.refused(
+    page.refuses(
         "runs.start",
         json!({"kind": "relax", "parameters": {"strain": 5}}),
+        "above 0 and at most 1",
     );
-    assert!(refused.contains("above 0 and at most 1"), "{refused}");
-    let started = page.ask(
-        "runs.start",
-        json!({"kind": "relax", "parameters": {"duration_s": 3, "tissue": "prostate-healthy"}}),
+    let healthy = json!({"duration_s": 3, "tissue": "prostate-healthy"});
+    let done = ran(&mut page, "relax", healthy);
+    has(
+        &done,
+        json!({"name": "relax-0001/relax", "samples": 3001, "state": "done"}),
     );
-    assert_eq!(
-        (&started["name"], &started["samples"]),
-        (&json!("relax-0001/relax"), &json!(3001))
-    );
-    let done = page.wait("run", |run| run["state"] != "running");
-    assert_eq!(
-        (&done["state"], &done["report"]["samples"]),
-        (&json!("done"), &json!(3001))
-    );
+    assert_eq!(done["report"]["samples"], 3001);
     let opened = page.ask("runs.open", json!({"name": "relax-0001/relax"}));
     assert_eq!(opened["samples"], 3001);
     let curves = &opened["curves"];
@@ -42,8 +36,7 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     let slow = json!({"kind": "wall", "realtime": true, "parameters": {"mass_kg": 0.065, "damping_n_s_per_m": 3.5, "sample_time_s": 0.002,
         "order": 0.5, "stiffness_n_per_m": 300, "dissipation_n_s_mu_per_m": 6, "duration_s": 1000, "window_s": 1}});
     page.ask("runs.start", slow.clone());
-    let refused = page.refused("runs.start", slow);
-    assert!(refused.contains("goes on"), "{refused}");
+    page.refuses("runs.start", slow, "goes on");
     page.wait("run", |run| {
         run["state"] == "running" && run["name"] == "wall-0001/wall"
     });
@@ -122,9 +115,7 @@ fn body(answer: &str) -> String {
 #[test]
 fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     let (runs, server, mut page) = opened();
-    let relax = json!({"kind": "relax", "parameters": {"duration_s": 2}});
-    page.ask("runs.start", relax);
-    page.wait("run", |run| run["state"] == "done");
+    ran(&mut page, "relax", json!({"duration_s": 2}));
     let name = "relax-0001/relax";
     // Two are asked for at once.
     let view = |channel| json!({"source": name, "columns": 8192, "channels": [channel]});
@@ -186,8 +177,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
         ),
         (json!({"name": "../x", "channels": []}), "there is no log"),
     ] {
-        let refused = page.refused("runs.table", wrong);
-        assert!(refused.contains(want), "{refused}");
+        page.refuses("runs.table", wrong, want);
     }
 }
 
@@ -209,32 +199,26 @@ fn only_regular_files_are_opened_for_a_page() {
         } else {
             "relax"
         };
-        let refused = page.refused(
+        page.refuses(
             "runs.start",
             json!({"kind": kind, "parameters": {key: path}}),
+            "no regular file",
         );
-        assert!(refused.contains("no regular file"), "{key}: {refused}");
     }
 }
 
 #[test]
 fn two_hands_over_a_line_are_run_from_a_form_too() {
     let (runs, _server, mut page) = opened();
-    let refused = page.refused(
+    page.refuses(
         "runs.start",
         json!({"kind": "teleoperation", "parameters": {"architecture": "telepathy"}}),
+        "time-domain",
     );
-    assert!(refused.contains("time-domain"), "{refused}");
-    page.ask(
-        "runs.start",
-        json!({"kind": "teleoperation", "parameters": {"architecture": "wave", "line_delay_s": 0.02, "duration_s": 5}}),
-    );
-    let done = page.wait("run", |run| run["state"] != "running");
+    let wave = json!({"architecture": "wave", "line_delay_s": 0.02, "duration_s": 5});
+    let done = ran(&mut page, "teleoperation", wave);
     assert_eq!(done["state"], "done", "{done}");
-    let opened = page.ask(
-        "runs.open",
-        json!({"name": "teleoperation-0001/teleoperation"}),
-    );
+    let opened = page.ask("runs.open", json!({"name": done["name"]}));
     assert_eq!(opened["samples"], done["report"]["samples"]);
     let curves = &opened["curves"];
     let count = |key: &str| curves[key].as_array().map(Vec::len);
@@ -267,8 +251,11 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
     let mut inside = disc();
     inside["circle_radius_m"] = json!(0.01);
     inside["circle_start_radius_m"] = json!(0.01);
-    let refused = page.refused("runs.start", json!({"kind": "touch", "parameters": inside}));
-    assert!(refused.contains("deep in the shape"), "{refused}");
+    page.refuses(
+        "runs.start",
+        json!({"kind": "touch", "parameters": inside}),
+        "deep in the shape",
+    );
     // By the clock: it is looked at while it goes.
     let mut slow = disc();
     slow["duration_s"] = json!(900);
@@ -278,17 +265,14 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
     );
     page.wait("run", |run| run["samples_done"].as_u64() > Some(20));
     let name = json!({"name": "touch-0001/touch"});
-    let early = page.refused(
+    page.refuses(
         "runs.table",
         json!({"name": "touch-0001/touch", "channels": []}),
+        "goes on",
     );
-    assert!(early.contains("goes on"), "{early}");
     let going = page.ask("runs.open", name.clone());
     assert_documented("runs.open", &going);
-    assert_eq!(
-        (&going["axes"], &going["running"]),
-        (&json!(2), &json!(true))
-    );
+    has(&going, json!({"axes": 2, "running": true}));
     assert_eq!(going["metadata"]["experiment"]["radius_m"], "0.02");
     let seen = json!({"source": "touch-0001/touch", "columns": 50, "channels": ["position_x_m", "commanded_force_norm_n"]});
     let shown = page.ask("view", seen);
@@ -308,32 +292,23 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
 fn a_touch_that_was_run_to_its_end_is_opened_axis_by_axis() {
     let (_runs, _server, mut page) = opened();
     // To its end, in virtual time.
-    let form = json!({"kind": "touch", "parameters": disc()});
-    page.ask("runs.start", form);
-    let done = page.wait("run", |run| run["state"] != "running");
+    let done = ran(&mut page, "touch", disc());
     assert_eq!(done["state"], "done", "{done}");
     let opened = page.ask("runs.open", json!({"name": "touch-0001/touch"}));
     assert_documented("runs.open", &opened);
-    let names: Vec<&str> = opened["channels"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .filter_map(Value::as_str)
-        .collect();
-    for channel in [
-        "position_x_m",
-        "commanded_force_y_n",
-        "reference_x_m",
-        "commanded_force_norm_n",
-    ] {
-        assert!(names.contains(&channel), "{channel} in {names:?}");
-    }
-    assert_eq!(
-        (&opened["axes"], &opened["samples"]),
-        (&json!(2), &done["report"]["samples"])
+    has(
+        &opened,
+        json!({"axes": 2, "samples": done["report"]["samples"]}),
     );
-    let view = json!({"source": "touch-0001/touch", "columns": 6000,
-        "channels": ["commanded_force_x_n", "commanded_force_y_n", "commanded_force_norm_n", "position_x_m", "position_y_m"]});
+    let channels = json!([
+        "commanded_force_x_n",
+        "commanded_force_y_n",
+        "commanded_force_norm_n",
+        "position_x_m",
+        "position_y_m"
+    ]);
+    assert!(opened["channels"].to_string().contains("reference_x_m"));
+    let view = json!({"source": "touch-0001/touch", "columns": 6000, "channels": channels});
     let shown = page.ask("view", view);
     let frame = page.frame(|frame| json!(frame.request) == shown["id"]);
     // A column a sample: the norm is that of the components, and the force pushes out of the disc.
@@ -348,10 +323,7 @@ fn a_touch_that_was_run_to_its_end_is_opened_axis_by_axis() {
         pushed += usize::from(norm > 0.1 && fx * x + fy * y > 0.0);
     }
     assert!(pushed > 3000, "{pushed}");
-    let listed = page.ask("runs.list", json!({}))["runs"].clone();
-    let of = |name: &str| {
-        let runs = listed.as_array().expect("a list");
-        runs.iter().find(|run| run["name"] == name).expect("listed")["verdict"].clone()
-    };
-    assert_eq!(of("touch-0001/touch"), done["verdict"]);
+    let listed = page.ask("runs.list", json!({}));
+    let wanted = json!({"name": "touch-0001/touch", "verdict": done["verdict"]});
+    has(&listed["runs"][0], wanted);
 }

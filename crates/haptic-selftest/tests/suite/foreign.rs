@@ -14,24 +14,24 @@ use haptic_selftest::{EmergencyStop, Promise, SelfTest, SelfTestReport};
 use std::sync::{Arc, Mutex};
 
 /// An emulated device that outlives its connections, and the time that it lives in.
-struct Emulated<D> {
-    device: Arc<Mutex<D>>,
-    time: DeviceTime,
+pub(crate) struct Emulated<D> {
+    pub(crate) device: Arc<Mutex<D>>,
+    pub(crate) time: DeviceTime,
 }
 
 impl<D: AtLine> Emulated<D> {
-    fn new(device: D) -> Self {
+    pub(crate) fn new(device: D) -> Self {
         Self {
             device: Arc::new(Mutex::new(device)),
             time: DeviceTime::default(),
         }
     }
 
-    fn line(&self) -> NearLine<D> {
+    pub(crate) fn line(&self) -> NearLine<D> {
         NearLine::new(Arc::clone(&self.device), self.time.clone())
     }
 
-    fn link(&self, hardware: impl ServedHardware, name: &str) -> SerialLink {
+    pub(crate) fn link(&self, hardware: impl ServedHardware, name: &str) -> SerialLink {
         let served = Served::in_its_own_time(hardware, self.time.clone()).expect("serves");
         SerialLink::to_served(served, name).expect("answers")
     }
@@ -41,13 +41,15 @@ impl<D: AtLine> Emulated<D> {
     }
 }
 
+/// Devices of other makers have no emergency stop.
+pub(crate) const WITHOUT_STOP: SelfTest = SelfTest {
+    emergency_stop: EmergencyStop::Absent,
+    ..SelfTest::DEFAULT
+};
+
 /// The report of a device that keeps all its promises; it has no emergency stop.
 fn kept(connect: &dyn Fn() -> Result<SerialLink, Failure>) -> SelfTestReport {
-    let test = SelfTest {
-        emergency_stop: EmergencyStop::Absent,
-        ..SelfTest::DEFAULT
-    };
-    let report = tested(connect, test, &|_| {});
+    let report = tested(connect, WITHOUT_STOP, &|_| {});
     let verdicts: Vec<_> = (report.checks.iter())
         .map(|check| (check.check, check.ok))
         .collect();

@@ -1,13 +1,14 @@
 //! The self-test of a servo whose host stands still in the middle of a trial, or whose adapter goes away. In virtual time: what
 //! stands still here is the device's time, not this machine's.
 
+use crate::foreign::{Emulated, WITHOUT_STOP};
 use crate::tested;
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_emulator::NearLine;
 use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_experiment::Failure;
-use haptic_remote::serial::{DeviceTime, Line, SerialLink, Served};
-use haptic_selftest::{EmergencyStop, Promise, SelfTest, SelfTestReport};
+use haptic_remote::serial::{DeviceTime, Line};
+use haptic_selftest::{Promise, SelfTestReport};
 use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -102,28 +103,22 @@ impl Line for Troubled {
 
 fn tested_with(mishap: Mishap, times: u32) -> SelfTestReport {
     let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
-    let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
-    let (time, left) = (DeviceTime::default(), Arc::new(AtomicU32::new(times)));
+    let emulated = Emulated::new(EmulatedAdapter::new(servo));
+    let left = Arc::new(AtomicU32::new(times));
     let connect = || {
         let line = Troubled {
-            line: NearLine::new(Arc::clone(&adapter), time.clone()),
-            adapter: Arc::clone(&adapter),
-            time: time.clone(),
+            line: emulated.line(),
+            adapter: Arc::clone(&emulated.device),
+            time: emulated.time.clone(),
             mishap,
             left: Arc::clone(&left),
             driven: 0,
             gone: false,
         };
         let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true);
-        let axis = axis.map_err(Failure::input)?;
-        let served = Served::in_its_own_time(axis, time.clone()).expect("serves");
-        Ok(SerialLink::to_served(served, "moteus:emulated").expect("answers"))
+        Ok(emulated.link(axis.map_err(Failure::input)?, "moteus:emulated"))
     };
-    let test = SelfTest {
-        emergency_stop: EmergencyStop::Absent,
-        ..SelfTest::DEFAULT
-    };
-    tested(&connect, test, &|_| {})
+    tested(&connect, WITHOUT_STOP, &|_| {})
 }
 
 /// Rows that were judged, each with its verdict; and those that this machine was too late for.

@@ -33,8 +33,60 @@ fn tested(
 /// Functions with their names.
 macro_rules! named {
     ($($case:path),* $(,)?) => {
-        [$((stringify!($case), $case as fn())),*]
+        [$((stringify!($case), Box::new($case) as Box<dyn FnOnce() + Send>)),*]
     };
+}
+
+/// A flaw, the promises that a board with it breaks, if it breaks no others, and words in the row of the first.
+const FLAWS: [(Flaw, &[Promise], bool, &str); 6] = [
+    (
+        // Without a fault there is nothing to record either.
+        Flaw::DeafWatchdog,
+        &[Promise::Watchdog, Promise::FlightRecorder],
+        true,
+        "no fault",
+    ),
+    (
+        Flaw::StrongForce,
+        &[Promise::ForceLimit],
+        false,
+        "at most 0.2",
+    ),
+    (
+        Flaw::ForceAtRest,
+        &[Promise::Arm, Promise::Reconnect],
+        false,
+        "0.05 N",
+    ),
+    (
+        Flaw::ForceStays,
+        &[Promise::Stop, Promise::FiniteCheck, Promise::Watchdog],
+        false,
+        "",
+    ),
+    (Flaw::NoRecorder, &[Promise::FlightRecorder], true, ""),
+    (
+        Flaw::KeepsSettings,
+        &[Promise::Reconnect],
+        true,
+        "settings are not those",
+    ),
+];
+
+fn a_flaw_is_seen((flaw, promises, no_others, words): (Flaw, &[Promise], bool, &str)) {
+    let (wrong, report) = broken(flaw);
+    for promise in promises {
+        assert!(wrong.contains(promise), "{promise}: {report:#?}");
+    }
+    assert!(
+        !report.holds && (!no_others || wrong == promises),
+        "{report:#?}"
+    );
+    let mut rows = report.checks.iter();
+    let row = rows
+        .find(|check| check.check == promises[0])
+        .expect("a row");
+    assert!(row.seen.contains(words), "{row:?}");
 }
 
 #[test]
@@ -42,12 +94,6 @@ macro_rules! named {
 fn what_each_device_keeps_and_breaks_is_seen() {
     let cases = named![
         a_good_device_keeps_every_promise_and_is_left_as_it_was,
-        a_watchdog_that_does_not_let_go_is_seen,
-        a_limit_that_is_not_kept_is_seen,
-        a_force_before_it_is_armed_is_seen,
-        a_force_that_stays_after_a_fault_or_stop_is_seen,
-        a_recorder_that_keeps_nothing_is_seen,
-        settings_that_a_connection_leaves_behind_are_seen,
         an_emergency_stop_is_pressed_and_released_by_somebody,
         a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more,
         an_emergency_stop_during_another_check_ends_the_test,
@@ -60,7 +106,12 @@ fn what_each_device_keeps_and_breaks_is_seen() {
         late::an_adapter_that_goes_away_is_a_link_that_is_lost,
         late::a_silence_of_a_device_that_answers_again_is_tried_again,
     ];
-    at_once(cases);
+    let cases = cases.map(|(name, case)| (name.to_owned(), case));
+    let flaws = FLAWS.map(|flaw| {
+        let case: Box<dyn FnOnce() + Send> = Box::new(move || a_flaw_is_seen(flaw));
+        (format!("{:?}", flaw.0), case)
+    });
+    at_once(cases.into_iter().chain(flaws));
 }
 
 /// The promises that a board with this flaw breaks.
@@ -81,52 +132,6 @@ fn a_good_device_keeps_every_promise_and_is_left_as_it_was() {
     let last = report.checks.last().expect("a row");
     assert_eq!((last.ok, last.seen.as_str()), (None, "not there"));
     assert!((report.force_limit_n - 0.1).abs() < 1e-6);
-}
-
-fn a_watchdog_that_does_not_let_go_is_seen() {
-    let (wrong, report) = broken(Flaw::DeafWatchdog);
-    // Without a fault there is nothing to record either.
-    assert_eq!(
-        wrong,
-        [Promise::Watchdog, Promise::FlightRecorder],
-        "{report:#?}"
-    );
-    assert_eq!(report.checks[4].seen, "no fault");
-}
-
-fn a_limit_that_is_not_kept_is_seen() {
-    let (wrong, report) = broken(Flaw::StrongForce);
-    assert!(wrong.contains(&Promise::ForceLimit), "{report:#?}");
-    assert!(
-        report.checks[1].seen.starts_with("at most 0.2"),
-        "{report:#?}"
-    );
-    assert!(!report.holds);
-}
-
-fn a_force_before_it_is_armed_is_seen() {
-    let (wrong, report) = broken(Flaw::ForceAtRest);
-    assert!(wrong.contains(&Promise::Arm), "{report:#?}");
-    assert!(wrong.contains(&Promise::Reconnect), "{report:#?}");
-}
-
-fn a_force_that_stays_after_a_fault_or_stop_is_seen() {
-    let (wrong, report) = broken(Flaw::ForceStays);
-    for promise in [Promise::Stop, Promise::FiniteCheck, Promise::Watchdog] {
-        assert!(wrong.contains(&promise), "{promise}: {report:#?}");
-    }
-}
-
-fn a_recorder_that_keeps_nothing_is_seen() {
-    let (wrong, report) = broken(Flaw::NoRecorder);
-    assert_eq!(wrong, [Promise::FlightRecorder], "{report:#?}");
-}
-
-fn settings_that_a_connection_leaves_behind_are_seen() {
-    let (wrong, report) = broken(Flaw::KeepsSettings);
-    assert_eq!(wrong, [Promise::Reconnect], "{report:#?}");
-    let seen = &report.checks[6].seen;
-    assert!(seen.contains("settings are not those"), "{seen}");
 }
 
 fn an_emergency_stop_is_pressed_and_released_by_somebody() {
@@ -219,29 +224,17 @@ fn a_limit_of_the_device_breaks_no_promise() {
 
 #[test]
 fn a_number_outside_its_range_is_refused_before_anything_is_asked() {
-    for (test, words) in [
-        (
-            SelfTest {
-                force_limit_n: 5.0,
-                ..SelfTest::DEFAULT
-            },
-            "force_limit_n",
-        ),
-        (
-            SelfTest {
-                force_limit_n: f64::NAN,
-                ..SelfTest::DEFAULT
-            },
-            "NaN",
-        ),
-        (
-            SelfTest {
-                watchdog_ms: 1,
-                ..SelfTest::DEFAULT
-            },
-            "watchdog_s",
-        ),
+    let test = SelfTest::DEFAULT;
+    for (force_limit_n, watchdog_ms, words) in [
+        (5.0, test.watchdog_ms, "force_limit_n"),
+        (f64::NAN, test.watchdog_ms, "NaN"),
+        (test.force_limit_n, 1, "watchdog_s"),
     ] {
+        let test = SelfTest {
+            force_limit_n,
+            watchdog_ms,
+            ..test
+        };
         let stop = AtomicBool::new(false);
         let refused = test.run(Attendant {
             connect: &|| panic!("not asked"),

@@ -1,0 +1,43 @@
+//! Questions: the Z-width of a device, and the best wall for it.
+
+use super::{document, failed};
+use crate::conducted::{Interrupted, conduct, heard};
+use crate::json::read_json;
+use crate::refused::OrRefused as _;
+use haptic_experiment::question::Question;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::time::Duration;
+
+/// The answer to the question of this document, as the command prints it.
+#[pyfunction]
+pub(crate) fn answer<'py>(
+    kind: &str,
+    parameters: &Bound<'py, PyDict>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = parameters.py();
+    let document = document(kind, parameters)?;
+    let read = move |_: &_| Question::open(&document).or_refused();
+    let question = heard(py, Duration::MAX, read)?;
+    // A device is brought to rest; what is simulated has nothing to lose.
+    let interrupted = match &question {
+        Question::ZWidth(zwidth) if zwidth.remote.is_some() => Interrupted::Awaited,
+        _ => Interrupted::Forgotten,
+    };
+    let report =
+        conduct(py, progress, interrupted, move |conduct| {
+            let (stop, add) = (conduct.stop(), |steps| conduct.add(steps));
+            let report =
+                match &question {
+                    Question::ZWidth(zwidth) => (zwidth.run(&add, stop, &|_| ()))
+                        .map(|report| serde_json::to_string(&report)),
+                    Question::Design(design) => (design.answer(stop, &add))
+                        .map(|report| serde_json::to_string(&report)),
+                    Question::Coupler(design) => (design.answer(stop, &add))
+                        .map(|report| serde_json::to_string(&report)),
+                };
+            report.map_err(|failure| failed(&failure))?.or_refused()
+        })?;
+    read_json(py, &report)
+}
