@@ -1,22 +1,12 @@
 //! A column of numbers out of a CSV file that nobody has checked.
 
-use csv::{Reader, StringRecord};
+use csv::StringRecord;
 use haptic_experiment::Failure;
 use haptic_experiment::document::{Rows, short};
 use std::io::Read;
 
 /// All samples are in memory, input and output.
 const SAMPLES_MOST: usize = 100_000_000;
-
-/// A column that was found in a header.
-struct Column<'a> {
-    /// Of the source, for messages.
-    source: &'a str,
-    name: &'a str,
-    place: usize,
-    /// Cells of the header.
-    width: usize,
-}
 
 /// The numbers of a column, at least one; `source_name` is for messages.
 ///
@@ -37,13 +27,32 @@ pub fn read_named(
     remedy: &str,
 ) -> Result<Vec<f64>, Failure> {
     let bad = |text: String| Failure::bad_input(format_args!("{source_name}: {text}"));
+    let shown = short(wanted);
     let (rows, length) = Rows::new(source);
     let mut table = csv::ReaderBuilder::new()
         .flexible(true)
         .trim(csv::Trim::All)
         .from_reader(rows);
     let header = table.headers().map_err(|error| bad(error.to_string()))?;
-    let column = Column::find(header, source_name, wanted, remedy)?;
+    if header.is_empty() {
+        return Err(bad(format!(
+            "the input is empty; give a header with a column {shown} and a number in each row"
+        )));
+    }
+    let width = header.len();
+    let mut places = (0..width).filter(|&place| &header[place] == wanted);
+    let place = places.next().ok_or_else(|| {
+        let names: Vec<&str> = header.iter().collect();
+        bad(format!(
+            "line 1: no column {shown} in the header {:?}; {remedy}",
+            short(&names.join(","))
+        ))
+    })?;
+    if places.next().is_some() {
+        return Err(bad(format!(
+            "line 1: more than one column is named {shown}; rename all but the one to take"
+        )));
+    }
     let mut x = Vec::new();
     let mut row = StringRecord::new();
     while table
@@ -56,57 +65,8 @@ pub fn read_named(
                 "more than {SAMPLES_MOST} rows below the header; cut the input into pieces"
             )));
         }
-        x.push(column.value(&row, &table)?);
-    }
-    if x.is_empty() {
-        return Err(bad(
-            "no rows below the header; there is nothing to do".to_owned()
-        ));
-    }
-    Ok(x)
-}
-
-impl<'a> Column<'a> {
-    fn find(
-        header: &StringRecord,
-        source: &'a str,
-        name: &'a str,
-        remedy: &str,
-    ) -> Result<Self, Failure> {
-        let shown = short(name);
-        let bad = |text: String| Failure::bad_input(format_args!("{source}: {text}"));
-        if header.is_empty() {
-            return Err(bad(format!(
-                "the input is empty; give a header with a column {shown} and a number in each row"
-            )));
-        }
-        let mut places = (0..header.len()).filter(|&place| &header[place] == name);
-        let place = places.next().ok_or_else(|| {
-            let names: Vec<&str> = header.iter().collect();
-            bad(format!(
-                "line 1: no column {shown} in the header {:?}; {remedy}",
-                short(&names.join(","))
-            ))
-        })?;
-        if places.next().is_some() {
-            return Err(bad(format!(
-                "line 1: more than one column is named {shown}; rename all but the one to take"
-            )));
-        }
-        Ok(Self {
-            source,
-            name,
-            place,
-            width: header.len(),
-        })
-    }
-
-    /// The number in a row; `table` has just read it.
-    fn value<R: Read>(&self, row: &StringRecord, table: &Reader<R>) -> Result<f64, Failure> {
-        let (shown, width) = (short(self.name), self.width);
         let line = row.position().map_or(0, csv::Position::line);
-        let bad =
-            |text: String| Failure::bad_input(format_args!("{}: line {line}: {text}", self.source));
+        let bad = |text: String| bad(format!("line {line}: {text}"));
         // The reader skips empty lines before a row; a row's own lines are one and those in its cells.
         let breaks: usize = row.iter().map(|cell| cell.matches('\n').count()).sum();
         let skipped = table.position().line() > line + 1 + breaks as u64;
@@ -116,18 +76,24 @@ impl<'a> Column<'a> {
                 row.len()
             )));
         }
-        let cell = row.get(self.place).unwrap_or("");
+        let cell = row.get(place).unwrap_or("");
         if cell.is_empty() || skipped {
             return Err(bad(format!(
                 "no value in column {shown}; give a number in every row"
             )));
         }
         let value: Option<f64> = cell.parse().ok();
-        value.filter(|value| value.is_finite()).ok_or_else(|| {
+        x.push(value.filter(|value| value.is_finite()).ok_or_else(|| {
             bad(format!(
                 "{:?} in column {shown} is not a finite number",
                 short(cell)
             ))
-        })
+        })?);
     }
+    if x.is_empty() {
+        return Err(bad(
+            "no rows below the header; there is nothing to do".to_owned()
+        ));
+    }
+    Ok(x)
 }

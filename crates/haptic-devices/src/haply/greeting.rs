@@ -2,10 +2,8 @@
 
 use super::hardware::Haply2Diy;
 use super::kinematics::Posture;
-use super::model::Model;
-use super::name::{HaplyName, Home};
-use super::plausible::{Trouble, judged};
-use super::protocol::{ANSWER_BYTES, configuration, resynchronise, torques};
+use super::model::{HaplyName, Home, Model};
+use super::protocol::{ANSWER_BYTES, Trouble, configuration, judged, resynchronise, torques};
 use haptic_remote::serial::{Line, SerialError};
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};

@@ -14,10 +14,9 @@ mod going;
 mod list;
 mod opened;
 mod question;
-mod table;
 
 pub(crate) use channels::places;
-pub(crate) use table::{Table, TableRequest};
+pub(crate) use opened::{Table, TableRequest};
 
 use crate::Announce;
 use crate::feel::locked;
