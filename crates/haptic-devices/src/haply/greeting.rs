@@ -77,9 +77,6 @@ impl HaplyName {
     }
 
     /// The same with both axes.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open); a name that chooses a line.
     pub(crate) fn open_both(&self) -> Result<Haply2Diy<Box<dyn Line>, 2>, HaplyOpenError> {
         if self.chooses_line() {
             return Err(HaplyOpenError::Line);

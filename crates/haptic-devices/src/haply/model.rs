@@ -111,7 +111,6 @@ const fn joint(port: u8, direction: Direction, home_deg: f32, counts_per_turn: f
 
 impl Joint {
     /// Counts of the encoder when the handle is at home: whole, cut off as the board does.
-    #[must_use]
     pub(crate) fn home_counts(&self) -> f32 {
         counts_at(self.home_deg, self.counts_per_turn)
     }
@@ -141,7 +140,6 @@ impl Model {
     }
 
     /// Indices of the joints in the order of their ports, which is that of every list on the wire.
-    #[must_use]
     pub(crate) const fn by_port(&self) -> [usize; 2] {
         if self.joints[0].port < self.joints[1].port {
             [0, 1]
@@ -271,7 +269,6 @@ impl HaplyName {
 
 impl HaplyName {
     /// True if it chooses a line of the plane, which an experiment with both axes has no use for.
-    #[must_use]
     pub(crate) fn chooses_line(&self) -> bool {
         let default = Axis::default();
         self.axis != default || (self.zero_m - default.zero_m()).abs() > 0.0

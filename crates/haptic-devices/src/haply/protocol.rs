@@ -41,7 +41,6 @@ pub const fn reset() -> [u8; 2] {
 
 /// Bytes after which the board begins a new frame for certain, whatever it had of the last: zeros that fill up a frame, as torques
 /// and numbers of nothing, and reset the board; then a type that it skips, or takes for the number of the last reset.
-#[must_use]
 pub(crate) const fn resynchronise() -> [u8; ZEROS + 1] {
     let mut bytes = [0; ZEROS + 1];
     bytes[ZEROS] = SKIPPED;
@@ -216,9 +215,6 @@ impl Trouble {
 /// Angles in rad and the posture of an answer.
 ///
 /// `before` is the last posture that was believed, and the time since then, s.
-///
-/// # Errors
-/// The first thing in it that cannot be true.
 pub(super) fn judged(
     model: &Model,
     bytes: [u8; ANSWER_BYTES],

@@ -46,9 +46,6 @@ pub(super) fn pyramid(channels: &Channels, samples: u64) -> Pyramid {
 }
 
 /// Puts a tick where its number says; missing ones are no numbers.
-///
-/// # Errors
-/// More missing ticks than can be drawn.
 pub(super) fn push(
     pyramid: &mut Pyramid,
     channels: &Channels,
@@ -72,9 +69,6 @@ pub(super) fn push(
 
 impl Opened {
     /// Reads a log.
-    ///
-    /// # Errors
-    /// One that cannot be read, or holds no sample.
     pub(super) fn read(name: &str, path: &Path, seen: Seen) -> Result<Self, Failure> {
         let summary = inspect(path)?;
         let (Some(first_s), Some(last_s)) = (summary.first_s, summary.last_s) else {
@@ -181,8 +175,6 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// # Errors
-    /// A channel that the log has not, a span without an end before its beginning.
     pub(super) fn new(
         log: PathBuf,
         channels: Channels,
@@ -207,9 +199,6 @@ impl Table {
 
     /// Reads the log and gives the table in pieces, until it is at an end or a piece is not taken. Every number has all of its
     /// digits.
-    ///
-    /// # Errors
-    /// A log that cannot be read any more.
     pub(crate) fn pieces(&self, mut take: impl FnMut(Vec<u8>) -> bool) -> Result<(), Failure> {
         let mut piece = self.header.clone();
         let mut numbers = Vec::new();

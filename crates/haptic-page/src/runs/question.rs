@@ -19,9 +19,6 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A form, to be answered in the next free folder of the runs.
-///
-/// # Errors
-/// What the reader of questions refuses, and a serial device; no free folder.
 pub(super) fn work(
     (kind, parameters): (&str, &Map<String, Value>),
     runs: &Path,
