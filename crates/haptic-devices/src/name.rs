@@ -72,9 +72,6 @@ pub enum NameError {
 
 impl<'a> Settings<'a> {
     /// Reads what stands behind `KIND:`.
-    ///
-    /// # Errors
-    /// No path, a setting that is no `key=value`, a key that is not in `keys` or is there twice.
     pub(crate) fn parse(
         kind: &'static str,
         text: &'a str,
@@ -112,9 +109,6 @@ impl<'a> Settings<'a> {
     }
 
     /// The value of a key, by its name among these; `default` if it is not given.
-    ///
-    /// # Errors
-    /// Another name.
     pub(crate) fn choice<T: Copy>(
         &self,
         key: &'static str,
@@ -136,9 +130,6 @@ impl<'a> Settings<'a> {
     }
 
     /// A length in m, given as `20mm`, `0.02m` or `0.02`; `default` if it is not given.
-    ///
-    /// # Errors
-    /// No length in the range.
     pub(crate) fn metres(
         &self,
         key: &'static str,

@@ -110,9 +110,6 @@ impl FaultyLine {
     }
 
     /// Quiet lines to a device and to its host, with the same faults at other times.
-    ///
-    /// # Errors
-    /// As [`LineFaults::check`].
     pub(crate) fn both_ways(faults: LineFaults, seed: u64) -> Result<[Self; 2], ParameterError> {
         Ok([
             Self::new(faults, seed)?,

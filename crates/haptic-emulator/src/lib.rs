@@ -7,8 +7,6 @@ pub mod board;
 mod faulty_line;
 pub mod haply;
 pub mod moteus;
-mod near_line;
 
-pub use at_line::{AtLine, Damage, emulate};
+pub use at_line::{AtLine, Damage, NearLine, emulate};
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
-pub use near_line::NearLine;

@@ -28,8 +28,6 @@ struct Letter {
 }
 
 impl Lettering {
-    /// # Errors
-    /// If the bundled font cannot be read, which would be a defect of this crate.
     pub(crate) fn new() -> Result<Self, FigureError> {
         let face = Face::parse(FONT, 0).map_err(|error| FigureError::Render(error.to_string()))?;
         Ok(Self(face))

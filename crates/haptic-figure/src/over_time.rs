@@ -191,20 +191,12 @@ impl TheoryFigure<'_> {
         if let Some(held) = &self.held {
             rows.push(held.row()?);
         }
-        let page = Page {
-            title: self.title.to_owned(),
-            subtitle: self.conditions.subtitle(),
-            legend: vec![
-                LegendEntry::new(&run, Form::Line(RUN)),
-                LegendEntry::new("closed form", Form::Line(THEORY)),
-                LegendEntry::new("relative error", Form::Line(DIFFERENCE)),
-            ],
-            sizes: LARGE,
-            x_label: String::new(),
-            y_label: String::new(),
-            rows,
-        };
-        page.draw()
+        let legend = [
+            (run.as_str(), RUN),
+            ("closed form", THEORY),
+            ("relative error", DIFFERENCE),
+        ];
+        draw(self.title, &self.conditions.subtitle(), &legend, rows)
     }
 
     /// The run over its closed form; a panel that has nothing to show on logarithmic axes says so.
@@ -275,8 +267,28 @@ pub(crate) fn check_lengths(
     }
 }
 
-/// A line through these points; one without any is none.
-pub(crate) fn line(points: Points, stroke: Stroke) -> Curve {
+/// A page of lines, each with its own labels.
+fn draw(
+    title: &str,
+    subtitle: &str,
+    legend: &[(&str, Stroke)],
+    rows: Vec<Row>,
+) -> Result<Picture, FigureError> {
+    let entry = |(name, stroke): &(&str, Stroke)| LegendEntry::new(name, Form::Line(*stroke));
+    let page = Page {
+        title: title.to_owned(),
+        subtitle: subtitle.to_owned(),
+        legend: legend.iter().map(entry).collect(),
+        sizes: LARGE,
+        x_label: String::new(),
+        y_label: String::new(),
+        rows,
+    };
+    page.draw()
+}
+
+/// A line through these points.
+fn line(points: Points, stroke: Stroke) -> Curve {
     Curve {
         pieces: vec![points],
         form: Form::Line(stroke),
@@ -285,21 +297,21 @@ pub(crate) fn line(points: Points, stroke: Stroke) -> Curve {
 
 /// A panel over time around its curves, with both axes of one scale.
 #[derive(Clone, Debug)]
-pub(crate) struct TimePanel {
-    pub(crate) name: char,
-    pub(crate) caption: String,
-    pub(crate) scale: Scale,
+struct TimePanel {
+    name: char,
+    caption: String,
+    scale: Scale,
     /// Of the vertical axis, with the unit.
-    pub(crate) label: &'static str,
-    pub(crate) curves: Vec<Curve>,
+    label: &'static str,
+    curves: Vec<Curve>,
     /// The vertical axis begins no lower.
-    pub(crate) floor: Option<f64>,
+    floor: Option<f64>,
     /// Said when there is no curve.
-    pub(crate) note: &'static str,
+    note: &'static str,
 }
 
 impl TimePanel {
-    pub(crate) fn panel(self) -> Panel {
+    fn panel(self) -> Panel {
         let points: Points = self.curves.iter().flat_map(Curve::points).collect();
         let empty = points.is_empty();
         let (x, y) = if empty {
@@ -407,25 +419,18 @@ impl MotionFigure<'_> {
                 samples: self.time_s.len(),
             });
         }
-        let page = Page {
-            title: self.title.to_owned(),
-            subtitle: self.subtitle.to_owned(),
-            legend: vec![
-                LegendEntry::new("reference", Form::Line(REFERENCE)),
-                LegendEntry::new("indenter", Form::Line(INDENTER)),
-                LegendEntry::new("position", Form::Line(RENDERING)),
-                LegendEntry::new("force", Form::Line(FORCE)),
-                LegendEntry::new("contact force", Form::Line(CONTACT)),
-            ],
-            sizes: LARGE,
-            x_label: String::new(),
-            y_label: String::new(),
-            rows: vec![
-                row('a', "position", "position / mm", positions),
-                row('b', "force", "force / N", forces),
-            ],
-        };
-        page.draw()
+        let legend = [
+            ("reference", REFERENCE),
+            ("indenter", INDENTER),
+            ("position", RENDERING),
+            ("force", FORCE),
+            ("contact force", CONTACT),
+        ];
+        let rows = vec![
+            row('a', "position", "position / mm", positions),
+            row('b', "force", "force / N", forces),
+        ];
+        draw(self.title, self.subtitle, &legend, rows)
     }
 
     fn line(&self, values: &[f64], factor: f64, stroke: Stroke) -> Curve {

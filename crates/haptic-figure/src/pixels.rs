@@ -15,9 +15,6 @@ use crate::{FigureError, Picture};
 const MITER_LIMIT: f32 = 4.0;
 
 /// The drawing with `scale` pixels to a CSS pixel.
-///
-/// # Errors
-/// If the paper has no size or too large a one, or a colour has no name here.
 pub(crate) fn paint(drawing: &Drawing, scale: u32) -> Result<Pixmap, FigureError> {
     let across = |length: f64| scale * length.ceil() as u32;
     let pixels = Pixmap::new(across(drawing.width), across(drawing.height));

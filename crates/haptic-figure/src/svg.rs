@@ -1,14 +1,12 @@
 //! A drawing as SVG text.
 
-use std::fmt::{Display, Write as _};
-use std::io::Result;
+use std::fmt::{Error, Result, Write as _};
 
-use quick_xml::events::{BytesStart, BytesText, Event};
-use quick_xml::writer::Writer;
+use quick_xml::escape::escape;
 
 use crate::FigureError;
 use crate::drawing::{Anchor, Drawing, Item, Outline, Rectangle, Ruled, Shape, Text};
-use crate::style::{INK, PAPER, Stroke};
+use crate::style::{INK, PAPER};
 use crate::superscript::{LOWER_EM, Part, RAISE_EM, RAISED_SIZE, parts};
 use crate::thin::Points;
 
@@ -17,205 +15,134 @@ const FONTS: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
 /// The drawing as SVG text.
 pub(crate) fn write(drawing: &Drawing) -> std::result::Result<String, FigureError> {
-    let mut sheet = Sheet(Writer::new(Vec::new()));
-    (sheet.page(drawing)).map_err(|error| FigureError::Render(error.to_string()))?;
-    String::from_utf8(sheet.0.into_inner()).map_err(|error| FigureError::Render(error.to_string()))
+    let mut svg = String::new();
+    let written = page(&mut svg, drawing);
+    written.map_err(|error: Error| FigureError::Render(error.to_string()))?;
+    Ok(svg)
 }
 
-/// An element without content, or the start of one.
-#[derive(Debug)]
-struct Element(BytesStart<'static>);
-
-impl Element {
-    fn new(name: &'static str) -> Self {
-        Self(BytesStart::new(name))
-    }
-
-    /// The same element with one more attribute.
-    fn with(mut self, name: &str, value: impl Display) -> Self {
-        self.0.push_attribute((name, value.to_string().as_str()));
-        self
-    }
+fn page(svg: &mut String, drawing: &Drawing) -> Result {
+    let (width, height) = (drawing.width, drawing.height);
+    write!(
+        svg,
+        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" "#
+    )?;
+    write!(svg, r#"font-family="{FONTS}" fill="{INK}">"#)?;
+    write!(svg, r#"<rect width="100%" height="100%" fill="{PAPER}"/>"#)?;
+    items(svg, &drawing.items)?;
+    svg.write_str("</svg>")
 }
 
-/// The text so far.
-struct Sheet(Writer<Vec<u8>>);
+fn items(svg: &mut String, items: &[Item]) -> Result {
+    items.iter().try_for_each(|thing| item(svg, thing))
+}
 
-impl Sheet {
-    fn page(&mut self, drawing: &Drawing) -> Result<()> {
-        let (width, height) = (drawing.width, drawing.height);
-        let root = Element::new("svg")
-            .with("xmlns", "http://www.w3.org/2000/svg")
-            .with("width", width)
-            .with("height", height)
-            .with("viewBox", format_args!("0 0 {width} {height}"))
-            .with("font-family", FONTS)
-            .with("fill", INK);
-        let paper = Element::new("rect")
-            .with("width", "100%")
-            .with("height", "100%")
-            .with("fill", PAPER);
-        self.within(root, |sheet| {
-            sheet.empty(paper)?;
-            sheet.items(&drawing.items)
-        })
-    }
-
-    fn items(&mut self, items: &[Item]) -> Result<()> {
-        items.iter().try_for_each(|item| self.item(item))
-    }
-
-    fn item(&mut self, item: &Item) -> Result<()> {
-        match item {
-            Item::Moved { by: (x, y), items } => {
-                let place = format_args!("translate({x:.2},{y:.2})").to_string();
-                let group = Element::new("g").with("transform", place);
-                self.within(group, |sheet| sheet.items(items))
-            }
-            Item::Ruled(ruled) => self.ruled(ruled),
-            Item::Boxed { name, edges, items } => self.boxed(*name, *edges, items),
-            Item::Curves { pieces, stroke } => self.empty(curves(pieces, *stroke)),
-            Item::Area {
-                rings,
-                colour,
-                opacity,
-            } => self.empty(
-                Element::new("path")
-                    .with("d", path_data(rings))
-                    .with("fill", colour)
-                    .with("fill-opacity", opacity),
-            ),
-            Item::Markers(all) => self.empty(
-                Element::new("path")
-                    .with("d", marker_data(&all.middles, all.shape, all.radius))
-                    .with("stroke", all.rim.colour)
-                    .with("stroke-width", all.rim.width)
-                    .with("fill", all.colour),
-            ),
-            Item::Text(text) => self.text(text),
+fn item(svg: &mut String, item: &Item) -> Result {
+    match item {
+        Item::Moved { by: (x, y), items } => {
+            write!(svg, r#"<g transform="translate({x:.2},{y:.2})">"#)?;
+            self::items(svg, items)?;
+            svg.write_str("</g>")
         }
-    }
-
-    fn ruled(&mut self, ruled: &Ruled) -> Result<()> {
-        let group = Element::new("g")
-            .with("stroke", ruled.colour)
-            .with("stroke-width", ruled.width);
-        self.within(group, |sheet| {
-            if let Some(border) = ruled.border {
-                sheet.empty(rectangle(border).with("fill", "none"))?;
+        Item::Ruled(ruled) => self::ruled(svg, ruled),
+        Item::Boxed { name, edges, items } => {
+            // Named by the box, the same data give the same file.
+            write!(svg, r#"<clipPath id="box-{name}">"#)?;
+            rectangle(svg, *edges, "")?;
+            write!(svg, r#"</clipPath><g clip-path="url(#box-{name})" "#)?;
+            svg.write_str(r#"stroke-linejoin="round" fill-rule="evenodd">"#)?;
+            self::items(svg, items)?;
+            svg.write_str("</g>")
+        }
+        Item::Curves { pieces, stroke } => {
+            let (colour, width) = (stroke.colour, stroke.width);
+            write!(svg, r#"<path d="{}" stroke="{colour}" "#, path_data(pieces))?;
+            write!(svg, r#"stroke-width="{width}" fill="none""#)?;
+            if let Some(dash) = stroke.dash {
+                let lengths: Vec<String> = dash.iter().map(f64::to_string).collect();
+                write!(svg, r#" stroke-dasharray="{}""#, lengths.join(" "))?;
             }
-            ruled.lines.iter().try_for_each(|((x1, y1), (x2, y2))| {
-                let line = Element::new("line").with("x1", x1).with("y1", y1);
-                sheet.empty(line.with("x2", x2).with("y2", y2))
-            })
-        })
-    }
-
-    fn boxed(&mut self, name: char, edges: Rectangle, items: &[Item]) -> Result<()> {
-        // Named by the box, the same data give the same file.
-        let clip = format!("box-{name}");
-        self.within(Element::new("clipPath").with("id", &clip), |sheet| {
-            sheet.empty(rectangle(edges))
-        })?;
-        let group = Element::new("g")
-            .with("clip-path", format_args!("url(#{clip})"))
-            .with("stroke-linejoin", "round")
-            .with("fill-rule", "evenodd");
-        self.within(group, |sheet| sheet.items(items))
-    }
-
-    fn text(&mut self, text: &Text) -> Result<()> {
-        self.within(line_of_text(text), |sheet| {
-            let mut is_raised = false;
-            for part in parts(&text.content) {
-                match part {
-                    Part::Raised(letters) => {
-                        let raised = Element::new("tspan").with("dy", em(-RAISE_EM));
-                        let size = format_args!("{}%", 100.0 * RAISED_SIZE).to_string();
-                        sheet.span(raised.with("font-size", size), letters)?;
-                    }
-                    Part::Level(letters) if is_raised => {
-                        sheet.span(Element::new("tspan").with("dy", em(LOWER_EM)), letters)?;
-                    }
-                    Part::Level(letters) => sheet.letters(letters)?,
-                }
-                is_raised = matches!(part, Part::Raised(_));
-            }
-            Ok(())
-        })
-    }
-
-    fn span(&mut self, element: Element, letters: &str) -> Result<()> {
-        self.within(element, |sheet| sheet.letters(letters))
-    }
-
-    fn letters(&mut self, letters: &str) -> Result<()> {
-        self.0.write_event(Event::Text(BytesText::new(letters)))
-    }
-
-    fn empty(&mut self, element: Element) -> Result<()> {
-        self.0.write_event(Event::Empty(element.0))
-    }
-
-    fn within(
-        &mut self,
-        element: Element,
-        content: impl FnOnce(&mut Self) -> Result<()>,
-    ) -> Result<()> {
-        let end = element.0.to_end().into_owned();
-        self.0.write_event(Event::Start(element.0))?;
-        content(self)?;
-        self.0.write_event(Event::End(end))
+            svg.write_str("/>")
+        }
+        Item::Area {
+            rings,
+            colour,
+            opacity,
+        } => {
+            write!(svg, r#"<path d="{}" "#, path_data(rings))?;
+            write!(svg, r#"fill="{colour}" fill-opacity="{opacity}"/>"#)
+        }
+        Item::Markers(all) => {
+            let data = marker_data(&all.middles, all.shape, all.radius);
+            let (rim, width, colour) = (all.rim.colour, all.rim.width, all.colour);
+            write!(svg, r#"<path d="{data}" stroke="{rim}" "#)?;
+            write!(svg, r#"stroke-width="{width}" fill="{colour}"/>"#)
+        }
+        Item::Text(text) => self::text(svg, text),
     }
 }
 
-fn em(share: f64) -> String {
-    format!("{share}em")
+fn ruled(svg: &mut String, ruled: &Ruled) -> Result {
+    let (colour, width) = (ruled.colour, ruled.width);
+    write!(svg, r#"<g stroke="{colour}" stroke-width="{width}">"#)?;
+    if let Some(border) = ruled.border {
+        rectangle(svg, border, r#" fill="none""#)?;
+    }
+    for ((x1, y1), (x2, y2)) in &ruled.lines {
+        write!(svg, r#"<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"/>"#)?;
+    }
+    svg.write_str("</g>")
 }
 
-fn rectangle(rectangle: Rectangle) -> Element {
-    Element::new("rect")
-        .with("x", rectangle.x)
-        .with("y", rectangle.y)
-        .with("width", rectangle.width)
-        .with("height", rectangle.height)
+/// A rectangle with one more attribute.
+fn rectangle(svg: &mut String, rectangle: Rectangle, more: &str) -> Result {
+    let Rectangle {
+        x,
+        y,
+        width,
+        height,
+    } = rectangle;
+    write!(
+        svg,
+        r#"<rect x="{x}" y="{y}" width="{width}" height="{height}"{more}/>"#
+    )
 }
 
-/// A line of text without its letters.
-fn line_of_text(text: &Text) -> Element {
+fn text(svg: &mut String, text: &Text) -> Result {
     let (x, y) = text.place;
-    let mut element = Element::new("text")
-        .with("x", x)
-        .with("y", y)
-        .with("font-size", text.size);
+    write!(svg, r#"<text x="{x}" y="{y}" font-size="{}""#, text.size)?;
     match text.anchor {
         Anchor::Start => {}
-        Anchor::Middle => element = element.with("text-anchor", "middle"),
-        Anchor::End => element = element.with("text-anchor", "end"),
+        Anchor::Middle => svg.write_str(r#" text-anchor="middle""#)?,
+        Anchor::End => svg.write_str(r#" text-anchor="end""#)?,
     }
     if text.upright {
-        element = element.with("transform", format_args!("rotate(-90,{x},{y})"));
+        write!(svg, r#" transform="rotate(-90,{x},{y})""#)?;
     }
-    if text.colour == INK {
-        element
-    } else {
-        element.with("fill", text.colour)
+    if text.colour != INK {
+        write!(svg, r#" fill="{}""#, text.colour)?;
     }
-}
-
-fn curves(pieces: &[Points], stroke: Stroke) -> Element {
-    let path = Element::new("path")
-        .with("d", path_data(pieces))
-        .with("stroke", stroke.colour)
-        .with("stroke-width", stroke.width)
-        .with("fill", "none");
-    match stroke.dash {
-        Some(dash) => {
-            let lengths: Vec<String> = dash.iter().map(f64::to_string).collect();
-            path.with("stroke-dasharray", lengths.join(" "))
+    svg.write_str(">")?;
+    let mut is_raised = false;
+    for part in parts(&text.content) {
+        match part {
+            Part::Raised(letters) => {
+                let size = 100.0 * RAISED_SIZE;
+                write!(svg, r#"<tspan dy="-{RAISE_EM}em" font-size="{size}%">"#)?;
+                write!(svg, "{}</tspan>", escape(letters))?;
+            }
+            Part::Level(letters) if is_raised => {
+                write!(
+                    svg,
+                    r#"<tspan dy="{LOWER_EM}em">{}</tspan>"#,
+                    escape(letters)
+                )?;
+            }
+            Part::Level(letters) => svg.write_str(&escape(letters))?,
         }
-        None => path,
+        is_raised = matches!(part, Part::Raised(_));
     }
+    svg.write_str("</text>")
 }
 
 fn path_data(pieces: &[Points]) -> String {

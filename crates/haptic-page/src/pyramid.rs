@@ -10,13 +10,7 @@
 //! - *Memory* is taken and touched at the start and does not grow. A level is a ring: it forgets its oldest entry.
 //! - *Cost*: a sample some comparisons for each channel; a view at most [`ENTRIES_MOST`] entries a column.
 
-mod column;
-mod level;
-#[cfg(test)]
-mod tests;
-
-pub use column::{Columns, Span};
-use level::Level;
+use std::ops::Range;
 
 /// Samples of an entry, from one level to the next.
 pub const FACTOR: u64 = 4;
@@ -167,3 +161,218 @@ impl Pyramid {
         }
     }
 }
+
+/// A span of ticks, and the number of columns wished for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    start: u64,
+    end: u64,
+    columns: u64,
+}
+
+impl Span {
+    /// From `start` on, before `end`, in so many columns or a few less; none counts as one.
+    #[must_use]
+    pub fn new(start: u64, end: u64, columns: u32) -> Self {
+        Self {
+            start,
+            end: end.max(start),
+            columns: u64::from(columns.max(1)),
+        }
+    }
+
+    /// Ticks of a column as wished, at least 1.
+    fn width(self) -> u64 {
+        (self.end - self.start).div_ceil(self.columns).max(1)
+    }
+}
+
+/// Least and largest of each channel, column by column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    first_tick: u64,
+    width: u64,
+    count: usize,
+    channels: usize,
+    /// Of each channel first all least, then all largest.
+    numbers: Vec<f32>,
+}
+
+impl Columns {
+    /// No column.
+    const fn none(channels: usize) -> Self {
+        Self {
+            first_tick: 0,
+            width: 1,
+            count: 0,
+            channels,
+            numbers: Vec::new(),
+        }
+    }
+
+    /// So many columns without a number.
+    fn empty(first_tick: u64, width: u64, count: usize, channels: usize) -> Self {
+        Self {
+            first_tick,
+            width,
+            count,
+            channels,
+            numbers: vec![f32::NAN; 2 * channels * count],
+        }
+    }
+
+    /// The first tick of the first column, a multiple of [`width`](Self::width).
+    #[must_use]
+    pub const fn first_tick(&self) -> u64 {
+        self.first_tick
+    }
+
+    /// Ticks of a column.
+    #[must_use]
+    pub const fn width(&self) -> u64 {
+        self.width
+    }
+
+    /// Columns.
+    #[must_use]
+    pub const fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Channels.
+    #[must_use]
+    pub const fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The least of a channel in each column; NaN where there is none.
+    #[must_use]
+    pub fn least(&self, channel: usize) -> &[f32] {
+        &self.numbers[2 * channel * self.count..][..self.count]
+    }
+
+    /// The largest.
+    #[must_use]
+    pub fn largest(&self, channel: usize) -> &[f32] {
+        &self.numbers[(2 * channel + 1) * self.count..][..self.count]
+    }
+
+    /// Of each channel first all least, then all largest.
+    #[must_use]
+    pub fn numbers(&self) -> &[f32] {
+        &self.numbers
+    }
+
+    /// These channels alone, in this order; one that there is not is left out.
+    #[must_use]
+    pub fn chosen(&self, channels: &[usize]) -> Self {
+        let known = channels.iter().filter(|&&channel| channel < self.channels);
+        let numbers = known.clone().flat_map(|&channel| {
+            let both = self.least(channel).iter().chain(self.largest(channel));
+            both.copied()
+        });
+        Self {
+            numbers: numbers.collect(),
+            channels: known.count(),
+            ..*self
+        }
+    }
+}
+
+/// Least and largest of the numbers of a sample or entry; NaN counts as none.
+#[inline]
+fn widen((least, largest): (f32, f32), (low, high): (f32, f32)) -> (f32, f32) {
+    // `f32::min` and `max` give the other of a NaN and a number.
+    (least.min(low), largest.max(high))
+}
+
+/// Nothing seen yet.
+const NOTHING: (f32, f32) = (f32::NAN, f32::NAN);
+
+#[derive(Clone, Debug)]
+struct Level {
+    /// Samples of an entry.
+    ticks: u64,
+    channels: usize,
+    capacity: u64,
+    /// Entry by entry, in it channel by channel.
+    entries: Vec<(f32, f32)>,
+}
+
+impl Level {
+    fn new(channels: usize, capacity: usize, ticks: u64) -> Self {
+        Self {
+            ticks,
+            channels,
+            capacity: capacity as u64,
+            // Numbers other than zero, so that the system has to give the memory now.
+            entries: vec![NOTHING; channels * capacity],
+        }
+    }
+
+    fn clear(&mut self) {
+        self.entries.fill(NOTHING);
+    }
+
+    fn place(&self, entry: u64) -> usize {
+        (entry % self.capacity) as usize * self.channels
+    }
+
+    /// Takes the sample of a tick into its entry, which is begun anew with its first.
+    #[inline]
+    fn push(&mut self, tick: u64, sample: &[f32]) {
+        let place = self.place(tick / self.ticks);
+        let begins = tick.is_multiple_of(self.ticks);
+        let entry = &mut self.entries[place..place + self.channels];
+        let numbers = sample.iter().copied().chain(std::iter::repeat(f32::NAN));
+        for (held, number) in entry.iter_mut().zip(numbers) {
+            let before = if begins { NOTHING } else { *held };
+            *held = widen(before, (number, number));
+        }
+    }
+
+    /// First tick that is remembered, of so many samples.
+    fn first_tick(&self, made: u64) -> u64 {
+        let entries = made.div_ceil(self.ticks);
+        entries.saturating_sub(self.capacity) * self.ticks
+    }
+
+    /// Least and largest of the entry of a tick.
+    #[inline]
+    fn entry(&self, tick: u64, channel: usize) -> (f32, f32) {
+        self.entries[self.place(tick / self.ticks) + channel]
+    }
+
+    /// Columns of `width` ticks, a multiple of an entry's, that hold the ticks of the span which are remembered.
+    fn columns(&self, span: Range<u64>, width: u64, made: u64) -> Columns {
+        let start = span.start.max(self.first_tick(made));
+        if start >= span.end {
+            return Columns::none(self.channels);
+        }
+        let (first, last) = (start / width, (span.end - 1) / width);
+        let count = (last - first + 1) as usize;
+        let mut columns = Columns::empty(first * width, width, count, self.channels);
+        let known = self.first_tick(made)..made;
+        for column in 0..count {
+            let begin = (first + column as u64) * width;
+            let ticks = begin.max(known.start)..(begin + width).min(known.end);
+            let entries = ticks.start / self.ticks..ticks.end.div_ceil(self.ticks);
+            for entry in entries {
+                let place = self.place(entry);
+                for (channel, &held) in self.entries[place..][..self.channels].iter().enumerate() {
+                    let (least, largest) = (
+                        2 * channel * count + column,
+                        (2 * channel + 1) * count + column,
+                    );
+                    let numbers = &mut columns.numbers;
+                    let both = widen((numbers[least], numbers[largest]), held);
+                    (numbers[least], numbers[largest]) = both;
+                }
+            }
+        }
+        columns
+    }
+}
+
+#[cfg(test)]
+mod tests;

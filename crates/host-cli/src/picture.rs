@@ -208,13 +208,9 @@ pub fn of_touch(curves: &TouchCurves) -> Result<Picture, FigureError> {
 /// If there is nothing to draw.
 pub fn of_trial(trial: &TrialCurves) -> Result<Picture, FigureError> {
     let time = &trial.time_s;
-    let against_time = |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> {
-        time.iter().copied().zip(values).collect()
-    };
-    let position = against_time(&mut trial.position_m.iter().map(|x| 1e3 * x));
-    let object = (trial.object_position_m.as_ref())
-        .map(|object| against_time(&mut object.iter().map(|x| 1e3 * x)));
-    let force = against_time(&mut trial.force_n.iter().copied());
+    let position = over_time(time, &trial.position_m, 1e3);
+    let object = (trial.object_position_m.as_ref()).map(|object| over_time(time, object, 1e3));
+    let force = over_time(time, &trial.force_n, 1.0);
     let ends = [time.first(), time.last()].into_iter().flatten();
     let rest: Vec<(f64, f64)> = trial
         .expected_deflection_m
@@ -233,17 +229,12 @@ pub fn of_trial(trial: &TrialCurves) -> Result<Picture, FigureError> {
     if !rest.is_empty() {
         positions.push(Series::new("place of rest", &rest, Look::Dashed, 1));
     }
-    let axis = |label| AxisSpec::new(label, Scale::Linear);
     let curves = [&position[..], object.as_deref().unwrap_or_default(), &force];
     let shown_s = lively_s(&curves);
-    let over_time = shown_s.map_or(axis("time / s"), |end_s| {
-        axis("time / s").between(0.0, end_s)
-    });
-    let chart = |caption, label, series| Chart {
-        caption,
-        x: over_time,
-        y: axis(label),
-        series,
+    let chart = |caption, label, series| {
+        let mut chart = time_chart(caption, label, series);
+        chart.x.range = shown_s.map(|end_s| (0.0, end_s));
+        chart
     };
     let rest = match (shown_s, time.last()) {
         (Some(_), Some(end_s)) => format!(", until it is nearly at rest; the run lasts {end_s} s"),

@@ -2,10 +2,8 @@
 
 use super::hardware::Haply2Diy;
 use super::kinematics::Posture;
-use super::model::Model;
-use super::name::{HaplyName, Home};
-use super::plausible::{Trouble, judged};
-use super::protocol::{ANSWER_BYTES, configuration, resynchronise, torques};
+use super::model::{HaplyName, Home, Model};
+use super::protocol::{ANSWER_BYTES, Trouble, configuration, judged, resynchronise, torques};
 use haptic_remote::serial::{Line, SerialError};
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};
@@ -79,9 +77,6 @@ impl HaplyName {
     }
 
     /// The same with both axes.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open); a name that chooses a line.
     pub(crate) fn open_both(&self) -> Result<Haply2Diy<Box<dyn Line>, 2>, HaplyOpenError> {
         if self.chooses_line() {
             return Err(HaplyOpenError::Line);

@@ -1,17 +1,18 @@
 //! The 2DIY behind the device's side of the link: with one axis, a line of its plane, or with both.
 
 use super::kinematics::Posture;
-use super::model::Model;
-use super::name::HaplyName;
-use super::planar::Planar;
-use super::plane::{Plane, middle};
-use super::plausible::Trouble;
+use super::model::{HaplyName, Model, Plane, middle};
+use super::protocol::{
+    ANSWER_BYTES, TORQUE_MAX_NM, Trouble, configuration, judged, reset, resynchronise, torques,
+};
 use crate::foreign::{is_real, served_host};
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause};
 use haptic_remote::{Exchange, Hardware};
 use nalgebra::{SMatrix, SVector, Vector2};
+use std::io::ErrorKind;
+use std::time::Duration;
 
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
 pub const FORCE_MAX_N: f32 = 1.5;
@@ -131,7 +132,7 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
     }
 
     fn exchange(&mut self) -> Option<&mut Exchange> {
-        Some(self.planar.exchange())
+        Some(&mut self.planar.exchange)
     }
 
     fn restart(&mut self) {}
@@ -151,7 +152,9 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
 impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
     fn trouble(&self) -> Option<BoardTrouble> {
         let trouble = self.planar.trouble()?;
-        let told = match (self.planar.was_told(), trouble.cause()) {
+        // A port that is gone takes no byte.
+        let was_told = self.planar.told && trouble != Trouble::Gone;
+        let told = match (was_told, trouble.cause()) {
             (false, _) => "the 2DIY cannot be told to let go",
             (true, TroubleCause::Gone) => {
                 "the 2DIY does not answer; it was told to let go and to reset itself"
@@ -165,5 +168,209 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
             ),
             cause: trouble.cause(),
         })
+    }
+}
+
+/// Ticks without a whole answer that are borne; the next is a fault.
+pub const LATE_MOST: u32 = 3;
+/// Part of a period that a tick waits for an answer.
+const WAITING: u32 = 4;
+/// Bytes that are looked at in a tick: more than ever are due.
+const ROOM: usize = 64;
+/// More answers than ever are due: the room for one more byte than theirs is there.
+const DUE_MOST: u8 = 6;
+
+/// A 2DIY on a line, with both axes, m and N in the plane of the maker: x along the base, y away from it.
+///
+/// A force goes out in a write, and the place of the handle in that moment comes back with the next
+/// read: a delay of one tick. A frame is sent only when the answer to the last has come whole, so that a lost byte
+/// leaves the board waiting instead of reading torques from the wrong place; a tick whose answer is late keeps the last place,
+/// and the board the last torque.
+///
+/// *Torques* beyond what the board makes are scaled down together: the force keeps its direction and is the smaller.
+#[derive(Debug)]
+pub struct Planar<L: Line> {
+    line: L,
+    model: Model,
+    period_s: f64,
+    bytes: [u8; ROOM],
+    filled: usize,
+    /// Frames that were sent and whose answers have not come: one, and a second where the board was told to let go meanwhile.
+    due: u8,
+    exchange: Exchange,
+    posture: Posture,
+    trouble: Option<Trouble>,
+    /// The line took every byte that told a board in trouble to let go.
+    told: bool,
+    /// Torques beyond the board's, scaled down.
+    scaled: u64,
+}
+
+impl<L: Line> Planar<L> {
+    /// A device that has answered, with the posture of its answer.
+    pub(super) fn new(line: L, model: Model, posture: Posture) -> Self {
+        Self {
+            line,
+            model,
+            period_s: 1e-3,
+            bytes: [0; ROOM],
+            filled: 0,
+            due: 0,
+            exchange: Exchange::default(),
+            posture,
+            trouble: None,
+            told: false,
+            scaled: 0,
+        }
+    }
+
+    /// The device that it was said to be.
+    #[must_use]
+    pub const fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The last posture that was believed.
+    #[must_use]
+    pub const fn posture(&self) -> &Posture {
+        &self.posture
+    }
+
+    /// The trouble that ended it, if any did.
+    #[must_use]
+    pub const fn trouble(&self) -> Option<Trouble> {
+        self.trouble
+    }
+
+    /// Ticks whose torques were scaled down to what the board makes.
+    #[must_use]
+    pub const fn scaled(&self) -> u64 {
+        self.scaled
+    }
+
+    /// From now on ticks come at this period.
+    fn ticks_every(&mut self, period_s: f64) {
+        self.period_s = period_s;
+        // The answer has most of a period on its own.
+        let patience = Duration::from_secs_f64(period_s) / WAITING;
+        if self.line.set_patience(patience).is_err() {
+            self.fails(Trouble::Gone);
+        }
+    }
+
+    /// Takes in what came, and judges it.
+    fn measure(&mut self) -> Result<&Posture, Trouble> {
+        if let Some(trouble) = self.trouble {
+            return Err(trouble);
+        }
+        match self.hear() {
+            Ok(()) => Ok(&self.posture),
+            Err(trouble) => Err(self.fails(trouble)),
+        }
+    }
+
+    fn hear(&mut self) -> Result<(), Trouble> {
+        self.receive()?;
+        let expected = usize::from(self.due) * ANSWER_BYTES;
+        if self.filled > expected {
+            return Err(Trouble::TooMuch {
+                bytes: self.filled as u8,
+                expected: expected as u8,
+            });
+        }
+        if self.due == 0 {
+            return Ok(());
+        }
+        if self.filled < expected {
+            let ticks = self.exchange.unanswered();
+            if ticks > LATE_MOST {
+                return Err(Trouble::Silent {
+                    ticks,
+                    bytes: self.filled as u8,
+                });
+            }
+            return Ok(());
+        }
+        let mut answer = [0; ANSWER_BYTES];
+        answer.copy_from_slice(&self.bytes[expected - ANSWER_BYTES..expected]);
+        let passed_s = (1.0 + f64::from(self.exchange.unmeasured())) * self.period_s;
+        let (_, posture) = judged(&self.model, answer, Some((&self.posture, passed_s)))?;
+        self.posture = posture;
+        self.exchange.answered();
+        (self.filled, self.due) = (0, 0);
+        Ok(())
+    }
+
+    /// Takes what is there; waits only while an answer is due and not whole.
+    fn receive(&mut self) -> Result<(), Trouble> {
+        loop {
+            match self.line.read(&mut self.bytes[self.filled..]) {
+                Ok(0) => return Err(Trouble::Gone),
+                Ok(count) => self.filled += count,
+                Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(()),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(_) => return Err(Trouble::Gone),
+            }
+            if self.filled >= usize::from(self.due) * ANSWER_BYTES {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Sends the torques of a force in the plane, N, unless the board still owes an answer.
+    fn push(&mut self, force_n: Vector2<f64>) -> Result<(), Trouble> {
+        if let Some(trouble) = self.trouble {
+            return Err(trouble);
+        }
+        self.exchange.sent(self.due == 0);
+        if self.due > 0 {
+            return Ok(());
+        }
+        let mut wanted = self.posture.torques(force_n);
+        let largest = wanted.amax();
+        if !largest.is_finite() {
+            return Err(self.fails(Trouble::NotFinite));
+        }
+        if largest > TORQUE_MAX_NM {
+            wanted *= TORQUE_MAX_NM / largest;
+            self.scaled += 1;
+        }
+        let frame = torques(&self.model, [wanted.x as f32, wanted.y as f32]);
+        if self.line.write_all(&frame).is_err() {
+            return Err(self.fails(Trouble::Gone));
+        }
+        self.due = 1;
+        Ok(())
+    }
+
+    /// The first trouble counts: no torque from now on.
+    fn fails(&mut self, trouble: Trouble) -> Trouble {
+        let first = *self.trouble.get_or_insert(trouble);
+        self.let_go();
+        first
+    }
+
+    /// No torque from now on. A device in order keeps its configuration, and with it the place of its home; one in trouble is brought
+    /// to the begin of a frame, told once more that there is no torque, and reset.
+    fn let_go(&mut self) {
+        let nothing = torques(&self.model, [0.0; 2]);
+        // A line that takes no bytes has nobody at its other end.
+        let heard = self.line.write_all(&nothing).is_ok();
+        if self.trouble.is_none() {
+            // It answers this one too.
+            self.due += u8::from(heard && self.due < DUE_MOST);
+            return;
+        }
+        let told = (self.line.write_all(&resynchronise()))
+            .and_then(|()| self.line.write_all(&configuration(&self.model)))
+            .and_then(|()| self.line.write_all(&nothing))
+            .and_then(|()| self.line.write_all(&reset()));
+        self.told |= told.is_ok();
+    }
+}
+
+impl<L: Line> Drop for Planar<L> {
+    fn drop(&mut self) {
+        self.let_go();
     }
 }

@@ -137,7 +137,6 @@ impl Pantograph {
     }
 
     /// True if both elbows are on the outside, and the hand in front of the base: as the arms of a 2DIY are put together.
-    #[must_use]
     pub(crate) fn is_assembled(&self, angles: [f64; 2], posture: &Posture) -> bool {
         let side = |base_m: f64, angle: f64| {
             let hand = posture.hand_m - Vector2::new(base_m, 0.0);

@@ -7,21 +7,15 @@ mod greeting;
 mod hardware;
 mod kinematics;
 mod model;
-mod name;
-mod planar;
-mod plane;
-mod plausible;
 mod protocol;
 
 pub use greeting::HaplyOpenError;
-pub use hardware::{FORCE_MAX_N, Haply2Diy};
+pub use hardware::{FORCE_MAX_N, Haply2Diy, LATE_MOST, Planar};
 pub use kinematics::{Pantograph, Posture, Singular};
-pub use model::{Direction, Joint, Model, Version, counts_at};
-pub use name::{Axis, HaplyName, Home};
-pub use planar::{LATE_MOST, Planar};
-pub use plane::{Plane, Unreachable};
-pub use plausible::{SPEED_MOST_M_PER_S, Trouble};
+pub use model::{
+    Axis, Direction, HaplyName, Home, Joint, Model, Plane, Unreachable, Version, counts_at,
+};
 pub use protocol::{
-    ANSWER_BYTES, CONFIGURATION_BYTES, TORQUE_MAX_NM, TORQUES_BYTES, angles_of, answer,
-    configuration, reset, torques,
+    ANSWER_BYTES, CONFIGURATION_BYTES, SPEED_MOST_M_PER_S, TORQUE_MAX_NM, TORQUES_BYTES, Trouble,
+    angles_of, answer, configuration, reset, torques,
 };

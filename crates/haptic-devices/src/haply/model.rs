@@ -1,6 +1,10 @@
-//! The two versions of the device: motors, encoders, lengths.
+//! The device: the motors, encoders and lengths of its two versions, its name, and the plane in which it moves.
 
-use super::kinematics::Pantograph;
+use super::kinematics::{Pantograph, Singular};
+use crate::name::{NameError, Settings};
+use nalgebra::{Matrix2, Vector2};
+use std::fmt;
+use thiserror::Error;
 
 /// A version of the hardware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,7 +111,6 @@ const fn joint(port: u8, direction: Direction, home_deg: f32, counts_per_turn: f
 
 impl Joint {
     /// Counts of the encoder when the handle is at home: whole, cut off as the board does.
-    #[must_use]
     pub(crate) fn home_counts(&self) -> f32 {
         counts_at(self.home_deg, self.counts_per_turn)
     }
@@ -137,12 +140,278 @@ impl Model {
     }
 
     /// Indices of the joints in the order of their ports, which is that of every list on the wire.
-    #[must_use]
     pub(crate) const fn by_port(&self) -> [usize; 2] {
         if self.joints[0].port < self.joints[1].port {
             [0, 1]
         } else {
             [1, 0]
         }
+    }
+}
+
+/// A line of the plane along which the device moves and pushes, with its positive direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Axis {
+    /// Along the base, to the right.
+    X,
+    /// Away from the base.
+    #[default]
+    Y,
+    /// Along the base, to the left.
+    MinusX,
+    /// Towards the base.
+    MinusY,
+}
+
+impl Axis {
+    /// All, by name.
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("x", Self::X),
+        ("y", Self::Y),
+        ("-x", Self::MinusX),
+        ("-y", Self::MinusY),
+    ];
+
+    /// Unit vector in the positive direction.
+    #[must_use]
+    pub fn along(self) -> Vector2<f64> {
+        match self {
+            Self::X => Vector2::new(1.0, 0.0),
+            Self::Y => Vector2::new(0.0, 1.0),
+            Self::MinusX => Vector2::new(-1.0, 0.0),
+            Self::MinusY => Vector2::new(0.0, -1.0),
+        }
+    }
+
+    /// The place at a distance on this axis from the middle of the base; its sign is that of the plane.
+    pub(super) fn across_and_along(self, distance_m: f64) -> Vector2<f64> {
+        match self {
+            Self::X | Self::MinusX => Vector2::new(distance_m, 0.0),
+            Self::Y | Self::MinusY => Vector2::new(0.0, distance_m),
+        }
+    }
+
+    /// Place of zero on this axis unless another is given, m from the middle of the base: the middle of the workspace.
+    pub(super) const fn zero_m(self) -> f64 {
+        match self {
+            Self::X | Self::MinusX => 0.0,
+            Self::Y | Self::MinusY => 0.09,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        let found = Self::NAMES.iter().find(|(_, axis)| *axis == self);
+        found.map_or("", |(name, _)| name)
+    }
+}
+
+/// Where the encoders count from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Home {
+    /// The handle is at its home while the device is opened.
+    #[default]
+    Now,
+    /// It was at home when an earlier command opened the device, and the board has been on since.
+    Before,
+}
+
+/// A 2DIY by name: `haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HaplyName {
+    /// Path of the port.
+    pub path: String,
+    /// Version of the hardware; 3 unless given.
+    pub version: Version,
+    /// Line of the plane; y unless given.
+    pub axis: Axis,
+    /// Place of zero on that line, m from the middle of the base: 90 mm for y, 0 for x unless given.
+    pub zero_m: f64,
+    /// Where the encoders count from.
+    pub home: Home,
+}
+
+impl HaplyName {
+    /// The kind of device.
+    pub const KIND: &'static str = "haply";
+    /// Form of its names.
+    pub const FORM: &'static str =
+        "haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]";
+    /// With the settings that are not given.
+    #[must_use]
+    pub fn at(path: &str) -> Self {
+        Self {
+            path: path.to_owned(),
+            version: Version::default(),
+            axis: Axis::default(),
+            zero_m: Axis::default().zero_m(),
+            home: Home::default(),
+        }
+    }
+
+    /// Reads what stands behind `haply:`.
+    ///
+    /// # Errors
+    /// No path; a key or value that is not known.
+    pub fn parse(text: &str) -> Result<Self, NameError> {
+        let settings = Settings::parse(Self::KIND, text, &["version", "axis", "zero", "home"])?;
+        let axis = settings.choice("axis", &Axis::NAMES, Axis::default())?;
+        let versions = [("2", Version::V2), ("3", Version::V3)];
+        let homes = [("now", Home::Now), ("before", Home::Before)];
+        Ok(Self {
+            path: settings.path().to_owned(),
+            version: settings.choice("version", &versions, Version::default())?,
+            axis,
+            zero_m: settings.metres("zero", -0.2..=0.2, axis.zero_m())?,
+            home: settings.choice("home", &homes, Home::default())?,
+        })
+    }
+}
+
+impl HaplyName {
+    /// True if it chooses a line of the plane, which an experiment with both axes has no use for.
+    pub(crate) fn chooses_line(&self) -> bool {
+        let default = Axis::default();
+        self.axis != default || (self.zero_m - default.zero_m()).abs() > 0.0
+    }
+}
+
+impl fmt::Display for HaplyName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", Self::KIND, self.path)?;
+        if self.version != Version::default() {
+            write!(f, ",version={}", self.version.number())?;
+        }
+        if self.axis != Axis::default() {
+            write!(f, ",axis={}", self.axis.name())?;
+        }
+        if (self.zero_m - self.axis.zero_m()).abs() > 0.0 {
+            write!(f, ",zero={}mm", 1e3 * self.zero_m)?;
+        }
+        if self.home == Home::Before {
+            f.write_str(",home=before")?;
+        }
+        Ok(())
+    }
+}
+
+/// Places of a box that are looked at are at most so far apart, m.
+const GRID_M: f64 = 1e-3;
+/// A longer side of a box than any arm reaches, m.
+const SIDE_MOST_M: f64 = 0.5;
+
+/// The plane of a device, with its places from the middle of the workspace: x along the base to the right, y away from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    model: Model,
+}
+
+/// A box that the handle cannot fill.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Unreachable {
+    /// A place in it that the arms do not reach, or next to which they are in a line.
+    #[error("at ({x_mm:.0}, {y_mm:.0}) mm, from the middle of the workspace, {singular}")]
+    Place {
+        /// x, mm.
+        x_mm: f64,
+        /// y, mm.
+        y_mm: f64,
+        /// Why.
+        singular: Singular,
+    },
+    /// A place behind the base, or one that the arms reach only turned over.
+    #[error(
+        "at ({x_mm:.0}, {y_mm:.0}) mm, from the middle of the workspace, the arms would be turned over"
+    )]
+    TurnedOver {
+        /// x, mm.
+        x_mm: f64,
+        /// y, mm.
+        y_mm: f64,
+    },
+    /// A side that is none.
+    #[error("a side of {side_m} m is not in (0, 0.5] m")]
+    Side {
+        /// Its length, m.
+        side_m: f64,
+    },
+}
+
+/// The middle between the arms at the base, m.
+pub(super) fn middle(model: &Model) -> Vector2<f64> {
+    Vector2::new(0.5 * model.pantograph.base_m(), 0.0)
+}
+
+impl Plane {
+    /// Lowest and highest place between which both motors make the largest force, m.
+    pub const HANDY_M: ([f64; 2], [f64; 2]) = ([-0.05, -0.05], [0.05, 0.04]);
+
+    /// Of a device.
+    #[must_use]
+    pub const fn of(model: Model) -> Self {
+        Self { model }
+    }
+
+    /// The place that is zero, in the coordinates of the maker, m.
+    #[must_use]
+    pub fn centre(&self) -> Vector2<f64> {
+        middle(&self.model) + Axis::Y.across_and_along(Axis::Y.zero_m())
+    }
+
+    /// The derivatives ∂(x, y)/∂(θ₁, θ₂) of the posture at a place, m/rad.
+    fn jacobian(&self, place_m: Vector2<f64>) -> Result<Matrix2<f64>, Unreachable> {
+        let pantograph = &self.model.pantograph;
+        let (x_mm, y_mm) = (1e3 * place_m.x, 1e3 * place_m.y);
+        let hand_m = self.centre() + place_m;
+        let angles = pantograph.angles(hand_m);
+        let posture = angles.and_then(|angles| Ok((angles, pantograph.posture(angles)?)));
+        let (angles, posture) = posture.map_err(|singular| Unreachable::Place {
+            x_mm,
+            y_mm,
+            singular,
+        })?;
+        // The angles of a place behind the base have their hand in front of it.
+        let same = (posture.hand_m - hand_m).norm() < GRID_M;
+        if same && pantograph.is_assembled(angles, &posture) {
+            Ok(posture.jacobian)
+        } else {
+            Err(Unreachable::TurnedOver { x_mm, y_mm })
+        }
+    }
+
+    /// The least and the largest mass that the handle has along any direction at any place of a box, for one that has 1 kg in the
+    /// middle of the workspace, in the mean of its directions; kg.
+    ///
+    /// ```text
+    /// M = I·(J·Jᵀ)⁻¹,   mass along n  1/(nᵀ·M⁻¹·n) = I/|Jᵀ·n|²  in [I/σ₁², I/σ₂²],  σ the singular values of J
+    /// ```
+    /// Both arms count as the same inertia I about their base joints. Places are looked at on a grid of 1 mm.
+    ///
+    /// # Errors
+    /// A box with a place that the arms do not reach, or where they are next to a singular posture.
+    pub fn masses(&self, low_m: [f64; 2], high_m: [f64; 2]) -> Result<[f64; 2], Unreachable> {
+        let [across, away] = [high_m[0] - low_m[0], high_m[1] - low_m[1]];
+        for side_m in [across, away] {
+            if !(side_m > 0.0 && side_m <= SIDE_MOST_M) {
+                return Err(Unreachable::Side { side_m });
+            }
+        }
+        let inertia = self.jacobian(Vector2::zeros())?.determinant().abs();
+        let steps = |side_m: f64| (side_m / GRID_M).ceil() as u32;
+        let (columns, rows) = (steps(across), steps(away));
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for row in 0..=rows {
+            for column in 0..=columns {
+                let share = |n: u32, of: u32| f64::from(n) / f64::from(of);
+                let place = Vector2::new(
+                    low_m[0] + across * share(column, columns),
+                    low_m[1] + away * share(row, rows),
+                );
+                let values = self.jacobian(place)?.singular_values();
+                least = least.min(inertia / values.max().powi(2));
+                most = most.max(inertia / values.min().powi(2));
+            }
+        }
+        Ok([least, most])
     }
 }

@@ -125,9 +125,6 @@ impl MoteusSettings {
     }
 
     /// Checks the ranges.
-    ///
-    /// # Errors
-    /// The first value outside its range.
     pub(super) fn check(&self) -> Result<(), NameError> {
         let mut values = SETTINGS
             .iter()
@@ -154,9 +151,6 @@ impl MoteusName {
         "moteus:PATH[,id=1][,radius=20mm][,torque_limit=0.1][,watchdog=100ms][,lost=4]";
 
     /// Reads what stands behind `moteus:`.
-    ///
-    /// # Errors
-    /// No path, an unknown key, a value outside its range.
     pub(crate) fn parse(text: &str) -> Result<Self, NameError> {
         let keys = SETTINGS.each_ref().map(|setting| setting.key);
         let given = Settings::parse(Self::KIND, text, &keys)?;
@@ -174,9 +168,6 @@ impl MoteusName {
     }
 
     /// Opens the port, and the servo behind it.
-    ///
-    /// # Errors
-    /// A port that cannot be opened; a servo that does not answer, or as one that cannot be used.
     pub(crate) fn open(&self) -> Result<MoteusAxis<Box<dyn Line>>, MoteusOpenError> {
         let line = open(&self.path, BAUD)?;
         // As the maker's clients: a servo on a UART takes checksums; an adapter may not know them, and is asked.

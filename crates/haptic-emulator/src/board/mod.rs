@@ -7,23 +7,24 @@
 //! machine is too busy to tick in time the device's clock waits, as if everything on it had been slower:
 //! an emulated device never reports faults that it would not have.
 
-mod body;
 mod error;
-mod port;
 mod socket;
 mod terminal;
 
-pub use body::Body;
 pub use error::EmulatorError;
 pub use socket::Socket;
 pub use terminal::Terminal;
 
-use crate::{FaultyLine, LineDamage, LineFaults};
-use body::Embodied;
-use haptic_link::FRAME_MAX;
+use crate::at_line::NOBODY;
+use crate::{Damage, FaultyLine, LineFaults};
+use haptic_link::{Capabilities, FRAME_MAX, Refusal, Simulation};
+use haptic_loop::plant::{MassDamperConfig, Sensed};
+use haptic_loop::units::Metres;
+use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{HeldClock, Line};
 use haptic_remote::{DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide};
 use std::cell::RefCell;
+use std::io::ErrorKind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
@@ -75,20 +76,8 @@ pub struct Emulation {
 pub struct Emulated {
     /// Ticks of the device.
     pub ticks: u64,
-    /// Frames from the host.
-    pub frames_from_host: u64,
-    /// Frames to the host.
-    pub frames_to_host: u64,
-    /// Frames that the line lost, both ways.
-    pub dropped: u64,
-    /// Frames that it damaged.
-    pub corrupted: u64,
-    /// Frames that it repeated.
-    pub duplicated: u64,
-    /// Frames that it held back.
-    pub reordered: u64,
-    /// Times it stood still.
-    pub stalls: u64,
+    /// Frames both ways, and what the line did to them.
+    pub damage: Damage,
     /// Frames that nobody fetched.
     pub unread: u64,
 }
@@ -138,8 +127,8 @@ fn run<H: Hardware<D>, const D: usize>(
         let (arrived, arriving) = sync_channel::<Vec<u8>>(WAITING_MOST);
         let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
         let mut emulator = Emulator::new(board, emulation, arriving, leave)?;
-        scope.spawn(move || port::read(reading, &arrived, over));
-        scope.spawn(move || port::write_all(line, &leaving, over));
+        scope.spawn(move || read(reading, &arrived, over));
+        scope.spawn(move || write_all(line, &leaving, over));
         let goes_on = |emulator: &Emulator<H, D>| {
             !stop.load(Ordering::Relaxed)
                 && (emulation.duration).is_none_or(|most| emulator.clock.elapsed() < most)
@@ -276,18 +265,134 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
     }
 
     fn done(self) -> Emulated {
-        let (from, to) = (self.from_host.damage(), self.to_host.damage());
-        let both = |count: fn(&LineDamage) -> u64| count(&from) + count(&to);
         Emulated {
             ticks: self.ticks,
-            frames_from_host: from.sent,
-            frames_to_host: to.sent,
-            dropped: both(|damage| damage.dropped),
-            corrupted: both(|damage| damage.corrupted),
-            duplicated: both(|damage| damage.duplicated),
-            reordered: both(|damage| damage.reordered),
-            stalls: both(|damage| damage.stalls),
+            damage: Damage {
+                to_device: self.from_host.damage(),
+                to_host: self.to_host.damage(),
+            },
             unread: self.unread,
+        }
+    }
+}
+
+/// A device that an emulated board is, whatever a host takes it for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Mass, damping, friction, delay and lag. The sample time is that of a run, and so is the stiffness, which is a hand's.
+    pub plant: MassDamperConfig,
+    /// Resolution of its encoder, m per count; 0 for none.
+    pub encoder_resolution: Metres,
+    /// Standard deviation of its noise, m, 0 for none; and the seed.
+    pub noise: (Metres, u64),
+}
+
+/// A simulated board with a body.
+struct Embodied<H> {
+    board: Sensed<H>,
+    body: Body,
+}
+
+impl<H> Embodied<H> {
+    fn new(board: H, body: Body) -> Result<Self, EmulatorError> {
+        let board = Sensed::new(board, body.encoder_resolution, body.noise);
+        Ok(Self {
+            board: board?,
+            body,
+        })
+    }
+}
+
+impl<H: Hardware<D>, const D: usize> Device<f32, D> for Embodied<H> {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
+        self.board.read()
+    }
+
+    fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
+        self.board.write(force)
+    }
+
+    fn let_go(&mut self) {
+        self.board.let_go();
+    }
+}
+
+impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied<H> {
+    type Setup = H::Setup;
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            position_resolution_m: self.body.encoder_resolution.0 as f32,
+            ..self.board.device().capabilities()
+        }
+    }
+
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
+        H::prepare(simulation, tick_period_us)
+    }
+
+    fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {
+        setup.fit(&self.body.plant)
+    }
+
+    fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
+        self.board.device_mut().install(setup, tick_period_us);
+    }
+
+    fn restart(&mut self) {
+        self.board.device_mut().restart();
+    }
+
+    /// A simulated board stands still while it is read.
+    fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
+        self.board.read()
+    }
+}
+
+/// Reads until over.
+fn read(mut port: Box<dyn Line>, arrived: &SyncSender<Vec<u8>>, over: &AtomicBool) {
+    let mut bytes = [0; 1024];
+    while !over.load(Ordering::Relaxed) {
+        match port.read(&mut bytes) {
+            Ok(count) => {
+                if arrived.send(Vec::from(&bytes[..count])).is_err() {
+                    return;
+                }
+            }
+            Err(error) if error.kind() == ErrorKind::TimedOut => {}
+            // Nobody has it open.
+            Err(_) => std::thread::sleep(NOBODY),
+        }
+    }
+}
+
+/// Bytes written at once at most. On a busy machine frames wait, and one call for each of them would let more wait.
+const AT_ONCE: usize = 4096;
+
+/// Writes frames until there are no more.
+fn write_all(mut port: Box<dyn Line>, leaving: &Receiver<Vec<u8>>, over: &AtomicBool) {
+    while let Ok(mut bytes) = leaving.recv() {
+        while bytes.len() < AT_ONCE
+            && let Ok(frame) = leaving.try_recv()
+        {
+            bytes.extend(frame);
+        }
+        write(port.as_mut(), &bytes, over);
+    }
+}
+
+/// Writes frames, however long the host takes: one that does not read at all fills the queue before this,
+/// and what finds no room there is counted.
+fn write(port: &mut dyn Line, frames: &[u8], over: &AtomicBool) {
+    let mut rest = frames;
+    while !rest.is_empty() && !over.load(Ordering::Relaxed) {
+        match port.write(rest) {
+            Ok(count) => rest = &rest[count..],
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+            // Nobody has it open.
+            Err(_) => return,
         }
     }
 }

@@ -61,9 +61,6 @@ pub(super) struct Turning {
 
 impl Turning {
     /// At rest at 0.
-    ///
-    /// # Errors
-    /// Inertia, damping or the motion of the hand outside its range.
     pub(super) fn new(shaft: Shaft) -> Result<Self, ParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
         let fits = (1e-9..=1e3).contains(&inertia);

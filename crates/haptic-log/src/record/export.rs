@@ -1,7 +1,7 @@
 //! A log as CSV: one row per tick, the [columns](TickMessage::columns) of a tick.
 
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::new_file::refuse_own_source;
 use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMessage};
@@ -9,8 +9,6 @@ use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMess
 /// Result of an export.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportSummary {
-    /// The CSV file.
-    pub path: PathBuf,
     /// Rows, without the header.
     pub rows: u64,
     /// Condition of the log. Rows may be missing if it is not complete.
@@ -49,13 +47,9 @@ pub fn export_csv(
     refuse_own_source(source, target)?;
     let mut reader = LogFiles::open(source)?;
     let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
-    let rows = write_rows(&mut reader, BufWriter::new(file), target)?;
-    new_file.publish().map_err(RecordError::from)?;
-    Ok(ExportSummary {
-        path: target.to_owned(),
-        rows,
-        condition: reader.condition(),
-    })
+    let summary = write_rows(&mut reader, BufWriter::new(file), target)?;
+    new_file.publish()?;
+    Ok(summary)
 }
 
 /// The same into any sink; `name` is its name in messages.
@@ -67,16 +61,14 @@ pub fn export_csv_to(
     sink: impl Write,
     name: &Path,
 ) -> Result<ExportSummary, RecordError> {
-    let mut reader = LogFiles::open(source)?;
-    let rows = write_rows(&mut reader, sink, name)?;
-    Ok(ExportSummary {
-        path: name.to_owned(),
-        rows,
-        condition: reader.condition(),
-    })
+    write_rows(&mut LogFiles::open(source)?, sink, name)
 }
 
-fn write_rows(reader: &mut LogFiles, sink: impl Write, name: &Path) -> Result<u64, RecordError> {
+fn write_rows(
+    reader: &mut LogFiles,
+    sink: impl Write,
+    name: &Path,
+) -> Result<ExportSummary, RecordError> {
     let fail = |source| RecordError::Csv {
         path: name.to_owned(),
         source,
@@ -103,5 +95,6 @@ fn write_rows(reader: &mut LogFiles, sink: impl Write, name: &Path) -> Result<u6
             .map_err(fail)?;
     }
     csv.flush().map_err(|error| fail(error.into()))?;
-    Ok(rows)
+    let condition = reader.condition();
+    Ok(ExportSummary { rows, condition })
 }

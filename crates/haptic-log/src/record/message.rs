@@ -57,8 +57,8 @@ pub enum MessageError {
     /// Fields that end too early or too late, or text that is not UTF-8.
     #[error("message does not have the fields of its schema")]
     Fields,
-    /// Vectors of several lengths.
-    #[error("a tick has as many axes in each of its vectors")]
+    /// Vectors of several lengths, in a tick or in a log.
+    #[error("all ticks of a log have the same number of axes, in each of their vectors")]
     Axes,
 }
 

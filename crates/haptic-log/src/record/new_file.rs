@@ -220,9 +220,6 @@ pub fn leftover_at(part: &Path) -> NewFileError {
 }
 
 /// Opens a file to read.
-///
-/// # Errors
-/// Those of the system; what is not a regular file, as a pipe, where nobody may ever write.
 pub(crate) fn open_file(path: &Path) -> io::Result<File> {
     if !fs::metadata(path)?.is_file() {
         let why = "it is not a regular file";
@@ -232,9 +229,6 @@ pub(crate) fn open_file(path: &Path) -> io::Result<File> {
 }
 
 /// Refuses a file that another run is writing: one whose lock is held.
-///
-/// # Errors
-/// [`NewFileError::BeingWritten`].
 pub(crate) fn refuse_being_written(file: &Path) -> Result<(), NewFileError> {
     // One that cannot be opened is no business of this check.
     match open_file(file).map(|file| file.try_lock_shared()) {
@@ -244,9 +238,6 @@ pub(crate) fn refuse_being_written(file: &Path) -> Result<(), NewFileError> {
 }
 
 /// Refuses to write to `target`, under either of its names, what is read from `source`.
-///
-/// # Errors
-/// [`NewFileError::OwnSource`].
 pub(crate) fn refuse_own_source(source: &Path, target: &Path) -> Result<(), NewFileError> {
     let Ok(source) = fs::canonicalize(source) else {
         // It cannot be read either, which is found out soon enough.

@@ -19,7 +19,9 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use super::message::LogMessage;
 use super::new_file::open_file;
 use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
-use super::{Entry, EventMessage, MetadataRecord, RecordError, StartTime, TickMessage};
+use super::{
+    Entry, EventMessage, MessageError, MetadataRecord, RecordError, StartTime, TickMessage,
+};
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
@@ -119,6 +121,8 @@ pub struct LogReader<R> {
     /// Entries to give out next; messages with log time and device time, ns.
     ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
+    /// Of all ticks, as of the first.
+    axes: Option<usize>,
     /// Log time and device time of the newest message given out, ns.
     newest: Option<(u64, u64)>,
     footer_seen: bool,
@@ -197,6 +201,7 @@ impl<R: Read> LogReader<R> {
             channels: BTreeMap::new(),
             ready: VecDeque::new(),
             condition: Condition::default(),
+            axes: None,
             newest: None,
             footer_seen: false,
             done: false,
@@ -341,6 +346,11 @@ impl<R: Read> LogReader<R> {
                     }
                 };
                 let entry = entry.map_err(|error| error.to_string())?;
+                if let Entry::Tick(tick) = &entry
+                    && *self.axes.get_or_insert(tick.axes()) != tick.axes()
+                {
+                    return Err(MessageError::Axes.to_string());
+                }
                 let times = device_time_ns(&entry).map(|time| (header.log_time, time));
                 self.ready.push_back((times, entry));
             }

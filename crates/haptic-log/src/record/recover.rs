@@ -1,6 +1,6 @@
 //! Saves what a cut or damaged log still holds.
 
-use std::collections::BTreeMap;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 use super::new_file::{refuse_being_written, refuse_own_source};
@@ -11,79 +11,62 @@ use super::{Condition, Damage, Entry, Leftover, LogReader, LogWriter, RecordErro
 pub const RECOVERED: &str = "recovered";
 
 /// Result of a recovery: the saved data and the lost data.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecoverySummary {
-    /// The log that was read.
-    pub source: PathBuf,
-    /// The new log.
-    pub target: PathBuf,
     /// Ticks saved.
     pub samples: u64,
     /// Events saved.
     pub events: u64,
-    /// Metadata records saved, not counting the one that marks the recovery.
-    pub metadata_records: u64,
     /// Device time of the last tick saved, s.
     pub last_s: Option<f64>,
     /// Number of the last tick saved.
     pub last_tick: Option<u64>,
     /// Ticks missing between saved ones.
     pub gaps: Vec<Gap>,
-    /// Ticks missing before the first saved, if the log says how its run ended.
-    pub missing_at_start: u64,
-    /// Ticks missing after the last saved, if the log says how its run ended.
-    pub missing_at_end: u64,
-    /// The log says how its run ended: nothing came after that.
-    pub has_end: bool,
-    /// Condition of the source.
-    pub condition: Condition,
+    /// True if nothing is known to be missing.
+    pub complete: bool,
+    /// Missing parts, a sentence each; empty if the source was whole.
+    pub missing: Vec<String>,
+    /// The new log.
+    pub log: PathBuf,
+    /// Ticks missing before the first saved and after the last, if the log says how its run ended.
+    #[serde(skip)]
+    pub missing_at_ends: [u64; 2],
 }
 
-impl RecoverySummary {
-    /// True if anything is known to be missing.
-    pub fn lost_data(&self) -> bool {
-        let at_the_ends = self.missing_at_start + self.missing_at_end;
-        !self.condition.complete || !self.gaps.is_empty() || at_the_ends > 0
+/// Missing parts, a sentence each.
+fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
+    let mut sentences: Vec<String> = condition.damage.iter().map(ToString::to_string).collect();
+    sentences.extend(count.gaps.iter().map(|gap| {
+        format!(
+            "{} ticks between {} and {} are missing",
+            gap.missing, gap.after_tick, gap.before_tick
+        )
+    }));
+    for (missing, place) in [
+        (count.missing_at_start(), "before the first"),
+        (count.missing_at_end(), "after the last"),
+    ] {
+        if missing > 0 {
+            sentences.push(format!("{missing} ticks {place} one saved are missing"));
+        }
     }
-
-    /// Missing parts, a sentence each; empty if the source was whole.
-    pub fn missing(&self) -> Vec<String> {
-        let mut sentences: Vec<String> =
-            (self.condition.damage.iter().map(ToString::to_string)).collect();
-        sentences.extend(self.gaps.iter().map(|gap| {
-            format!(
-                "{} ticks between {} and {} are missing",
-                gap.missing, gap.after_tick, gap.before_tick
-            )
-        }));
-        for (missing, place) in [
-            (self.missing_at_start, "before the first"),
-            (self.missing_at_end, "after the last"),
-        ] {
-            if missing > 0 {
-                sentences.push(format!("{missing} ticks {place} one saved are missing"));
-            }
-        }
-        if self.condition.foreign_messages > 0 {
-            sentences.push(format!(
-                "{} messages on topics that host-cli does not write were not copied",
-                self.condition.foreign_messages
-            ));
-        }
-        if !self.condition.complete {
-            match self.last_s.zip(self.last_tick) {
-                // What is missing after the last tick is counted above.
-                Some(_) if self.has_end => {}
-                Some((last_s, tick)) => {
-                    sentences.push(format!(
-                        "whatever came after tick {tick} at {last_s} s is lost"
-                    ));
-                }
-                None => sentences.push("no sample could be saved".to_owned()),
-            }
-        }
-        sentences
+    if condition.foreign_messages > 0 {
+        sentences.push(format!(
+            "{} messages on topics that host-cli does not write were not copied",
+            condition.foreign_messages
+        ));
     }
+    match count.last {
+        // What is missing after the last tick is counted above.
+        Some(_) if condition.complete || count.end.is_some() => {}
+        Some((tick, last_s)) => sentences.push(format!(
+            "whatever came after tick {tick} at {last_s} s is lost"
+        )),
+        None if condition.complete => {}
+        None => sentences.push("no sample could be saved".to_owned()),
+    }
+    sentences
 }
 
 /// Copies everything readable in `source` into the new, finished log `target`, which gets one
@@ -101,7 +84,7 @@ impl RecoverySummary {
 /// drop(writer);
 /// let summary = recover(&cut, &saved, false)?;
 /// assert_eq!(summary.samples, 1);
-/// assert!(summary.lost_data(), "nobody knows what came after");
+/// assert!(!summary.complete, "nobody knows what came after");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -129,7 +112,7 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
     let mut reader = LogReader::open(source)?;
     let mut writer = LogWriter::create_with(target, Leftover::Discard, overwrite)?;
     let mut count = TickCount::default();
-    let (mut events, mut metadata_records) = (0, 0);
+    let mut events = 0;
     let mut unreadable = None;
     while let Some(entry) = reader.next() {
         if let Some(start) = reader.started() {
@@ -149,7 +132,6 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
             Ok(Entry::Metadata(record)) => {
                 count.note(&record);
                 writer.metadata(&record.name, record.values)?;
-                metadata_records += 1;
             }
         }
     }
@@ -158,35 +140,28 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
         let at_byte = reader.bytes_read();
         condition.damage.push(Damage::Structure { at_byte, cause });
     }
-    let summary = RecoverySummary {
-        source: source.to_owned(),
-        target: target.to_owned(),
-        samples: count.samples,
-        events,
-        metadata_records,
-        last_s: count.last.map(|(_, time_s)| time_s),
-        last_tick: count.last.map(|(tick, _)| tick),
-        missing_at_start: count.missing_at_start(),
-        missing_at_end: count.missing_at_end(),
-        has_end: count.end.is_some(),
-        gaps: count.gaps,
-        condition,
-    };
-    writer.metadata(RECOVERED, mark(&summary))?;
-    writer.finish()?;
-    Ok(summary)
-}
-
-/// The metadata record that marks the new log.
-fn mark(summary: &RecoverySummary) -> BTreeMap<String, String> {
-    let gaps: Vec<String> = (summary.gaps.iter())
+    let gaps: Vec<String> = (count.gaps.iter())
         .map(|gap| format!("{}..{}", gap.after_tick, gap.before_tick))
         .collect();
-    let entries = [
-        ("source", summary.source.display().to_string()),
-        ("samples_kept", summary.samples.to_string()),
+    let missing = missing(&count, &condition);
+    let mark = [
+        ("source", source.display().to_string()),
+        ("samples_kept", count.samples.to_string()),
         ("gaps", gaps.join(" ")),
-        ("missing", summary.missing().join("; ")),
+        ("missing", missing.join("; ")),
     ];
-    entries.map(|(key, value)| (key.to_owned(), value)).into()
+    let mark = mark.map(|(key, value)| (key.to_owned(), value));
+    writer.metadata(RECOVERED, mark.into())?;
+    writer.finish()?;
+    Ok(RecoverySummary {
+        samples: count.samples,
+        events,
+        last_s: count.last.map(|(_, time_s)| time_s),
+        last_tick: count.last.map(|(tick, _)| tick),
+        complete: condition.complete && count.missing() == 0,
+        missing,
+        log: target.to_owned(),
+        missing_at_ends: [count.missing_at_start(), count.missing_at_end()],
+        gaps: count.gaps,
+    })
 }

@@ -33,9 +33,6 @@ pub(super) struct Syncer {
 
 impl Syncer {
     /// Starts.
-    ///
-    /// # Errors
-    /// If the system gives no second handle of the file or no thread.
     pub(super) fn start(file: &File, interval: Duration) -> io::Result<Self> {
         let file = file.try_clone()?;
         let (stop, stopped) = channel::<()>();
@@ -60,10 +57,6 @@ impl Syncer {
     }
 
     /// Stops.
-    ///
-    /// # Errors
-    /// Of the sync that failed: the system tells of a failure once, so a later sync that succeeds proves
-    /// nothing.
     pub(super) fn stop(mut self) -> io::Result<SyncTimes> {
         self.stop = None;
         match self.thread.take().map(JoinHandle::join) {

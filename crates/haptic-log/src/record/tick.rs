@@ -129,67 +129,70 @@ enum Read {
     Bits(fn(&TickMessage) -> u8),
 }
 
-/// The fields in the order of a message: name with its unit, what it is, how it is read.
-const FIELDS: [(&str, &str, Read); 12] = [
-    (
-        "tick",
-        "number of the tick, counted by the device from the start of the run",
-        Read::Count(|tick| tick.tick),
-    ),
-    ("time_s", "device time, s", Read::Number(|tick| tick.time_s)),
-    (
-        "reference_m",
-        "where the hand or indenter was told to be, m",
-        Read::Axes(|tick| tick.reference_m),
-    ),
-    (
-        "indenter_position_m",
-        "where the hand or indenter was, m",
-        Read::Axes(|tick| tick.indenter_position_m),
-    ),
-    (
-        "position_m",
-        "position of the device as the loop read it, m",
-        Read::Axes(|tick| tick.position_m),
-    ),
-    (
-        "environment_force_n",
-        "force the environment asked for, N",
-        Read::Axes(|tick| tick.environment_force_n),
-    ),
-    (
-        "commanded_force_n",
-        "force that left the safety chain, in answer to this position, N",
-        Read::Axes(|tick| tick.commanded_force_n),
-    ),
-    (
-        "applied_force_n",
-        "force that the device made in this tick, N",
-        Read::Axes(|tick| tick.applied_force_n),
-    ),
-    (
-        "contact_force_n",
-        "force between indenter and device, or that the actuators made, N",
-        Read::Axes(|tick| tick.contact_force_n),
-    ),
-    (
-        "limiters",
-        "limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, \
-         128 passivity guard",
-        Read::Bits(|tick| tick.limiters),
-    ),
-    (
-        "flaws",
-        "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
-         4 an older force of the host acted, 8 what the device told cannot be",
-        Read::Bits(|tick| tick.flaws),
-    ),
-    (
-        "observed_energy_j",
-        "energy that the passivity guard has observed, J; NaN if there is none",
-        Read::Number(|tick| tick.observed_energy_j),
-    ),
-];
+/// The fields in the order of a message: name with its unit, what it is, how it is read. The bits are those of
+/// [`TickMessage::limiters`] and of [`flaw`](super::flaw).
+const FIELDS: [(&str, &str, Read); 12] = {
+    use Read::{Axes, Bits, Count, Number};
+    [
+        (
+            "tick",
+            "number of the tick, from the start of the run",
+            Count(|t| t.tick),
+        ),
+        ("time_s", "device time, s", Number(|t| t.time_s)),
+        (
+            "reference_m",
+            "commanded place of hand or indenter, m",
+            Axes(|t| t.reference_m),
+        ),
+        (
+            "indenter_position_m",
+            "its true place, m",
+            Axes(|t| t.indenter_position_m),
+        ),
+        (
+            "position_m",
+            "place of the device as the loop read it, m",
+            Axes(|t| t.position_m),
+        ),
+        (
+            "environment_force_n",
+            "wanted by the environment, N",
+            Axes(|t| t.environment_force_n),
+        ),
+        (
+            "commanded_force_n",
+            "after the safety chain, N",
+            Axes(|t| t.commanded_force_n),
+        ),
+        (
+            "applied_force_n",
+            "made by the device in this tick, N",
+            Axes(|t| t.applied_force_n),
+        ),
+        (
+            "contact_force_n",
+            "of the contact, or really made, N",
+            Axes(|t| t.contact_force_n),
+        ),
+        (
+            "limiters",
+            "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard",
+            Bits(|t| t.limiters),
+        ),
+        (
+            "flaws",
+            "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
+             4 an older force of the host acted, 8 what the device told cannot be",
+            Bits(|t| t.flaws),
+        ),
+        (
+            "observed_energy_j",
+            "seen by the passivity guard, J; NaN if there is none",
+            Number(|t| t.observed_energy_j),
+        ),
+    ]
+};
 
 /// A number in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -46,9 +46,6 @@ impl Channels {
 }
 
 /// The places of channels among those of a log.
-///
-/// # Errors
-/// A channel that it has not.
 pub(crate) fn places(wanted: &[String], names: &[String]) -> Result<Vec<usize>, Failure> {
     let place = |name: &String| {
         let place = names.iter().position(|known| known == name);

@@ -13,9 +13,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A form, to be run in the next free folder of the runs.
-///
-/// # Errors
-/// What the reader of experiments refuses, and a serial device; no free folder.
 pub(super) fn work(
     (kind, parameters): (&str, &Map<String, Value>),
     realtime: Option<RealtimeOptions>,

@@ -14,9 +14,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The document that a form stands for.
-///
-/// # Errors
-/// A kind that there is not; a value that is no number, text or list.
 pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
     if !kinds().any(|known| known == kind) {
         let kinds: Vec<&str> = kinds().collect();
@@ -47,9 +44,6 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
 
 /// The one place that looks at a file before what a form names is opened: a pipe would be waited for without an end. What is not there
 /// its reader says, or it is the name of a tissue.
-///
-/// # Errors
-/// What is neither a file nor a folder of files.
 fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
     let Ok(about) = fs::metadata(path) else {
         return Ok(());
@@ -70,8 +64,6 @@ fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
     })
 }
 
-/// # Errors
-/// A device at a port.
 pub(super) fn simulated(remote: Option<&RemoteDevice>) -> Result<(), Failure> {
     match remote {
         None => Ok(()),
@@ -83,9 +75,6 @@ pub(super) fn simulated(remote: Option<&RemoteDevice>) -> Result<(), Failure> {
 }
 
 /// The next free folder of the runs for this kind, and the name of what will be in it.
-///
-/// # Errors
-/// No free folder.
 pub(super) fn place(
     runs: &Path,
     kind: &str,

@@ -53,9 +53,6 @@ pub(super) struct Listing {
 
 impl Listing {
     /// The logs, newest first.
-    ///
-    /// # Errors
-    /// A folder that cannot be read; one that there is not is empty.
     pub(super) fn list(
         &mut self,
         folder: &Path,
@@ -83,9 +80,6 @@ impl Listing {
     }
 
     /// The log of a name.
-    ///
-    /// # Errors
-    /// If the folder does not hold it, any more or at all.
     pub(super) fn find(&self, folder: &Path, name: &str) -> Result<(PathBuf, Seen), Failure> {
         logs(folder)?.remove(name).ok_or_else(|| {
             Failure::bad_input(format_args!(
@@ -265,9 +259,6 @@ pub(super) fn is_answer(path: &Path) -> bool {
 }
 
 /// Reads an answer: `kind`, `verdict`, `report`, its `lines`, `experiment`.
-///
-/// # Errors
-/// A file that cannot be read or is none.
 pub(super) fn read_answer(path: &Path) -> Result<Value, Failure> {
     let none = |why: &dyn std::fmt::Display| {
         Failure::bad_input(format_args!(

@@ -14,10 +14,9 @@ mod going;
 mod list;
 mod opened;
 mod question;
-mod table;
 
 pub(crate) use channels::places;
-pub(crate) use table::{Table, TableRequest};
+pub(crate) use opened::{Table, TableRequest};
 
 use crate::Announce;
 use crate::feel::locked;
@@ -91,9 +90,6 @@ impl Runs {
     }
 
     /// The runs, newest first.
-    ///
-    /// # Errors
-    /// A folder that cannot be read; one that there is not is empty.
     pub(crate) fn list(&self) -> Result<Value, Failure> {
         let going = self.going();
         let name = going.as_ref().map(|going| going.name());
@@ -107,9 +103,6 @@ impl Runs {
     }
 
     /// Metadata and events of a log, or of the run that goes on as far as they are known; or an answer.
-    ///
-    /// # Errors
-    /// A log that there is not, or that cannot be read.
     pub(crate) fn open(&self, name: &str) -> Result<Value, Failure> {
         if let Some(going) = self.going().filter(|going| going.name() == name) {
             return Ok(going.answer());
@@ -150,9 +143,6 @@ impl Runs {
     }
 
     /// Columns of a log, or of the run that goes on; `span` says of which ticks, of so many at this sample time.
-    ///
-    /// # Errors
-    /// A log that there is not, or that cannot be read; those of the span.
     pub(crate) fn columns(
         &self,
         name: &str,
@@ -179,9 +169,6 @@ impl Runs {
     }
 
     /// The samples of a log as a table.
-    ///
-    /// # Errors
-    /// A log that there is not, that cannot be read, or that is still written; a channel that it has not.
     pub(crate) fn table(&self, request: &TableRequest) -> Result<Table, Failure> {
         let name = &request.name;
         if self.going().is_some_and(|going| going.name() == name) {
@@ -200,9 +187,6 @@ impl Runs {
     }
 
     /// Starts an experiment or a question in a thread.
-    ///
-    /// # Errors
-    /// Parameters that are refused, with the reason; a run that goes on; a folder that cannot be made.
     pub(crate) fn start(
         &self,
         kind: &str,
@@ -235,9 +219,6 @@ impl Runs {
     }
 
     /// Work of a form: an experiment or a question.
-    ///
-    /// # Errors
-    /// Parameters that are refused; no free folder.
     fn work(
         &self,
         kind: &str,

@@ -1,12 +1,16 @@
 //! A log that is looked into: its samples as a pyramid, and what it says of itself.
 
-use super::channels::Channels;
+use super::channels::{Channels, places};
 use super::list::Seen;
 use crate::pyramid::{Pyramid, PyramidSize};
 use haptic_experiment::Failure;
 use haptic_log::record::{Entry, LogFiles, LogSummary, TickMessage, inspect};
+use serde::Deserialize;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::cmp::Ordering;
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
 
 /// Numbers of a pyramid that are kept one by one, and those of each of its coarser levels: half a million samples of one axis.
 const NUMBERS: usize = 1 << 22;
@@ -42,9 +46,6 @@ pub(super) fn pyramid(channels: &Channels, samples: u64) -> Pyramid {
 }
 
 /// Puts a tick where its number says; missing ones are no numbers.
-///
-/// # Errors
-/// More missing ticks than can be drawn.
 pub(super) fn push(
     pyramid: &mut Pyramid,
     channels: &Channels,
@@ -68,9 +69,6 @@ pub(super) fn push(
 
 impl Opened {
     /// Reads a log.
-    ///
-    /// # Errors
-    /// One that cannot be read, or holds no sample.
     pub(super) fn read(name: &str, path: &Path, seen: Seen) -> Result<Self, Failure> {
         let summary = inspect(path)?;
         let (Some(first_s), Some(last_s)) = (summary.first_s, summary.last_s) else {
@@ -148,4 +146,81 @@ impl Opened {
 
 fn no_sample(name: &str) -> Failure {
     Failure::bad_input(format_args!("the log {name} holds no sample"))
+}
+
+/// Bytes of a piece.
+const PIECE: usize = 1 << 16;
+
+/// What a table is to hold.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TableRequest {
+    pub(crate) name: String,
+    pub(crate) channels: Vec<String>,
+    #[serde(default)]
+    pub(crate) from_s: Option<f64>,
+    #[serde(default)]
+    pub(crate) to_s: Option<f64>,
+}
+
+/// A table of a log that is there.
+#[derive(Debug)]
+pub(crate) struct Table {
+    log: PathBuf,
+    channels: Channels,
+    /// Of the columns behind the time.
+    places: Vec<usize>,
+    header: String,
+    span_s: RangeInclusive<f64>,
+}
+
+impl Table {
+    pub(super) fn new(
+        log: PathBuf,
+        channels: Channels,
+        request: &TableRequest,
+    ) -> Result<Self, Failure> {
+        let [from_s, to_s] = [
+            request.from_s.unwrap_or(f64::NEG_INFINITY),
+            request.to_s.unwrap_or(f64::INFINITY),
+        ];
+        // Not a number is before nothing.
+        if from_s.partial_cmp(&to_s).is_none_or(Ordering::is_gt) {
+            return Err(Failure::bad_input("`from_s` has to be before `to_s`"));
+        }
+        Ok(Self {
+            log,
+            places: places(&request.channels, &channels.names())?,
+            channels,
+            header: format!("time_s,{}\n", request.channels.join(",")),
+            span_s: from_s..=to_s,
+        })
+    }
+
+    /// Reads the log and gives the table in pieces, until it is at an end or a piece is not taken. Every number has all of its
+    /// digits.
+    pub(crate) fn pieces(&self, mut take: impl FnMut(Vec<u8>) -> bool) -> Result<(), Failure> {
+        let mut piece = self.header.clone();
+        let mut numbers = Vec::new();
+        for entry in LogFiles::open(&self.log)? {
+            let Entry::Tick(tick) = entry? else { continue };
+            let time_s = tick.time_s;
+            if !self.span_s.contains(&time_s) {
+                continue;
+            }
+            numbers.clear();
+            numbers.extend(self.channels.numbers(&tick));
+            // Writing to a string cannot fail.
+            let _ = write!(piece, "{time_s}");
+            for &place in &self.places {
+                let _ = write!(piece, ",{}", numbers.get(place).unwrap_or(&f64::NAN));
+            }
+            piece.push('\n');
+            if piece.len() >= PIECE && !take(std::mem::take(&mut piece).into_bytes()) {
+                return Ok(());
+            }
+        }
+        take(piece.into_bytes());
+        Ok(())
+    }
 }

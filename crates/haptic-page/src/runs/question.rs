@@ -7,32 +7,18 @@
 //! ```
 
 use super::form::{document, place, simulated};
-use super::going::{Attendant, Finished, Progress, Work};
+use super::going::{Attendant, Finished, Work};
 use super::list::ANSWER;
 use haptic_experiment::question::Question;
-use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
-use haptic_experiment::question::design::{Design, DesignReport};
 use haptic_experiment::run::{OutputFolder, write_text};
-use haptic_experiment::{Failure, Settling, ZWidth, ZWidthReport};
+use haptic_experiment::{Failure, Settling, ZWidthReport};
 use haptic_quantity::written as shown_quantity;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What was found, before it is written.
-struct Answer {
-    report: Value,
-    verdict: String,
-    ended_early: Option<String>,
-    /// The experiment file of a proposal.
-    experiment: Option<String>,
-}
-
 /// A form, to be answered in the next free folder of the runs.
-///
-/// # Errors
-/// What the reader of questions refuses, and a serial device; no free folder.
 pub(super) fn work(
     (kind, parameters): (&str, &Map<String, Value>),
     runs: &Path,
@@ -70,12 +56,31 @@ fn written(
         let before = done.fetch_add(steps, Ordering::Relaxed);
         (attendant.progress)(before + steps);
     };
-    let answer = match question {
-        Question::ZWidth(zwidth) => of_zwidth(zwidth, attendant, &progress, folder),
-        Question::Design(design) => of_design(design, attendant, &progress, folder),
-        Question::Coupler(design) => of_coupler(design, attendant, &progress, folder),
-    }?;
-    let experiment = match &answer.experiment {
+    let stop = attendant.stop;
+    let (report, verdict, ended_early, text) = match question {
+        Question::ZWidth(zwidth) => {
+            let report = zwidth.run(&progress, stop, attendant.warn)?;
+            folder.write_table("csv", report.rows())?;
+            let ended_early = report.ended_early.as_ref().map(ToString::to_string);
+            (json!(report), stiffest(&report), ended_early, None)
+        }
+        Question::Design(design) => {
+            let found = design.answer(stop, &progress)?;
+            folder.write_table("csv", found.candidates.iter())?;
+            let order = found.best.as_ref().map(|best| best.order);
+            let verdict = proposal(order, found.simulated.as_ref());
+            (json!(found), verdict, None, found.experiment_text)
+        }
+        Question::Coupler(design) => {
+            let found = design.answer(stop, &progress)?;
+            folder.write_table("csv", found.candidates.iter())?;
+            let order = found.best.as_ref().map(|best| best.order);
+            let verdict = proposal(order, found.simulated.as_ref());
+            (json!(found), verdict, None, found.experiment_text)
+        }
+    };
+    // The experiment file of a proposal.
+    let experiment = match &text {
         Some(text) => {
             write_text(&folder.file("toml"), text, false)?;
             of_file(text)
@@ -84,33 +89,17 @@ fn written(
     };
     let shown = json!({
         "kind": kind,
-        "verdict": answer.verdict,
+        "verdict": verdict,
         "program": program,
-        "report": answer.report,
+        "report": report,
         "experiment": experiment,
     });
     write_text(&folder.file(ANSWER), &shown.to_string(), false)?;
     Ok(Finished {
-        report: answer.report,
+        report,
         curves: Value::Null,
-        verdict: Some(answer.verdict),
-        ended_early: answer.ended_early,
-    })
-}
-
-fn of_zwidth(
-    zwidth: &ZWidth,
-    attendant: Attendant<'_>,
-    progress: Progress<'_>,
-    folder: &OutputFolder,
-) -> Result<Answer, Failure> {
-    let report = zwidth.run(progress, attendant.stop, attendant.warn)?;
-    folder.write_table("csv", report.rows())?;
-    Ok(Answer {
-        verdict: stiffest(&report),
-        ended_early: report.ended_early.as_ref().map(ToString::to_string),
-        report: json!(report),
-        experiment: None,
+        verdict: Some(verdict),
+        ended_early,
     })
 }
 
@@ -128,45 +117,6 @@ fn stiffest(report: &ZWidthReport) -> String {
             )
         },
     )
-}
-
-fn of_design(
-    design: &Design,
-    attendant: Attendant<'_>,
-    progress: Progress<'_>,
-    folder: &OutputFolder,
-) -> Result<Answer, Failure> {
-    let report = design.answer(attendant.stop, progress)?;
-    folder.write_table("csv", report.candidates.iter())?;
-    let DesignReport {
-        best, simulated, ..
-    } = &report;
-    Ok(Answer {
-        verdict: proposal(best.as_ref().map(|best| best.order), simulated.as_ref()),
-        ended_early: None,
-        report: json!(report),
-        experiment: report.experiment_text,
-    })
-}
-
-fn of_coupler(
-    design: &CouplerDesign,
-    attendant: Attendant<'_>,
-    progress: Progress<'_>,
-    folder: &OutputFolder,
-) -> Result<Answer, Failure> {
-    let answer = design.answer(attendant.stop, progress)?;
-    folder.write_table("csv", answer.candidates.iter())?;
-    let CouplerAnswer {
-        best, simulated, ..
-    } = &answer;
-    let verdict = proposal(best.as_ref().map(|best| best.order), simulated.as_ref());
-    Ok(Answer {
-        verdict,
-        ended_early: None,
-        report: json!(answer),
-        experiment: answer.experiment_text,
-    })
 }
 
 /// The best order and its trial, in words.

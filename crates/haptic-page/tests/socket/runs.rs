@@ -169,7 +169,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     for (wrong, want) in [
         (
             json!({"name": name, "channels": ["colour"]}),
-            "take some of position_m",
+            "take some of reference_m",
         ),
         (
             json!({"name": name, "channels": [], "from_s": 2, "to_s": 1}),

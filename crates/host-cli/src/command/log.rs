@@ -9,7 +9,7 @@ use crate::picture_file::{self, PictureFileError};
 use clap::Subcommand;
 use haptic_experiment::Failure;
 use haptic_log::record::{
-    Entry, Gap, LogFiles, RecordError, RecoverySummary, export_csv, export_csv_to, inspect, recover,
+    Entry, LogFiles, RecordError, export_csv, export_csv_to, inspect, recover,
 };
 use serde::Serialize;
 use std::io;
@@ -75,19 +75,6 @@ pub(crate) enum Command {
         #[arg(long)]
         overwrite: bool,
     },
-}
-
-/// Result of `log recover`.
-#[derive(Serialize)]
-struct Recovered {
-    samples: u64,
-    events: u64,
-    last_s: Option<f64>,
-    last_tick: Option<u64>,
-    gaps: Vec<Gap>,
-    complete: bool,
-    missing: Vec<String>,
-    log: String,
 }
 
 /// Result of `log export` and `log plot`.
@@ -247,20 +234,9 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
 }
 
 fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
-    let summary: RecoverySummary = recover(log, target, overwrite)?;
-    let lost = summary.lost_data();
-    let recovered = Recovered {
-        samples: summary.samples,
-        events: summary.events,
-        last_s: summary.last_s,
-        last_tick: summary.last_tick,
-        complete: !lost,
-        missing: summary.missing(),
-        log: target.display().to_string(),
-        gaps: summary.gaps,
-    };
-    output.summary(&recovered)?;
-    if lost {
+    let summary = recover(log, target, overwrite)?;
+    output.summary(&summary)?;
+    if !summary.complete {
         Err(Failure::DataLost(anyhow::anyhow!(
             "`{}` was not whole; what it held is in `{}`",
             log.display(),

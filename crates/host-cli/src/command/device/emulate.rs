@@ -328,17 +328,18 @@ fn failed(error: EmulatorError) -> Failure {
 }
 
 fn words_of_own(done: &Emulated) -> String {
+    let (from, to) = (done.damage.to_device, done.damage.to_host);
     format!(
         "{} ticks, {} frames from the host, {} to it; the line lost {}, damaged {}, repeated {}, put {} out \
          of order, stood still {} times; {} were not fetched",
         done.ticks,
-        done.frames_from_host,
-        done.frames_to_host,
-        done.dropped,
-        done.corrupted,
-        done.duplicated,
-        done.reordered,
-        done.stalls,
+        from.sent,
+        to.sent,
+        from.dropped + to.dropped,
+        from.corrupted + to.corrupted,
+        from.duplicated + to.duplicated,
+        from.reordered + to.reordered,
+        from.stalls + to.stalls,
         done.unread
     )
 }
