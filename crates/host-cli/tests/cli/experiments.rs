@@ -31,47 +31,6 @@ fn relaxation_force(strain: f64, ramp_s: f64, t: f64) -> f64 {
     AREA_M2 * ETA * strain / (ramp_s * libm::tgamma(1.0 + p)) * powers
 }
 
-/// 200 s by default, at 1 kHz, first and last sample included.
-const DEFAULT_SAMPLES: f64 = 200_001.0;
-
-/// Runs `relax` for its default 200 s and checks all that does not depend on the options.
-fn default_run(options: &str) -> Value {
-    let place = Place::new();
-    let line = format!("relax --json --out run {options}");
-    let report = place.run(&line).succeeded().json();
-    assert_eq!(number(&report, "samples"), DEFAULT_SAMPLES);
-    assert_eq!(number(&report, "duration_s"), 200.0);
-    let check = place.run("log check run/relax.mcap --json").succeeded();
-    assert_eq!(number(&check.json(), "samples"), DEFAULT_SAMPLES);
-    report
-}
-
-/// The table: commanded force against the full history, and against the closed form.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn relaxations_meet_their_figures() {
-    for (options, most, closed_form) in [
-        ("", 1e-5, 5e-3),
-        ("precision=f32", 1e-4, 5e-3),
-        ("--contact rigid", 1e-5, 1e-4),
-        ("--contact rigid --scheme piecewise-linear", 1e-5, 1e-6),
-    ] {
-        let report = default_run(options);
-        // An error of exactly 0 would mean that something was compared with itself.
-        for (key, most) in [
-            ("max_relative_error", most),
-            ("closed_form_error", closed_form),
-        ] {
-            let error = number(&report, key);
-            assert!(error > 0.0 && error <= most, "{options}: {key}: {error:e}");
-        }
-        for (key, time) in [("peak_force_n", 1.0), ("final_force_n", 200.0)] {
-            let (have, want) = (number(&report, key), relaxation_force(0.05, 1.0, time));
-            assert!((have / want - 1.0).abs() < 5e-3, "{key}: {have}, {want}");
-        }
-    }
-}
-
 /// Keys of numbers above 0 in the report of any experiment on one axis.
 pub(crate) const NUMBERS: [&str; 5] = [
     "order",
@@ -302,22 +261,6 @@ fn a_memory_shorter_than_the_experiment_is_announced_with_the_factor_it_costs() 
             "--scheme full",
         ],
     );
-}
-
-#[test]
-fn one_seed_gives_one_run_bit_for_bit_and_another_seed_another() {
-    let traces = |seed: u64| {
-        let place = Place::new();
-        place
-            .run(&format!("{SHORT} sensor_noise=1um seed={seed}"))
-            .succeeded_with_warnings();
-        place.run("log export run/relax.mcap ticks.csv").succeeded();
-        (place.read("run/relax.csv"), place.read("ticks.csv"))
-    };
-    let (first, again, other) = (traces(1), traces(1), traces(2));
-    assert!(first == again, "the same seed gave another run");
-    assert!(first.0 != other.0, "the CSV does not depend on the seed");
-    assert!(first.1 != other.1, "the log does not depend on the seed");
 }
 
 fn example(name: &str) -> PathBuf {

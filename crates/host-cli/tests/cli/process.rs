@@ -138,6 +138,11 @@ impl Place {
         String::from_utf8(self.read(name)).expect("UTF-8")
     }
 
+    /// The names of [`files`](Self::files), with blanks between them.
+    pub(crate) fn listing(&self) -> String {
+        self.files().join(" ")
+    }
+
     /// All files and folders here, by path, in order.
     pub(crate) fn files(&self) -> Vec<String> {
         fn walk(folder: &Path, prefix: &str, found: &mut Vec<String>) {
@@ -358,9 +363,9 @@ pub(crate) fn row<'a>(text: &'a str, label: &str) -> &'a str {
 }
 
 /// The keys of a JSON object, sorted.
-pub(crate) fn keys(object: &serde_json::Value) -> Vec<&str> {
+pub(crate) fn keys(object: &serde_json::Value) -> String {
     let object = object.as_object().expect("an object");
     let mut keys: Vec<&str> = object.keys().map(String::as_str).collect();
     keys.sort_unstable();
-    keys
+    keys.join(" ")
 }
