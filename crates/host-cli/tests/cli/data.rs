@@ -160,7 +160,7 @@ fn bash_completes_with_the_script() {
 #[test]
 fn man_writes_a_page_for_each_command() {
     let place = Place::new();
-    let report = place.run("man pages/man1 --json").succeeded().json();
+    let report = place.json("man pages/man1");
     let pages = report["pages"].as_array().expect("a list").clone();
     for name in ["host-cli", "host-cli-relax", "host-cli-log-recover"] {
         let page = format!("pages/man1/{name}.1");
@@ -191,7 +191,7 @@ fn man_replaces_nothing_unless_it_is_told_to() {
     assert!(said.contains("--overwrite"), "{said}");
     assert_eq!(place.text("pages/host-cli-relax.1"), "my notes");
     assert_eq!(place.files().len(), 3, "{:?}", place.files());
-    let report = place.run("man pages --overwrite --json").succeeded().json();
+    let report = place.json("man pages --overwrite");
     assert!(place.text("pages/host-cli-relax.1").contains(".TH"));
     assert_eq!(place.text("pages/other.1"), "another program");
     let pages = report["pages"].as_array().expect("a list").clone();

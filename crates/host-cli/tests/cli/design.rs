@@ -98,7 +98,7 @@ fn a_wall_rests_where_the_push_is_in_balance() {
         .replace("order = 0.5", "order = 1\nhand_stiffness_n_per_m = 200")
         .replace("= 100.0", "= 10");
     place.write("wall.toml", text);
-    let report = place.run("run wall.toml --json").succeeded().json();
+    let report = place.json("run wall.toml");
     assert_eq!(report["stable"], true);
     assert_relative(
         "design",

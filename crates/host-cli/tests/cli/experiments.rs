@@ -77,7 +77,7 @@ fn wrote_its_files(place: &Place, report: &Value, stem: &str) {
 #[test]
 fn relax_reports_the_contracts_keys_and_writes_its_files() {
     let place = Place::new();
-    let report = place.run(&format!("{SHORT} --json")).succeeded().json();
+    let report = place.json(&format!("{SHORT}"));
     has_the_contracts_keys(&report, "prostate-cancerous");
     assert_eq!(number(&report, "samples"), 3001.0);
     wrote_its_files(&place, &report, "relax");
@@ -167,10 +167,7 @@ fn an_experiment_is_written_down_and_run_again_from_its_log() {
     let before = now();
     place.run(&format!("{line} --out first")).succeeded();
     let after = now();
-    let info = place
-        .run("log info first/relax.mcap --json")
-        .succeeded()
-        .json();
+    let info = place.json("log info first/relax.mcap");
     let started = info["started_utc"].as_str().expect("a date");
     holds(
         before.as_str() <= started && started <= after.as_str(),
@@ -227,7 +224,7 @@ fn without_out_each_run_takes_the_next_free_folder() {
 fn each_error_says_over_which_samples_it_is() {
     let place = Place::new();
     let line = "relax --duration 3s --ramp-time 0.5s";
-    let report = place.run(&format!("{line} --json")).succeeded().json();
+    let report = place.json(line);
     for (name, from_s) in [("max_relative_error", 0.01), ("closed_form_error", 0.6)] {
         assert_eq!(number(&report, &format!("{name}_from_s")), from_s, "{name}");
         assert_eq!(number(&report, &format!("{name}_to_s")), 3.0, "{name}");

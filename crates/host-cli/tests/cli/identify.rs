@@ -68,10 +68,7 @@ fn the_tissue_file_reads_back_with_its_source() {
     let place = place();
     let line = "identify fish.tsv --model fractional-maxwell --out muscle.toml --conditions cod";
     place.run(line).succeeded_with_warnings();
-    let shown = place
-        .run("materials show muscle.toml --json")
-        .succeeded()
-        .json();
+    let shown = place.json("materials show muscle.toml");
     assert_eq!(shown["name"], "muscle");
     assert_eq!(
         (&shown["source"]["conditions"], &shown["source"]["checked"]),

@@ -220,7 +220,7 @@ fn a_full_disk_was_survived(place: &Place, ended: Ended) {
     // A sample is 69 bytes and more; compression may halve that at best.
     let samples = number(&saved, "samples");
     assert!(samples >= 500.0, "{saved}");
-    let check = place.run("log check saved.mcap --json").succeeded().json();
+    let check = place.json("log check saved.mcap");
     assert_eq!(number(&check, "samples"), samples);
     // Whole chunks of 100 ms, from the start.
     assert_eq!(number(&check, "first_s"), 0.0);
@@ -438,7 +438,7 @@ fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
     let recovery = place.run("log recover run/relax.mcap.part saved.mcap --json");
     assert!(matches!(recovery.code, Some(0 | 4)), "{recovery}");
     let recovered = recovery.json();
-    let check = place.run("log check saved.mcap --json").succeeded().json();
+    let check = place.json("log check saved.mcap");
     let saved = number(&check, "samples");
     assert_eq!(check["gaps"], serde_json::json!([]), "{check}");
     assert_eq!(number(&recovered, "samples"), saved);

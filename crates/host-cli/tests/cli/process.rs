@@ -62,6 +62,11 @@ impl Place {
         self.run_with(line, &[])
     }
 
+    /// What `host-cli LINE --json` tells, without a warning.
+    pub(crate) fn json(&self, line: &str) -> serde_json::Value {
+        self.run(&format!("{line} --json")).succeeded().json()
+    }
+
     /// Runs `host-cli LINE` here, with `input` on standard input.
     pub(crate) fn run_with(&self, line: &str, input: &[u8]) -> Ended {
         self.run_arguments(&words(line), input)
