@@ -77,7 +77,7 @@ fn wrote_its_files(place: &Place, report: &Value, stem: &str) {
 #[test]
 fn relax_reports_the_contracts_keys_and_writes_its_files() {
     let place = Place::new();
-    let report = place.json(&format!("{SHORT}"));
+    let report = place.json(SHORT);
     has_the_contracts_keys(&report, "prostate-cancerous");
     assert_eq!(number(&report, "samples"), 3001.0);
     wrote_its_files(&place, &report, "relax");
