@@ -253,7 +253,28 @@ impl Place {
         rows: impl Iterator<Item = R>,
         picture: impl FnOnce() -> Result<Picture, FigureError>,
     ) -> Vec<String> {
-        let table = self.write(|folder| folder.write_table("csv", rows));
+        self.both(|folder| folder.write_table("csv", rows), picture)
+    }
+
+    /// The same, of rows that are not named themselves.
+    pub(crate) fn named_table_and_picture<R: Serialize>(
+        &mut self,
+        names: &[&str],
+        rows: impl Iterator<Item = R>,
+        picture: impl FnOnce() -> Result<Picture, FigureError>,
+    ) -> Vec<String> {
+        self.both(
+            |folder| folder.write_named_table("csv", names, rows),
+            picture,
+        )
+    }
+
+    fn both(
+        &mut self,
+        table: impl FnOnce(&OutputFolder) -> Result<String, Failure>,
+        picture: impl FnOnce() -> Result<Picture, FigureError>,
+    ) -> Vec<String> {
+        let table = self.write(table);
         let picture = self.write(|folder| save_picture(folder, picture()));
         table.into_iter().chain(picture).collect()
     }

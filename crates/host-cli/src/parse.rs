@@ -7,8 +7,7 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_experiment::parameters::Range;
 use haptic_experiment::{Failure, Named};
-use haptic_log::record::ROLL_LEAST;
-use haptic_quantity::{Bytes, Quantity, QuantityError, parse_number};
+use haptic_quantity::{Quantity, QuantityError, parse_number};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -119,21 +118,6 @@ pub(crate) fn parse_scheme(text: &str) -> Result<Scheme, String> {
         .map_err(|error: fracdiff::SchemeError| error.to_string())
 }
 
-/// The size that `--roll` gives, if it does.
-pub(crate) fn roll_bytes(size: Option<Bytes>) -> Result<Option<u64>, Failure> {
-    /// No disk has more.
-    const MOST: f64 = 1e15;
-    let least = ROLL_LEAST as f64;
-    match size {
-        None => Ok(None),
-        Some(Bytes(bytes)) if (least..=MOST).contains(&bytes) => Ok(Some(bytes as u64)),
-        Some(Bytes(bytes)) => Err(Failure::bad_input(format_args!(
-            "size {bytes} bytes is not in [{least:e}, {MOST:e}]: give --roll, as in 1GB",
-            bytes = Shown(bytes)
-        ))),
-    }
-}
-
 /// The sample time for an operator without units, which matters only to a scheme with frequencies in Hz.
 pub(crate) fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
     match (scheme, given_s) {
@@ -158,9 +142,8 @@ mod tests {
     use std::any::TypeId;
     use std::path::PathBuf;
 
-    /// Options whose number is judged elsewhere, in words of its own: an angle in degrees, rates and durations of `rt-check` and
-    /// sizes of files by what they are for.
-    const ELSEWHERE: [&str; 4] = ["phase-margin", "rate", "roll", "rt-check --duration"];
+    /// Judged elsewhere, in degrees.
+    const ELSEWHERE: &str = "phase-margin";
 
     /// Every option of a command and of those below it that takes a value, with the words that lead there.
     fn options(command: &Command, way: &[String], all: &mut Vec<(Vec<String>, Arg)>) {
@@ -214,7 +197,7 @@ mod tests {
         for (way, argument) in all.iter().filter(|(_, argument)| !is_of(argument, &texts)) {
             let option = argument.get_long().unwrap_or_default();
             let words = format!("{} --{option}", way.join(" "));
-            if ELSEWHERE.contains(&option) || ELSEWHERE.contains(&words.as_str()) {
+            if option == ELSEWHERE {
                 continue;
             }
             let mut takes = |value| refused(&mut command, way, option, value).is_none();

@@ -2,27 +2,30 @@
 
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
-use crate::parse::{roll_bytes, whole, within};
+use crate::parse::{whole, within};
 use crate::picture::{of_teleoperation, of_theory, of_touch, of_trial};
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::experiment::TouchVerdict;
 use haptic_experiment::experiment::teleoperation::TeleoperationVerdict;
 use haptic_experiment::judge::{Published, RunReport};
-use haptic_experiment::parameters::range;
+use haptic_experiment::parameters::{Range, range};
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
 use haptic_log::live::{Live, LiveStreams};
+use haptic_log::record::ROLL_LEAST;
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use haptic_quantity::{Bytes, Time, written};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use std::fmt;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Duration;
+
+/// Sizes at which another log file begins, bytes; no disk has more.
+const ROLLS: Range = Range::Within(ROLL_LEAST as f64, 1e15);
 
 /// How a run is conducted and kept.
 #[derive(Debug, Args)]
@@ -43,12 +46,7 @@ pub(crate) struct RunArguments {
     #[command(flatten)]
     files: RunFiles,
     /// Start another log file at this size, as in 1GB
-    #[arg(
-        long,
-        value_name = "SIZE",
-        hide_short_help = true,
-        help_heading = "Run"
-    )]
+    #[arg(long, value_name = "SIZE", value_parser = within::<Bytes>(ROLLS), hide_short_help = true, help_heading = "Run")]
     roll: Option<Bytes>,
     /// Write the experiment to a file instead of running it
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], hide_short_help = true, help_heading = "Run")]
@@ -65,7 +63,7 @@ impl RunArguments {
             return write_text(file, &text, self.files.overwrite);
         }
         let request = &mut FolderRequest {
-            roll_bytes: roll_bytes(self.roll)?,
+            roll_bytes: self.roll.map(|size| size.0 as u64),
             ..self
                 .files
                 .folder(document.kind().map_err(Failure::input)?)?
@@ -73,78 +71,54 @@ impl RunArguments {
         let kept = document.keep_in(&mut request.provenance);
         kept.map_err(Failure::input)?;
         let live = &self.live.open(pace != Pace::Virtual, output)?;
+        let conducted = Conducted {
+            samples,
+            output,
+            request,
+            live,
+        };
         match experiment {
-            ExperimentFile::Relax(relaxation) => {
-                conduct(samples, output, of_theory, |supervisor| {
-                    relaxation.run(request, supervisor.watched(live))
-                })?;
-                Ok(())
+            ExperimentFile::Relax(own) => {
+                conducted.by(of_theory, |to, by| own.run(to, by)).map(drop)
             }
-            ExperimentFile::Creep(creep) => {
-                conduct(samples, output, of_theory, |supervisor| {
-                    creep.run(request, supervisor.watched(live))
-                })?;
-                Ok(())
+            ExperimentFile::Creep(own) => {
+                conducted.by(of_theory, |to, by| own.run(to, by)).map(drop)
             }
-            ExperimentFile::Wall(wall) => {
-                let report = conduct(samples, output, of_trial, |supervisor| {
-                    wall.run(request, supervisor.watched(live))
-                })?;
-                if !wall.setup.must_be_stable || report.trial.stable_by_both() {
+            ExperimentFile::Wall(own) => {
+                let report = conducted.by(of_trial, |to, by| own.run(to, by))?;
+                if !own.setup.must_be_stable || report.trial.stable_by_both() {
                     return Ok(());
                 }
                 let words = report.trial.settling.verdict.words();
-                Err(broken(
-                    "must_be_stable",
-                    format_args!(
-                        "the wall is not stable by both trial ({words}) and analysis: design a weaker one"
-                    ),
-                ))
+                let what = format!("the wall is not stable by both trial ({words}) and analysis");
+                Err(broken("must_be_stable", &what, "design a weaker one"))
             }
-            ExperimentFile::Coupler(coupler) => {
-                let report = conduct(samples, output, of_trial, |supervisor| {
-                    coupler.run(request, supervisor.watched(live))
-                })?;
-                if !coupler.setup.must_be_stable || report.stable_by_all() {
+            ExperimentFile::Coupler(own) => {
+                let report = conducted.by(of_trial, |to, by| own.run(to, by))?;
+                if !own.setup.must_be_stable || report.stable_by_all() {
                     return Ok(());
                 }
                 let words = report.trial.settling.verdict.words();
-                Err(broken(
-                    "must_be_stable",
-                    format_args!(
-                        "the coupler is not stable by trial ({words}), analysis and Llewellyn's criterion: design a weaker one"
-                    ),
-                ))
+                let what = format!(
+                    "the coupler is not stable by trial ({words}), analysis and Llewellyn's criterion"
+                );
+                Err(broken("must_be_stable", &what, "design a weaker one"))
             }
-            ExperimentFile::Teleoperation(far) => {
-                let report = conduct(samples, output, of_teleoperation, |supervisor| {
-                    far.run(request, supervisor.watched(live))
-                })?;
-                if !far.must_be_passive || report.verdict == TeleoperationVerdict::Passive {
+            ExperimentFile::Teleoperation(own) => {
+                let report = conducted.by(of_teleoperation, |to, by| own.run(to, by))?;
+                if !own.must_be_passive || report.verdict == TeleoperationVerdict::Passive {
                     return Ok(());
                 }
-                Err(broken(
-                    "must_be_passive",
-                    format_args!(
-                        "{}: take a passive architecture, a softer coupler or a smaller motion",
-                        report.verdict.words()
-                    ),
-                ))
+                let remedy = "take a passive architecture, a softer coupler or a smaller motion";
+                Err(broken("must_be_passive", report.verdict.words(), remedy))
             }
-            ExperimentFile::Touch(touch) => {
-                let report = conduct(samples, output, of_touch, |supervisor| {
-                    touch.run(request, supervisor.watched(live))
-                })?;
-                if !touch.must_be_passive || report.verdict == TouchVerdict::Passive {
+            ExperimentFile::Touch(own) => {
+                let report = conducted.by(of_touch, |to, by| own.run(to, by))?;
+                if !own.must_be_passive || report.verdict == TouchVerdict::Passive {
                     return Ok(());
                 }
-                Err(broken(
-                    "must_be_passive",
-                    format_args!(
-                        "{}: take a softer shape, a shorter sample time or a guard",
-                        report.verdict.words()
-                    ),
-                ))
+                let remedy = "take a softer shape, a shorter sample time or a guard";
+                Err(broken("must_be_passive", report.verdict.words(), remedy))
             }
         }
     }
@@ -186,49 +160,59 @@ impl RunArguments {
 }
 
 /// What a file promises and the run did not keep.
-fn broken(key: &str, what: fmt::Arguments<'_>) -> Failure {
+fn broken(key: &str, what: &str, remedy: &str) -> Failure {
     Failure::Run(anyhow::anyhow!(
-        "{key}: {what}, or take {key} out of the file to run it all the same"
+        "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
     ))
 }
 
-/// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
-fn conduct<R: Summary, C>(
+/// How an experiment is conducted.
+struct Conducted<'a> {
     samples: u64,
     output: Output,
-    draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
-    experiment: impl FnOnce(Supervisor<'_>) -> Result<Published<R, C>, Failure>,
-) -> Result<R, Failure> {
-    let stop = stop_on_interrupt()?;
-    let bar = progress_bar(samples, output);
-    let progress = |done| {
-        bar.set_position(done);
-        if done >= samples {
-            // A long run is read again from its log.
-            bar.set_message("judging");
+    request: &'a FolderRequest,
+    live: &'a LiveStreams,
+}
+
+impl Conducted<'_> {
+    /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
+    fn by<R: Summary, C>(
+        &self,
+        draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
+        run: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Published<R, C>, Failure>,
+    ) -> Result<R, Failure> {
+        let stop = stop_on_interrupt()?;
+        let bar = progress_bar(self.samples, self.output);
+        let progress = |done| {
+            bar.set_position(done);
+            if done >= self.samples {
+                // A long run is read again from its log.
+                bar.set_message("judging");
+            }
+        };
+        let supervisor = Supervisor {
+            stop,
+            progress: &progress,
+            live: Some(self.live),
+            warn: &warn,
+        };
+        let result = run(self.request, supervisor);
+        bar.finish_and_clear();
+        let Published {
+            mut report,
+            curves,
+            folder,
+        } = result?;
+        let (picture, unsaved) = drawn(curves, &folder, draw);
+        report.run_mut().figure = picture;
+        for warning in &report.run().warnings {
+            warn(warning);
         }
-    };
-    let result = experiment(Supervisor {
-        stop,
-        progress: &progress,
-        live: None,
-        warn: &warn,
-    });
-    bar.finish_and_clear();
-    let Published {
-        mut report,
-        curves,
-        folder,
-    } = result?;
-    let (picture, unsaved) = drawn(curves, &folder, draw);
-    report.run_mut().figure = picture;
-    for warning in &report.run().warnings {
-        warn(warning);
+        self.output.summary(&report)?;
+        both_saved(report.run().lost_table(), unsaved)?;
+        ended_well(report.run())?;
+        Ok(report)
     }
-    output.summary(&report)?;
-    both_saved(report.run().lost_table(), unsaved)?;
-    ended_well(report.run())?;
-    Ok(report)
 }
 
 /// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.

@@ -9,7 +9,7 @@ use crate::parse::{choice, whole};
 use clap::Args;
 use haptic_experiment::{Failure, Imperfections};
 use haptic_page::{DeviceNumbers, OnClose, PageServer, ServerOptions};
-use serde::Serialize;
+use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -57,12 +57,6 @@ pub(crate) struct Arguments {
     thread: ThreadArguments,
 }
 
-/// The address, for programs.
-#[derive(Serialize)]
-struct Address<'a> {
-    address: &'a str,
-}
-
 impl Arguments {
     /// Serves until Ctrl-C.
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
@@ -83,7 +77,7 @@ impl Arguments {
             provenance: provenance(),
         })?;
         let address = server.address();
-        output.text(&Address { address }, |out| {
+        output.text(&json!({"address": address}), |out| {
             writeln!(out, "{address}\nCtrl-C ends it.")
         })?;
         if !self.no_browser

@@ -4,7 +4,7 @@ use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_log::record::NewFile;
-use serde::Serialize;
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Arguments of `completions`.
@@ -28,29 +28,14 @@ pub(crate) struct Man {
     overwrite: bool,
 }
 
-/// A script as JSON.
-#[derive(Serialize)]
-struct Script {
-    shell: String,
-    script: String,
-}
-
-/// Files as JSON.
-#[derive(Serialize)]
-struct Pages {
-    pages: Vec<String>,
-}
-
 impl Completions {
     /// Runs the command, for the command line as a whole.
     pub(crate) fn run(self, mut whole: clap::Command, output: Output) -> Result<(), Failure> {
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut whole, "host-cli", &mut script);
-        let script = Script {
-            shell: self.shell.to_string(),
-            script: String::from_utf8_lossy(&script).into_owned(),
-        };
-        output.text(&script, |out| out.write_all(script.script.as_bytes()))
+        let script = String::from_utf8_lossy(&script);
+        let report = json!({"shell": self.shell.to_string(), "script": script});
+        output.text(&report, |out| out.write_all(script.as_bytes()))
     }
 }
 
@@ -71,11 +56,9 @@ impl Man {
             file.publish()?;
         }
         pages.sort();
-        let pages = Pages { pages };
-        let shown = if output.quiet { &[][..] } else { &pages.pages };
-        output.text(&pages, |out| {
-            let mut shown = shown.iter();
-            shown.try_for_each(|page| writeln!(out, "{page}"))
+        let shown = if output.quiet { &[][..] } else { &pages };
+        output.text(&json!({"pages": pages}), |out| {
+            shown.iter().try_for_each(|page| writeln!(out, "{page}"))
         })
     }
 

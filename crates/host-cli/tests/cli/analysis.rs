@@ -5,38 +5,11 @@ use serde_json::Value;
 
 /// One analysis, as JSON.
 fn analyze(line: &str) -> Value {
-    Place::new()
-        .run(&format!("analyze {line} --json"))
-        .succeeded()
-        .json()
+    Place::new().json(&format!("analyze {line}"))
 }
 
 fn close(have: f64, want: f64, tolerance: f64) -> bool {
     (have - want).abs() <= tolerance
-}
-
-#[test]
-fn a_wall_is_stable_below_the_known_boundary_and_not_above() {
-    // μ = 1, exact, δ = 0: α < 2β(2 − β)/(2 + β) = 2/3 at β = 1.
-    let wall = |alpha| analyze(&format!("stability --order 1 --alpha {alpha} --beta 1"));
-    let inside = wall(0.666_666);
-    assert_eq!(inside["stable"], true, "{inside}");
-    assert_eq!(inside["encirclements"], 0);
-    assert!(number(&inside, "gain_margin") > 1.0);
-    let outside = wall(0.666_667);
-    assert_eq!(outside["stable"], false, "{outside}");
-    assert_eq!(outside["encirclements"], 2);
-    for key in [
-        "order",
-        "scheme",
-        "alpha",
-        "beta",
-        "delta",
-        "gamma",
-        "delay_samples",
-    ] {
-        assert!(!outside[key].is_null(), "{key}");
-    }
 }
 
 #[test]
@@ -45,6 +18,8 @@ fn units_and_no_units_give_the_same_loop() {
     let with = analyze(
         "stability --order 0.5 --mass 65g --damping 3.5 --sample-time 2ms --stiffness 3N/mm --dissipation 100",
     );
+    assert_eq!(with["stable"], true, "{with}");
+    assert_eq!(with["encirclements"], 0);
     let (alpha, beta) = (number(&with, "alpha"), number(&with, "beta"));
     assert!(close(alpha, 3000.0 * 4e-6 / 0.065, 1e-15), "{alpha}");
     holds(

@@ -1,7 +1,7 @@
 //! `design`: walls that are what they promise.
 
 use crate::devices::Emulated;
-use crate::process::{Place, holds, number, row, says, table};
+use crate::process::{Place, number, row, says, table};
 use serde_json::Value;
 use testkit::assert_relative;
 
@@ -34,63 +34,17 @@ fn settles(place: &Place, factor: f64) -> bool {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_stiffest_wall_is_stable_and_three_times_it_is_not() {
-    for device in [
-        "",
-        "--delay 1ms",
-        "--delay 1.3ms current_lag=0.5ms",
-        "--hand-stiffness 400 --sample-time 1ms",
-    ] {
-        let place = Place::new();
-        let report = design(&place, device);
-        let best = &report["best"];
-        assert!(number(best, "margin") >= 2.0, "{device}: {report}");
-        assert_eq!(report["simulated"]["stable"], true, "{device}");
-        assert_eq!(report["experiment"], "design/design.toml");
-        for candidate in report["candidates"].as_array().expect("an array") {
-            if let Some(stiffness) = candidate["stiffness"].as_f64() {
-                assert!(
-                    stiffness <= number(best, "stiffness"),
-                    "{device}: {candidate}"
-                );
-            }
-        }
-        assert!(settles(&place, 1.0), "{device}");
-        assert!(!settles(&place, 3.0), "{device}");
-        let files = ["csv", "png", "svg", "toml"].map(|e| format!("design/design.{e}"));
-        assert!(files.iter().all(|file| place.files().contains(file)));
-    }
-}
-
-#[test]
 fn what_cannot_be_is_said_in_words() {
     let place = Place::new();
     let line = "design --require passive --damping 0 --out design";
     // Nothing was found: the report, and exit code 1.
     let ended = place.run(line).failed(1);
-    holds(
-        ended.error().contains("no candidate fulfils the wish"),
-        &ended,
-    );
+    says(ended.error(), &["no candidate fulfils the wish"]);
     let words = "no passive wall of this order on this device: it has no damping";
     assert_eq!(ended.stdout.matches(words).count(), 10, "{ended}");
     assert!(!ended.stdout.contains("best"), "{ended}");
     assert_eq!(place.files(), ["design/", "design/design.csv"]);
     assert!(!place.text("design/design.csv").contains("NaN"));
-}
-
-/// Γ(2μ + 1)/Γ(μ + 1)², the sum of all squared weights, at orders of the grid.
-fn squared_weights(order: f64) -> f64 {
-    let known = [
-        (0.0, 1.0),
-        (0.5, 4.0 / std::f64::consts::PI),
-        (1.0, 2.0),
-        (1.5, 32.0 / (3.0 * std::f64::consts::PI)),
-        (2.0, 6.0),
-    ];
-    let found = known.iter().find(|(mu, _)| *mu == order);
-    found.expect("an order of the list").1
 }
 
 const DESK: &str = "--device-model laboratory --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 0,0.5,1,1.5,2";
@@ -110,12 +64,6 @@ fn a_design_for_the_device_on_the_desk_runs_there() {
         ("encoder_resolution_m", 1e-6),
     ] {
         assert_eq!(number(&report["imperfections"], key), want, "{key}");
-    }
-    for candidate in report["candidates"].as_array().expect("an array") {
-        let (mu, b) = (number(candidate, "order"), number(candidate, "dissipation"));
-        let rms = b * 1e-6 / 12.0_f64.sqrt() * 1e-3_f64.powf(-mu) * squared_weights(mu).sqrt();
-        let have = number(candidate, "force_noise_rms_n");
-        assert!((have - rms).abs() <= 1e-4 * rms, "{candidate} {rms}");
     }
     assert_eq!(report["simulated"]["verdict"], "stable");
     assert!(settles(&place, 1.0));
@@ -150,7 +98,7 @@ fn a_wall_rests_where_the_push_is_in_balance() {
         .replace("order = 0.5", "order = 1\nhand_stiffness_n_per_m = 200")
         .replace("= 100.0", "= 10");
     place.write("wall.toml", text);
-    let report = place.run("run wall.toml --json").succeeded().json();
+    let report = place.json("run wall.toml");
     assert_eq!(report["stable"], true);
     assert_relative(
         "design",

@@ -8,7 +8,7 @@ mod promises;
 mod unheard;
 
 pub(crate) use crate::emulated::Emulated;
-use crate::process::{holds, says};
+use crate::process::says;
 use serde_json::Value;
 use std::time::Duration;
 
@@ -126,10 +126,9 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
         "device set --device serial:device stiffness=123N/m order=0.5 dissipation=2 rise_time=0.2s",
     );
     // What was loosened, and by how much.
-    holds(
-        set.stderr
-            .contains("warning: loosened: rise time from 500 ms to 200 ms"),
-        &set,
+    says(
+        &set.stderr,
+        &["warning: loosened: rise time from 500 ms to 200 ms"],
     );
     assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");
     let before = device.json(get);
@@ -145,10 +144,7 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     );
     assert_eq!(device.json(get), before);
     let info = device.place.run("log info wall/wall.mcap --json");
-    holds(
-        info.stdout.contains("\"device_force_limit_n\":\"10\""),
-        &info,
-    );
+    says(&info.stdout, &["\"device_force_limit_n\":\"10\""]);
     // A host that is killed in the middle of a run leaves no more.
     let line = RELAX.replace("watchdog=1s", "watchdog=300ms");
     let mut run = device.place.start(&line);

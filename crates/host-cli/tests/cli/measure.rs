@@ -212,34 +212,6 @@ fn a_device_file_is_the_same_device_in_sim_and_on_a_board() {
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn without_steps_and_friction_a_board_moves_as_sim_does_to_single_precision() {
-    let smooth = DEVICE_FILE
-        .replace("friction_n = 0.05\n", "")
-        .replace("encoder_resolution_m = 1e-6\n", "");
-    let board = board(&smooth);
-    board.loosen();
-    board.place().write("wall.toml", WALL);
-    board.json("run wall.toml --out sim");
-    board.json("run wall.toml --device serial:device watchdog=1s --out there");
-    let (sim, there) = (
-        table(board.place(), "sim/wall.csv"),
-        table(board.place(), "there/wall.csv"),
-    );
-    let off = |column: usize| {
-        let largest = sim
-            .iter()
-            .fold(0.0, |most: f64, row| most.max(row[column].abs()));
-        let differ = sim
-            .iter()
-            .zip(&there)
-            .map(|(a, b)| (a[column] - b[column]).abs());
-        differ.fold(0.0, f64::max) / largest
-    };
-    assert!(off(1) < 2e-6 && off(2) < 2e-6, "{} {}", off(1), off(2));
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_design_writes_runs_in_sim_and_on_a_board() {
     let board = board(DEVICE_FILE);
     let place = board.place();

@@ -62,6 +62,11 @@ impl Place {
         self.run_with(line, &[])
     }
 
+    /// What `host-cli LINE --json` tells, without a warning.
+    pub(crate) fn json(&self, line: &str) -> serde_json::Value {
+        self.run(&format!("{line} --json")).succeeded().json()
+    }
+
     /// Runs `host-cli LINE` here, with `input` on standard input.
     pub(crate) fn run_with(&self, line: &str, input: &[u8]) -> Ended {
         self.run_arguments(&words(line), input)
@@ -136,6 +141,11 @@ impl Place {
 
     pub(crate) fn text(&self, name: &str) -> String {
         String::from_utf8(self.read(name)).expect("UTF-8")
+    }
+
+    /// The names of [`files`](Self::files), with blanks between them.
+    pub(crate) fn listing(&self) -> String {
+        self.files().join(" ")
     }
 
     /// All files and folders here, by path, in order.
@@ -358,9 +368,9 @@ pub(crate) fn row<'a>(text: &'a str, label: &str) -> &'a str {
 }
 
 /// The keys of a JSON object, sorted.
-pub(crate) fn keys(object: &serde_json::Value) -> Vec<&str> {
+pub(crate) fn keys(object: &serde_json::Value) -> String {
     let object = object.as_object().expect("an object");
     let mut keys: Vec<&str> = object.keys().map(String::as_str).collect();
     keys.sort_unstable();
-    keys
+    keys.join(" ")
 }

@@ -78,10 +78,7 @@ fn a_run_by_the_clock_says_where_its_time_went_and_keeps_it_in_the_log() {
     let place = Place::new();
     let report = place.run(SHORT).succeeded_with_warnings().json();
     is_whole(&report);
-    let info = place
-        .run("log info run/relax.mcap --json")
-        .succeeded()
-        .json();
+    let info = place.json("log info run/relax.mcap");
     let records = info["metadata"].as_array().expect("a list");
     let kept = records.iter().find(|record| record["name"] == "realtime");
     let kept = &kept.expect("metadata of the clock")["values"];
@@ -117,10 +114,7 @@ fn in_virtual_time_there_is_no_clock_to_report() {
     let line = "relax --duration 1s --ramp-time 0.5s --out run --json";
     let report = place.run(line).succeeded().json();
     assert_eq!(report["realtime"], Value::Null);
-    let info = place
-        .run("log info run/relax.mcap --json")
-        .succeeded()
-        .json();
+    let info = place.json("log info run/relax.mcap");
     // Parameters, when it began, and how it ended.
     let records = info["metadata"].as_array().expect("records");
     let names: Vec<&Value> = records.iter().map(|record| &record["name"]).collect();
@@ -184,9 +178,6 @@ fn periods_that_a_stop_took_are_skipped_and_counted_but_every_tick_runs() {
     });
     assert!(said, "{ended}");
     // Device time has no gap.
-    let check = place
-        .run("log check run/relax.mcap --json")
-        .succeeded()
-        .json();
+    let check = place.json("log check run/relax.mcap");
     assert_eq!(check["gaps"], Value::Array(Vec::new()), "{check}");
 }

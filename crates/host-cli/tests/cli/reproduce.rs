@@ -52,7 +52,7 @@ fn assert_claims(claims: &[Value]) {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_dissertation_is_made_again_and_judged() {
     let place = Place::new();
-    let result = place.run("reproduce --out again --json").succeeded().json();
+    let result = place.json("reproduce --out again");
     let figures = result["figures"].as_array().expect("figures").clone();
     let ids: Vec<&str> = figures.iter().filter_map(|f| f["id"].as_str()).collect();
     assert_eq!(

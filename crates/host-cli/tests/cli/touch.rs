@@ -1,7 +1,7 @@
 //! A hand over a shape: run, log, table and picture of several axes.
 
 use crate::devices::Emulated;
-use crate::process::{Place, number};
+use crate::process::{Place, number, says};
 
 const DISC: &str = include_str!("../../../../experiments/touch-disc.toml");
 
@@ -9,10 +9,7 @@ const DISC: &str = include_str!("../../../../experiments/touch-disc.toml");
 fn a_touch_runs_from_its_file_to_table_and_picture() {
     let place = Place::new();
     place.write("disc.toml", DISC);
-    let report = place
-        .run("run disc.toml --out disc --json")
-        .succeeded()
-        .json();
+    let report = place.json("run disc.toml --out disc");
     assert_eq!(report["verdict"], "passive", "{report}");
     assert_eq!(number(&report, "samples"), 5001.0);
     assert!(number(&report, "max_relative_error") < 2e-6);
@@ -35,10 +32,7 @@ fn a_touch_runs_from_its_file_to_table_and_picture() {
     assert_eq!(table.lines().count(), 5002);
 
     place.run("log check disc/touch.mcap").succeeded();
-    let exported = place
-        .run("log export disc/touch.mcap --out table --json")
-        .succeeded()
-        .json();
+    let exported = place.json("log export disc/touch.mcap --out table");
     assert_eq!(number(&exported, "samples"), 5001.0);
     let columns = place.text("table/touch.ticks.csv");
     let columns: Vec<&str> = columns
@@ -66,10 +60,7 @@ fn by_the_clock_a_touch_is_the_same() {
         "short.toml",
         "[touch]\nduration_s = 0.2\nsample_time_s = 0.005\n",
     );
-    let virtual_time = place
-        .run("run short.toml --out a --json")
-        .succeeded()
-        .json();
+    let virtual_time = place.json("run short.toml --out a");
     let clock = place
         .run("run short.toml --realtime --priority off --out b --json")
         .succeeded_with_warnings()
@@ -87,11 +78,7 @@ fn a_touch_that_must_be_passive_and_is_not_ends_with_1_and_a_fault_too() {
          way_points = [[0, -0.005, 0], [0.5, 0.005, 0]]\nmust_be_passive = true\n",
     );
     let ended = place.run("run stiff.toml --out stiff").failed(1);
-    assert!(
-        ended.error().contains("must_be_passive"),
-        "{}",
-        ended.error()
-    );
+    says(ended.error(), &["must_be_passive"]);
     place.write(
         "out.toml",
         "[touch]\nshape = \"plane\"\nsurface_m = 1\nway_points = [[0, 0, 0], [0.2, 0.1, 0]]\nduration_s = 1\n\

@@ -150,7 +150,6 @@ fn each_row(
 ///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of a name; no row; a cell that is not a finite number, with its line.
-#[expect(clippy::type_complexity, reason = "lines, and a list a name")]
 pub fn read_columns<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
@@ -161,7 +160,11 @@ pub fn read_columns<const N: usize>(
         )));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let delimiter = delimiter(utf8(bytes)?)?;
+    let text = utf8(bytes)?;
+    let delimiter = delimiter(text)?;
+    if let Some(line) = missing_row(text, delimiter) {
+        return Err(wrong(line, NO_VALUE));
+    }
     let (mut lines, mut columns) = (Vec::new(), [const { Vec::new() }; N]);
     let (mut header, mut places) = (None, [0; N]);
     each_row(bytes, delimiter, |line, row| {
@@ -182,7 +185,7 @@ pub fn read_columns<const N: usize>(
                 line,
                 column: Some(name.to_owned()),
                 reason: match cell {
-                    "" => "no value: give a number in every row".to_owned(),
+                    "" => NO_VALUE.to_owned(),
                     cell => format!("{cell:?} is not a finite number"),
                 },
             })?);
@@ -195,6 +198,18 @@ pub fn read_columns<const N: usize>(
         )),
         false => Ok((lines, columns)),
     }
+}
+
+const NO_VALUE: &str = "no value: give a number in every row";
+
+/// The first line without cells between others below the header: a sample that is missing, which the next must not replace.
+fn missing_row(text: &str, delimiter: u8) -> Option<u64> {
+    let is_blank = |c: char| c.is_whitespace() || c == char::from(delimiter);
+    let is_empty = |line: &str| line.trim_matches(is_blank).is_empty();
+    let mut lines = (1..).zip(text.lines());
+    lines.find(|(_, line)| !is_empty(line))?;
+    let (missing, _) = lines.find(|(_, line)| is_empty(line))?;
+    lines.any(|(_, line)| !is_empty(line)).then_some(missing)
 }
 
 /// The one column of this name.

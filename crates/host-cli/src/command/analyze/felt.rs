@@ -16,7 +16,6 @@ use haptic_experiment::parameters::{
 };
 use haptic_experiment::run::DeviceValues;
 use haptic_figure::{FigureError, Look, Picture};
-use serde::Serialize;
 use serde_json::{Value, json};
 
 /// The virtual environment and the frequencies.
@@ -110,15 +109,14 @@ pub(super) fn transparency(
 /// A frequency: sampled, and continuous of a closed loop.
 type Point = (Effective, Option<Effective>);
 
-/// A row of the CSV.
-#[derive(Serialize)]
-struct Row {
-    omega_rad_s: f64,
-    effective_stiffness_n_per_m: f64,
-    effective_damping_n_s_per_m: f64,
-    continuous_stiffness_n_per_m: Option<f64>,
-    continuous_damping_n_s_per_m: Option<f64>,
-}
+/// Columns of the CSV.
+const COLUMNS: [&str; 5] = [
+    "omega_rad_s",
+    "effective_stiffness_n_per_m",
+    "effective_damping_n_s_per_m",
+    "continuous_stiffness_n_per_m",
+    "continuous_damping_n_s_per_m",
+];
 
 fn report(
     points: &[Point],
@@ -128,14 +126,17 @@ fn report(
     title: &str,
     output: Output,
 ) -> Result<(), Failure> {
-    let rows = points.iter().map(|(sampled, continuous)| Row {
-        omega_rad_s: sampled.omega_rad_s,
-        effective_stiffness_n_per_m: sampled.stiffness_n_per_m,
-        effective_damping_n_s_per_m: sampled.damping_n_s_per_m,
-        continuous_stiffness_n_per_m: continuous.map(|c| c.stiffness_n_per_m),
-        continuous_damping_n_s_per_m: continuous.map(|c| c.damping_n_s_per_m),
+    let rows = points.iter().map(|(sampled, continuous)| {
+        (
+            sampled.omega_rad_s,
+            sampled.stiffness_n_per_m,
+            sampled.damping_n_s_per_m,
+            continuous.map(|c| c.stiffness_n_per_m),
+            continuous.map(|c| c.damping_n_s_per_m),
+        )
     });
-    let files = place.table_and_picture(rows, || draw(points, wall, title));
+    let picture = || draw(points, wall, title);
+    let files = place.named_table_and_picture(&COLUMNS, rows, picture);
     let points = points.iter().map(|(sampled, continuous)| {
         let mut point = json!({
             "omega_rad_s": sampled.omega_rad_s,

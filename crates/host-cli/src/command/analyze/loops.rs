@@ -111,23 +111,21 @@ pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(),
     let parts: Vec<Vec<_>> = (area.iter().flat_map(|area| &area.polygons))
         .map(|polygon| polygon.points.iter().collect())
         .collect();
-    let rows = parts.iter().enumerate().flat_map(|(part, points)| {
-        points.iter().map(move |p| RegionRow {
-            part,
-            alpha: p.alpha,
-            beta: p.beta,
-            theta_rad: p.theta,
-        })
-    });
+    let rows = parts
+        .iter()
+        .enumerate()
+        .flat_map(|(part, points)| points.iter().map(move |p| (part, p.alpha, p.beta, p.theta)));
     let files = match area {
-        Some(_) => place.table_and_picture(rows, || {
-            // Closed outlines.
-            let outlines = parts.iter().map(|points| {
-                let closed = points.iter().chain(points.first());
-                closed.map(|p| (p.beta, p.alpha)).collect()
-            });
-            draw_region(&outlines.collect::<Vec<_>>(), &resolved)
-        }),
+        Some(_) => {
+            place.named_table_and_picture(&["part", "alpha", "beta", "theta_rad"], rows, || {
+                // Closed outlines.
+                let outlines = parts.iter().map(|points| {
+                    let closed = points.iter().chain(points.first());
+                    closed.map(|p| (p.beta, p.alpha)).collect()
+                });
+                draw_region(&outlines.collect::<Vec<_>>(), &resolved)
+            })
+        }
         None => Vec::new(),
     };
     let mut outlines = parts.iter().map(|points| {
@@ -158,15 +156,6 @@ pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(),
         resolved.result(without_units).into_iter().chain([found]),
     ))?;
     place.close(Ok(()))
-}
-
-/// A row of the region's CSV.
-#[derive(serde::Serialize)]
-struct RegionRow {
-    part: usize,
-    alpha: f64,
-    beta: f64,
-    theta_rad: Option<f64>,
 }
 
 fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
@@ -204,11 +193,11 @@ pub(super) fn sensitivity(
     let curve: Vec<(f64, f64)> = logarithmic(1e-3 * PI, PI, count)
         .map(|theta| (theta, decibel(sampled.sensitivity(theta))))
         .collect();
-    let points = curve.iter().map(|&(theta, magnitude_db)| SensitivityPoint {
-        theta,
-        magnitude_db,
-    });
-    let files = place.table_and_picture(points.clone(), || draw_sensitivity(&curve, &resolved));
+    let picture = || draw_sensitivity(&curve, &resolved);
+    let names = ["theta", "magnitude_db"];
+    let files = place.named_table_and_picture(&names, curve.iter(), picture);
+    let points = curve.iter();
+    let points = points.map(|(theta, gain)| json!({"theta": theta, "magnitude_db": gain}));
     let found = json!({
         "peak_db": decibel(peak.value),
         "theta_at_peak": peak.theta,
@@ -219,12 +208,6 @@ pub(super) fn sensitivity(
         resolved.result(json!({})).into_iter().chain([found]),
     ))?;
     place.close(Ok(()))
-}
-
-#[derive(Clone, serde::Serialize)]
-struct SensitivityPoint {
-    theta: f64,
-    magnitude_db: f64,
 }
 
 fn draw_sensitivity(curve: &[(f64, f64)], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {

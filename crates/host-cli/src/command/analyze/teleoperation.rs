@@ -178,34 +178,30 @@ impl Asked {
 
     /// Refuses options that would have no effect.
     fn all_act(&self) -> Result<(), Failure> {
-        let refuse = |parameters: &[&p::Parameter], why: &str| match parameters
-            .iter()
-            .find(|parameter| self.given.has(parameter))
-        {
-            Some(parameter) => Err(Failure::bad_input(format_args!(
-                "{parameter} has no effect {why}: omit it"
-            ))),
-            None => Ok(()),
+        let refuse = |parameters: &[&p::Parameter], why: &str| {
+            let mut given = parameters
+                .iter()
+                .filter(|parameter| self.given.has(parameter));
+            given.next().map_or(Ok(()), |parameter| {
+                let why = format_args!("{parameter} has no effect {why}: omit it");
+                Err(Failure::bad_input(why))
+            })
         };
         let coupler = [
             &p::HAND_COUPLER_STIFFNESS,
             &p::HAND_COUPLER_DISSIPATION,
             &p::HAND_COUPLER_ORDER,
         ];
+        let waves = [&p::WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES];
         match self.architecture {
             Architecture::Wave => refuse(&coupler, "on waves, which have no coupler")?,
-            _ => refuse(
-                &[&p::WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES],
-                "without --architecture wave",
-            )?,
+            _ => refuse(&waves, "without --architecture wave")?,
         }
-        match self.given.flag(&a::BEST) {
-            true => {
-                refuse(&coupler, "with --best, which looks for it")?;
-                refuse(&[&p::WAVE_IMPEDANCE], "with --best, which looks for it")
-            }
-            false => Ok(()),
+        if self.given.flag(&a::BEST) {
+            refuse(&coupler, "with --best, which looks for it")?;
+            refuse(&waves[..1], "with --best, which looks for it")?;
         }
+        Ok(())
     }
 
     fn question(&self) -> Result<Question, Failure> {

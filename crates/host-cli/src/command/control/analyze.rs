@@ -15,7 +15,6 @@ use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing, Margins};
 use haptic_experiment::Failure;
 use haptic_quantity::{digits, written};
-use serde::Serialize;
 use serde_json::{Value, json};
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -37,44 +36,19 @@ pub(crate) struct Arguments {
     files: Files,
 }
 
-/// A row of the table of a loop.
-#[derive(Serialize)]
-struct LoopRow {
-    omega_rad_s: f64,
-    gain_db: f64,
-    phase_deg: f64,
-    sensitivity_db: f64,
-    complementary_db: f64,
-}
+/// Columns of the table of a loop; the first three those of a plant.
+const COLUMNS: [&str; 5] = [
+    "omega_rad_s",
+    "gain_db",
+    "phase_deg",
+    "sensitivity_db",
+    "complementary_db",
+];
 
-/// A row of the table of a plant.
-#[derive(Serialize)]
-struct PlantRow {
-    omega_rad_s: f64,
-    gain_db: f64,
-    phase_deg: f64,
-}
-
-impl From<&LoopPoint> for LoopRow {
-    fn from(point: &LoopPoint) -> Self {
-        Self {
-            omega_rad_s: point.omega_rad_s,
-            gain_db: decibel(point.open.norm()),
-            phase_deg: point.phase_rad.to_degrees(),
-            sensitivity_db: decibel(point.sensitivity()),
-            complementary_db: decibel(point.complementary()),
-        }
-    }
-}
-
-impl From<&LoopPoint> for PlantRow {
-    fn from(point: &LoopPoint) -> Self {
-        Self {
-            omega_rad_s: point.omega_rad_s,
-            gain_db: decibel(point.open.norm()),
-            phase_deg: point.phase_rad.to_degrees(),
-        }
-    }
+/// Frequency, gain and phase of the open loop.
+fn open(point: &LoopPoint) -> (f64, f64, f64) {
+    let gain_db = decibel(point.open.norm());
+    (point.omega_rad_s, gain_db, point.phase_rad.to_degrees())
 }
 
 impl Arguments {
@@ -94,8 +68,13 @@ impl Arguments {
     ) -> Result<(), Failure> {
         let mut place = self.files.look("loop", &[])?;
         let analysis: LoopAnalysis = analyse(file, &plant.plant).map_err(refused)?;
-        let rows = analysis.curve.iter().map(LoopRow::from);
-        let files = place.table_and_picture(rows, || draw_loop(&analysis, plant, file));
+        let closed = |point: &LoopPoint| [point.sensitivity(), point.complementary()].map(decibel);
+        let rows = analysis
+            .curve
+            .iter()
+            .map(|point| (open(point), closed(point)));
+        let picture = || draw_loop(&analysis, plant, file);
+        let files = place.named_table_and_picture(&COLUMNS, rows, picture);
         let (own, proved) = (&analysis.verdict, analysis.coarse.is_none());
         output.report(&json!({
             "plant": plant.words,
@@ -131,8 +110,8 @@ impl Arguments {
         let points = curve(1e-3 * middle, 1e3 * middle, |omega| {
             plant.plant.response(omega)
         });
-        let rows = points.iter().map(PlantRow::from);
-        let files = place.table_and_picture(rows, || draw_plant(&points, plant));
+        let (rows, picture) = (points.iter().map(open), || draw_plant(&points, plant));
+        let files = place.named_table_and_picture(&COLUMNS[..3], rows, picture);
         output.report(&json!({
             "plant": plant.words,
             "stable": stable,
@@ -273,23 +252,25 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
 /// The reason of an unstable loop, behind its poles, and the remedy.
 fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
     let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
+    // The gains for which it is stable.
+    let where_stable = |beyond: &str, edge: f64, end: Option<f64>| match end {
+        None => format!("{beyond} {}", digits(edge, 4)),
+        Some(end) => {
+            let [low, high] = [edge.min(end), edge.max(end)].map(|gain| digits(gain, 4));
+            format!("between {low} and {high}")
+        }
+    };
     match cause {
         Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
             ": the gain is too high. At {} rad/s the loop inverts errors and grows them {} times; it is stable {} of the gain.",
             at(&edge),
             digits(1.0 / edge.value, 4),
-            end.map_or_else(
-                || format!("below {}", digits(edge.value, 4)),
-                |end| format!("between {} and {}", digits(end, 4), digits(edge.value, 4))
-            )
+            where_stable("below", edge.value, end)
         ),
         Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
             ": the gain is too low to hold the plant (at {} rad/s). It is stable {} times the gain.",
             at(&edge),
-            end.map_or_else(
-                || format!("above {}", digits(edge.value, 4)),
-                |end| format!("between {} and {}", digits(edge.value, 4), digits(end, 4))
-            )
+            where_stable("above", edge.value, end)
         ),
         Cause::WrongSign(gain) => format!(
             ": the sign is wrong. With the opposite sign of the controller's gains, or of the plant's, {}it is stable.",
@@ -303,11 +284,13 @@ fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
             written("delay_s", delay.value),
             at(&delay)
         ),
-        _ => format!(
-            ". Neither 100 times more or less gain nor less dead time makes it stable: change the controller{} or sample faster.",
-            (analysis.margins.phase.as_ref()).map_or_else(String::new, |crossover| {
-                format!(" (more phase near {} rad/s)", at(crossover))
-            })
-        ),
+        _ => {
+            let near = analysis.margins.phase.as_ref();
+            let near = near.map(|crossover| format!(" (more phase near {} rad/s)", at(crossover)));
+            format!(
+                ". Neither 100 times more or less gain nor less dead time makes it stable: change the controller{} or sample faster.",
+                near.unwrap_or_default()
+            )
+        }
     }
 }

@@ -2,10 +2,11 @@
 
 use crate::command::device::PortArguments;
 use crate::output::{Output, note, warn};
+use crate::parse::one_of;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::device::firmware_version;
-use serde::Serialize;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -14,31 +15,22 @@ Builds the firmware, programs a board over a debug probe with probe-rs (https://
 then answers with the image's board and version.";
 
 /// A board of `firmware/`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Board {
-    /// NUCLEO-F446RE.
-    NucleoF446re,
+#[derive(Debug)]
+struct Board {
+    /// As the device calls itself.
+    name: &'static str,
+    feature: &'static str,
+    chip: &'static str,
 }
 
-impl Board {
-    const fn feature(self) -> &'static str {
-        match self {
-            Self::NucleoF446re => "board-nucleo-f446re",
-        }
-    }
+const BOARDS: &[Board] = &[Board {
+    name: "nucleo-f446re",
+    feature: "board-nucleo-f446re",
+    chip: "STM32F446RETx",
+}];
 
-    /// As the device calls itself.
-    const fn name(self) -> &'static str {
-        match self {
-            Self::NucleoF446re => "nucleo-f446re",
-        }
-    }
-
-    const fn chip(self) -> &'static str {
-        match self {
-            Self::NucleoF446re => "STM32F446RETx",
-        }
-    }
+fn boards() -> Vec<(&'static Board, &'static str, &'static str)> {
+    BOARDS.iter().map(|board| (board, board.name, "")).collect()
 }
 
 /// Arguments of `device flash`.
@@ -48,8 +40,8 @@ impl Board {
 )]
 pub(crate) struct Arguments {
     /// The board
-    #[arg(long, value_enum, default_value = "nucleo-f446re")]
-    board: Board,
+    #[arg(long, value_parser = one_of(boards()), default_value = BOARDS[0].name)]
+    board: &'static Board,
     /// Image to program [default: build it from --source]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
@@ -58,14 +50,6 @@ pub(crate) struct Arguments {
     source: PathBuf,
     #[command(flatten)]
     port: PortArguments,
-}
-
-#[derive(Serialize)]
-struct Flashed {
-    board: String,
-    image: String,
-    firmware: String,
-    device: String,
 }
 
 impl Arguments {
@@ -92,13 +76,12 @@ impl Arguments {
                 firmware: link.hello().firmware,
             })?;
         }
-        let flashed = Flashed {
-            board: link.capabilities().board().to_owned(),
-            image: image.display().to_string(),
-            firmware: firmware_version(link.hello()),
-            device: link.name(),
-        };
-        output.summary(&flashed)
+        output.summary(&json!({
+            "board": link.capabilities().board(),
+            "image": image.display().to_string(),
+            "firmware": firmware_version(link.hello()),
+            "device": link.name(),
+        }))
     }
 
     fn build(&self, output: Output) -> Result<PathBuf, Failure> {
@@ -112,7 +95,7 @@ impl Arguments {
         let mut cargo = Command::new("cargo");
         cargo
             .args(["build", "--release", "--no-default-features", "--features"])
-            .arg(self.board.feature())
+            .arg(self.board.feature)
             .args(["--target", TARGET, "--bin", BINARY])
             .current_dir(&self.source);
         if output.quiet {
@@ -186,7 +169,7 @@ impl Identity {
 }
 
 /// Reads what an image says of itself, and refuses that of another board.
-fn read_identity(board: Board, image: &Path) -> Result<Option<Identity>, Failure> {
+fn read_identity(board: &Board, image: &Path) -> Result<Option<Identity>, Failure> {
     let bytes = std::fs::read(image).map_err(|error| {
         Failure::bad_input(format_args!("cannot read `{}`: {error}", image.display()))
     })?;
@@ -196,11 +179,11 @@ fn read_identity(board: Board, image: &Path) -> Result<Option<Identity>, Failure
             "`{}` does not say what it is, so board and version are not checked: rebuild it",
             image.display()
         )),
-        Some(identity) if identity.board != board.name() => {
+        Some(identity) if identity.board != board.name => {
             return Err(Failure::bad_input(format_args!(
                 "`{}` is for {identity}, not for {}: give the --image of that board, or omit --image",
                 image.display(),
-                board.name()
+                board.name
             )));
         }
         Some(_) => {}
@@ -223,10 +206,10 @@ fn require_probe_rs() -> Result<(), Failure> {
     }
 }
 
-fn program(board: Board, image: &Path, output: Output) -> Result<(), Failure> {
+fn program(board: &Board, image: &Path, output: Output) -> Result<(), Failure> {
     let mut probe = Command::new("probe-rs");
     probe
-        .args(["download", "--chip", board.chip(), "--verify"])
+        .args(["download", "--chip", board.chip, "--verify"])
         .arg(image);
     run(
         probe,
@@ -234,7 +217,7 @@ fn program(board: Board, image: &Path, output: Output) -> Result<(), Failure> {
         "is the debug port plugged in? `probe-rs list` shows the probes",
     )?;
     let mut reset = Command::new("probe-rs");
-    reset.args(["reset", "--chip", board.chip()]);
+    reset.args(["reset", "--chip", board.chip]);
     run(reset, "probe-rs", "unplug the board and plug it in again")?;
     if !output.quiet {
         note("flashed", image.display());

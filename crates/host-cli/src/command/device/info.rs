@@ -1,6 +1,7 @@
 //! `device info` and `device list`.
 
 use super::PortArguments;
+use super::settings::number;
 use crate::output::{Output, note};
 use crate::parse::whole;
 use clap::Args;
@@ -10,8 +11,7 @@ use haptic_experiment::run::device::{at_port, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
-use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::time::Duration;
 
 /// Arguments of `device list`.
@@ -71,31 +71,57 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
     let statistics = link.statistics().map_err(problem)?;
     let set = link.configuration().map_err(problem)?.0.limits;
     let (status, can) = (link.status(), link.capabilities());
-    output.report(&Info {
-        device: link.name(),
-        board: can.board(),
-        firmware: firmware_version(link.hello()),
-        simulated: can.simulated,
-        axes: can.axes,
-        sample_time_min_s: f64::from(can.tick_period_min_us) * 1e-6,
-        sample_time_max_s: f64::from(can.tick_period_max_us) * 1e-6,
-        force_limit_n: set.force_n,
-        force_rate_limit_n_per_s: set.force_rate_n_per_s,
-        force_max_n: can.force_max_n,
-        force_rate_max_n_per_s: can.force_rate_max_n_per_s,
-        position_resolution_m: can.position_resolution_m,
-        coefficients_max: can.coefficients_max,
-        modes_max: can.modes_max,
-        degree_max: can.degree_max,
-        flight_samples: can.flight_samples,
-        state: status.state.to_string(),
-        fault: fault_in_words(status),
-        fault_reason: trouble(&link).filter(|_| status.fault > 0),
-        faults: status.faults,
-        latency_ms: link.latency_ms(),
-        round_trip_us,
-        round_trip_reason,
-        statistics,
+    output.report(&json!({
+        "device": link.name(),
+        "board": can.board(),
+        "firmware": firmware_version(link.hello()),
+        "simulated": can.simulated,
+        "axes": can.axes,
+        "sample_time_min_s": f64::from(can.tick_period_min_us) * 1e-6,
+        "sample_time_max_s": f64::from(can.tick_period_max_us) * 1e-6,
+        // As set, see `device set`; of what the device can do `force_max_n`.
+        "force_limit_n": number(set.force_n),
+        "force_rate_limit_n_per_s": number(set.force_rate_n_per_s),
+        "force_max_n": number(can.force_max_n),
+        "force_rate_max_n_per_s": number(can.force_rate_max_n_per_s),
+        "position_resolution_m": number(can.position_resolution_m),
+        "coefficients_max": can.coefficients_max,
+        "modes_max": can.modes_max,
+        "degree_max": can.degree_max,
+        "flight_samples": can.flight_samples,
+        "state": status.state.to_string(),
+        "fault": fault_in_words(status),
+        // Words of a board of another maker.
+        "fault_reason": trouble(&link).filter(|_| status.fault > 0),
+        "faults": status.faults,
+        "latency_ms": link.latency_ms(),
+        "round_trip_us": round_trip_us,
+        "round_trip_reason": round_trip_reason,
+        "statistics": counted(&statistics),
+    }))
+}
+
+/// The device's counters, with names that say what is counted.
+fn counted(counters: &Statistics) -> Value {
+    json!({
+        "ticks": counters.ticks,
+        "overruns": counters.overruns,
+        "tick_cycles_max": counters.tick_cycles_max,
+        "tick_cycles_last": counters.tick_cycles_last,
+        "stale_forces": counters.stale_forces,
+        "samples_dropped": counters.samples_dropped,
+        "frames_sent": counters.sent,
+        "frames_received": counters.received,
+        "frames_corrupt": counters.corrupt,
+        "frames_oversize": counters.oversize,
+        "frames_foreign": counters.foreign,
+        "frames_lost": counters.lost,
+        "frames_duplicate": counters.duplicate,
+        "frames_late": counters.late,
+        "bytes_overrun": counters.bytes_overrun,
+        "frames_of_strangers": counters.strangers,
+        "unanswered": counters.unanswered,
+        "forces_not_taken": counters.forces_not_taken,
     })
 }
 
@@ -107,69 +133,4 @@ pub(super) fn fault_in_words(status: Status) -> Option<String> {
             |fault| fault.to_string(),
         )
     })
-}
-
-/// Facts about a device.
-#[derive(Serialize)]
-struct Info<'a> {
-    device: String,
-    board: &'a str,
-    firmware: String,
-    simulated: bool,
-    axes: u8,
-    sample_time_min_s: f64,
-    sample_time_max_s: f64,
-    /// As set, see `device set`; of what the device can do `force_max_n`.
-    force_limit_n: f32,
-    force_rate_limit_n_per_s: f32,
-    force_max_n: f32,
-    force_rate_max_n_per_s: f32,
-    position_resolution_m: f32,
-    coefficients_max: u16,
-    modes_max: u16,
-    degree_max: u16,
-    flight_samples: u16,
-    state: String,
-    fault: Option<String>,
-    /// Words of a board of another maker about its fault.
-    fault_reason: Option<String>,
-    faults: u16,
-    latency_ms: Option<u32>,
-    round_trip_us: Option<RoundTrip>,
-    round_trip_reason: Option<&'static str>,
-    #[serde(with = "Counted")]
-    statistics: Statistics,
-}
-
-/// The device's counters, with names that say what is counted.
-#[derive(Serialize)]
-#[serde(remote = "Statistics")]
-struct Counted {
-    ticks: u32,
-    overruns: u32,
-    tick_cycles_max: u32,
-    tick_cycles_last: u32,
-    stale_forces: u32,
-    samples_dropped: u32,
-    #[serde(rename = "frames_sent")]
-    sent: u32,
-    #[serde(rename = "frames_received")]
-    received: u32,
-    #[serde(rename = "frames_corrupt")]
-    corrupt: u32,
-    #[serde(rename = "frames_oversize")]
-    oversize: u32,
-    #[serde(rename = "frames_foreign")]
-    foreign: u32,
-    #[serde(rename = "frames_lost")]
-    lost: u32,
-    #[serde(rename = "frames_duplicate")]
-    duplicate: u32,
-    #[serde(rename = "frames_late")]
-    late: u32,
-    bytes_overrun: u32,
-    #[serde(rename = "frames_of_strangers")]
-    strangers: u32,
-    unanswered: u32,
-    forces_not_taken: u32,
 }

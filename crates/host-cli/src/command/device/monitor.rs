@@ -1,6 +1,6 @@
 //! `device monitor`: watch a device, whatever happens to its line.
 
-use crate::command::conduct::{LiveArguments, stop_on_interrupt};
+use crate::command::conduct::{LiveArguments, stop_on_interrupt, target};
 use crate::command::device::PortArguments;
 use crate::command::device::info::fault_in_words;
 use crate::files::RunFiles;
@@ -15,7 +15,7 @@ use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};
 use haptic_log::record::{RecordError, StartTime, TickMessage};
 use haptic_quantity::Time;
 use haptic_remote::serial::{Heard, SerialLink};
-use indicatif::{ProgressBar, ProgressDrawTarget};
+use indicatif::ProgressBar;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -153,7 +153,12 @@ impl Arguments {
                 }
             }
             watch.watched.reconnected += 1;
-            note("link", there_again(zeroed));
+            // A device of another maker finds its zero when it is opened.
+            let back = match zeroed {
+                false => "the device is back",
+                true => "the device is back, reopened: its position now counts as its start",
+            };
+            note("link", back);
         }
         watch.bar.finish_and_clear();
         watch.watched.report(output)
@@ -173,15 +178,6 @@ impl Arguments {
     }
 }
 
-/// Says that a device is back.
-fn there_again(zeroed: bool) -> &'static str {
-    match zeroed {
-        false => "the device is back",
-        // A device of another maker finds its zero when it is opened.
-        true => "the device is back, reopened: its position now counts as its start",
-    }
-}
-
 /// Pause before the device is opened again, at first.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
 
@@ -196,12 +192,7 @@ fn pause_after(lasted: Duration, before: Duration) -> Duration {
 
 /// A line on the terminal that is written over.
 fn status_line(output: Output) -> ProgressBar {
-    let target = if output.quiet {
-        ProgressDrawTarget::hidden()
-    } else {
-        ProgressDrawTarget::stderr_with_hz(10)
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
+    let bar = ProgressBar::with_draw_target(None, target(output));
     // The template is a constant; the default serves if it were wrong.
     if let Ok(style) = indicatif::ProgressStyle::with_template("{msg}") {
         bar.set_style(style);

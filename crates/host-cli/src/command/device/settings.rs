@@ -55,7 +55,7 @@ impl Set {
 }
 
 /// A number of a device in its shortest form: 0.1, not 0.10000000149.
-fn number(value: f32) -> f64 {
+pub(super) fn number(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::NAN)
 }
 

@@ -37,27 +37,11 @@ fn a_run_is_not_usable(kind: &str, device: &str) {
     let line = format!(
         "relax --device {device} watchdog=1s late_ticks=0 --contact rigid --duration 300s --sample-time 5ms --out run --quiet"
     );
-    let run = Command::new(binary())
-        .args(line.split_whitespace())
-        .current_dir(emulated.place.path(""))
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("runs");
-    let began = Instant::now();
-    while !emulated.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < PATIENCE, "{kind}: no log");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let mut run = emulated.place.start(&line);
+    (emulated.place).wait_for("run/relax.mcap.part", &mut run);
     emulated.kill();
-    let ended = run.wait_with_output().expect("ends");
-    let said = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(3), "{kind}: {said}");
-    let last = said.lines().last().unwrap_or_default();
-    assert!(
-        last.starts_with("error: ") && last.contains("the log is run/relax.mcap"),
-        "{kind}: {said}"
-    );
+    let ended = Ended::new(line, &run.wait_with_output().expect("ends")).failed(3);
+    says(ended.error(), &["the log is run/relax.mcap"]);
 }
 
 /// Reads the standard error of a command until a line says this, then pulls the plug of its device; how the command ended.

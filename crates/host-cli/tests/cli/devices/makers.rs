@@ -1,4 +1,4 @@
-//! A moteus servo: the emulated one held to the maker's own client, and experiments on it.
+//! Devices of other makers, emulated: held to the makers' own programs, and experiments on them.
 
 use super::{Emulated, at};
 use crate::process::{Ended, Place, holds, number, says};
@@ -12,33 +12,44 @@ use testkit::skip;
 /// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
 const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
 
-/// What the maker's Python package reads from an emulated servo.
-fn read_by_the_maker(device: &Emulated, id: u8) -> Option<Value> {
+/// What a maker's own program, run by a script, tells of an emulated device; `None` where it is not installed.
+fn by_the_maker(script: &str, device: &Path, arguments: &[String]) -> Option<Value> {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let script =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/conformance/moteus_servo.py");
-    let run = Command::new(python)
-        .arg(script)
-        .arg(device.place.path("device"))
-        .arg(id.to_string())
-        .output();
-    let Ok(output) = run else {
-        skip("there is no Python");
-        return None;
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/conformance");
+    let mut command = Command::new(&python);
+    command.arg(folder.join(script)).arg(device).args(arguments);
+    let output = match command.output() {
+        Ok(output) => output,
+        Err(error) => {
+            skip(&format!("{}: {error}", python.display()));
+            return None;
+        }
     };
-    let errors = String::from_utf8_lossy(&output.stderr);
+    let said = String::from_utf8_lossy(&output.stderr);
     if output.status.code() == Some(3) {
-        skip(&errors);
+        skip(said.trim());
         return None;
     }
-    assert!(output.status.success(), "{errors}");
-    Some(serde_json::from_slice(&output.stdout).expect("JSON"))
+    assert!(output.status.success(), "{said}");
+    Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
+}
+
+/// The numbers behind these words in what an emulated device says at its end.
+fn told(said: &str, before: &str, count: usize) -> Vec<f64> {
+    let text = said.split(before).nth(1);
+    let text = text.unwrap_or_else(|| panic!("no {before}: {said}"));
+    let words = text.split([' ', ',', ';']);
+    words
+        .filter_map(|word| word.parse().ok())
+        .take(count)
+        .collect()
 }
 
 #[test]
 fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
     let device = Emulated::at_terminal("device", "--kind moteus servo_id=5");
-    let Some(seen) = read_by_the_maker(&device, 5) else {
+    let path = device.place.path("device");
+    let Some(seen) = by_the_maker("moteus_servo.py", &path, &["5".to_owned()]) else {
         return;
     };
     let is = |path: &str, value: f64| {
@@ -108,14 +119,7 @@ fn relax(place_of_loop: &str, duration: &str) -> String {
 
 /// What a servo said at its end: mode, torque and largest torque.
 fn last_words(said: &str) -> (f64, f64, f64) {
-    let after = |words: &str| -> f64 {
-        let rest = said
-            .split(words)
-            .nth(1)
-            .and_then(|rest| rest.split([' ', ',']).next());
-        let number = rest.and_then(|number| number.parse().ok());
-        number.unwrap_or_else(|| panic!("no number after {words}: {said}"))
-    };
+    let after = |words: &str| told(said, words, 1)[0];
     (after("mode "), after(" torque "), after("the largest "))
 }
 
@@ -207,8 +211,8 @@ fn what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     let of = |key: &str| at(&report, &format!("/link/{key}"));
     let (unanswered, not_taken) = (of("unanswered"), of("forces_not_taken"));
     assert!(unanswered > 100.0 && not_taken >= unanswered, "{report}");
-    let told = format!("{unanswered} had no answer of its board");
-    assert!(ended.stderr.contains(&told), "{ended}");
+    let counted = format!("{unanswered} had no answer of its board");
+    assert!(ended.stderr.contains(&counted), "{ended}");
     // The log has the ticks of the run, the link those before and after it too.
     let check = device
         .place
@@ -220,12 +224,7 @@ fn what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     assert!(logged > 100.0 && logged <= unanswered, "{check}");
     // What the servo heard, and what it was sent: each tick one frame, and those of opening it.
     let said = device.ends();
-    let heard: f64 = said
-        .split("emulated: ")
-        .nth(1)
-        .and_then(|rest| rest.split(' ').next())
-        .and_then(|number| number.parse().ok())
-        .unwrap_or_else(|| panic!("{said}"));
+    let heard = told(&said, "emulated: ", 1)[0];
     let sent = of("ticks");
     assert!(
         heard + not_taken >= sent,
@@ -239,57 +238,17 @@ fn board(options: &str) -> Emulated {
 }
 
 /// The maker's host on such a board: what it saw, and what the board said at the end. `None` where it is not installed.
-fn makers_host(
-    version: Version,
-    hand: &str,
-    force: [f64; 2],
-) -> Option<(serde_json::Value, String)> {
+fn makers_host(version: Version, hand: &str, force: [f64; 2]) -> Option<(Value, String)> {
     let number = version.number();
     let mut emulated = board(&format!("hardware={number} hand={hand}"));
-    let script = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../tests/conformance/haply_2diy.py"
-    );
-    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let output = Command::new(&python)
-        .arg(script)
-        .arg(emulated.place.path("2diy"))
-        .args([
-            number.to_string(),
-            force[0].to_string(),
-            force[1].to_string(),
-        ])
-        .arg("2.5")
-        .output();
-    let missing = match output {
-        Ok(output) if output.status.code() == Some(3) => {
-            String::from_utf8_lossy(&output.stderr).trim().to_owned()
-        }
-        Ok(output) => {
-            let said = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success() && said.is_empty(), "{said}");
-            let seen = serde_json::from_slice(&output.stdout).expect("one JSON object");
-            return Some((seen, emulated.ends()));
-        }
-        Err(error) => format!("{}: {error}", python.display()),
-    };
-    skip(&missing);
-    None
+    let [x, y] = force.map(|force| force.to_string());
+    let arguments = [number.to_string(), x, y, "2.5".to_owned()];
+    let path = emulated.place.path("2diy");
+    let seen = by_the_maker("haply_2diy.py", &path, &arguments)?;
+    Some((seen, emulated.ends()))
 }
 
-/// The numbers before a word.
-fn told(said: &str, before: &str, count: usize) -> Vec<f64> {
-    let text = said
-        .split(before)
-        .nth(1)
-        .unwrap_or_else(|| panic!("no {before}: {said}"));
-    let words = text
-        .split([' ', ',', ';'])
-        .filter_map(|word| word.parse().ok());
-    words.take(count).collect()
-}
-
-fn pair(seen: &serde_json::Value, key: &str) -> [f64; 2] {
+fn pair(seen: &Value, key: &str) -> [f64; 2] {
     [0, 1].map(|i| {
         seen[key][i]
             .as_f64()
@@ -366,7 +325,7 @@ const RELAX: &str = "relax --device haply:2diy --sample-time 10ms watchdog=1s la
                      --duration 3s --out run --overwrite --quiet --json";
 
 /// The report of a run that began; a machine that is too busy to hear the board's first answers in time says so instead.
-fn begun(ended: &Ended) -> Option<serde_json::Value> {
+fn begun(ended: &Ended) -> Option<Value> {
     if !ended.stdout.is_empty() {
         return Some(ended.json());
     }
