@@ -156,19 +156,33 @@ impl ExperimentFile {
         }
     }
 
+    /// What every kind has: the pace, leave to run what is unstable, the serial device.
+    fn conditions(&mut self) -> (&mut Pace, &mut bool, Option<&mut RemoteDevice>) {
+        match self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => (
+                &mut rendering.pace,
+                &mut rendering.preflight.force_unstable,
+                rendering.remote.as_mut(),
+            ),
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => (
+                &mut setup.pace,
+                &mut setup.force_unstable,
+                setup.remote.as_mut(),
+            ),
+            Self::Touch(touch) => (
+                &mut touch.pace,
+                &mut touch.force_unstable,
+                touch.remote.as_mut(),
+            ),
+            Self::Teleoperation(hands) => (&mut hands.pace, &mut hands.force_unstable, None),
+        }
+    }
+
     /// The same, for a program that waits so long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
-        let remote = match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.remote.as_mut()
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_mut(),
-            Self::Touch(touch) => touch.remote.as_mut(),
-            Self::Teleoperation(_) => None,
-        };
-        if let Some(remote) = remote {
+        if let (_, _, Some(remote)) = self.conditions() {
             remote.patience = patience;
         }
         self
@@ -198,31 +212,14 @@ impl ExperimentFile {
                 CONTROLLER.set_to("FILE.toml")
             )));
         }
-        let force_unstable = match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                &mut rendering.preflight.force_unstable
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.force_unstable,
-            Self::Teleoperation(experiment) => &mut experiment.force_unstable,
-            Self::Touch(touch) => &mut touch.force_unstable,
-        };
-        *force_unstable = true;
+        *self.conditions().1 = true;
         Ok(self)
     }
 
     /// The same, in another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
-        match &mut self {
-            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
-                rendering.pace = pace;
-            }
-            Self::Wall(WallExperiment { setup, .. })
-            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.pace = pace,
-            Self::Teleoperation(experiment) => experiment.pace = pace,
-            Self::Touch(experiment) => experiment.pace = pace,
-        }
+        *self.conditions().0 = pace;
         self
     }
 }

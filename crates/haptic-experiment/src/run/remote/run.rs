@@ -2,6 +2,7 @@
 
 use super::session::HostSession;
 use crate::document::failure::Failure;
+use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, DEVICE_DAMPING, DEVICE_MASS};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::folder::FolderRequest;
@@ -9,7 +10,7 @@ use crate::run::preflight::{
     MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
 use crate::run::record::{Record, Start};
-use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, loop_name};
+use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
 use crate::run::safety::GuardChoice;
 use crate::run::schedule::Schedule;
 use crate::run::tick::TickRecord;
@@ -268,7 +269,7 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
     let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
     add("board", link.capabilities().board().to_owned());
     add("firmware", firmware_version(link.hello()));
-    add("loop", loop_name(device.loop_mode).to_owned());
+    add("loop", device.loop_mode.name().to_owned());
     add(
         "watchdog_s",
         (f64::from(device.watchdog_ms()) * 1e-3).to_string(),

@@ -3,11 +3,12 @@
 use crate::document::failure::Failure;
 use crate::run::ending::Ending;
 use crate::run::fault_recorder::AFTER;
+use crate::run::flat::flat;
 use crate::run::folder::OutputFolder;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
-use crate::run::remote::summary::{flat, summarise};
+use crate::run::remote::summary::summarise;
 use crate::run::schedule::Schedule;
 use crate::run::tick::{Tick, TickRecord};
 use crate::run::{Ran, Supervisor, close, tell_end};
@@ -78,7 +79,7 @@ impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
         drop(link);
         record.dropped = recorder.dropped() + samples_lost;
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
-        recorder.metadata("link", flat(&summary));
+        recorder.metadata("link", flat(&summary, "", "."));
         record.link = Some(summary);
         recorder.metadata(END, record.end(schedule.samples, next_tick).metadata());
         let recorded = close(recorder, &record, let_go)?;
