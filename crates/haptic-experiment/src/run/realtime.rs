@@ -31,7 +31,7 @@ impl RealtimeOptions {
 
     /// For the thread that ticks; memory is locked with a priority only.
     #[must_use]
-    pub(crate) const fn thread(self) -> ThreadConfig {
+    pub const fn thread(self) -> ThreadConfig {
         ThreadConfig {
             priority: self.priority,
             pin: self.pin,

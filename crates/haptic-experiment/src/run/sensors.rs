@@ -36,7 +36,7 @@ impl Sensors {
     ///
     /// # Errors
     /// A resolution or noise that is negative or not finite.
-    pub(crate) fn before<V>(self, device: V) -> Result<Sensed<V>, Failure> {
+    pub fn before<V>(self, device: V) -> Result<Sensed<V>, Failure> {
         let noise = (Metres(self.noise_m), self.seed);
         Sensed::new(device, Metres(self.encoder_resolution_m), noise).map_err(|error| {
             Failure::input_with_advice(
