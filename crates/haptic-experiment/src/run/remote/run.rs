@@ -44,16 +44,6 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     pub metadata: BTreeMap<String, String>,
 }
 
-impl<P, M> std::fmt::Debug for RemoteRun<'_, P, M> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("RemoteRun")
-            .field("device", self.device)
-            .field("law", &self.law)
-            .field("schedule", &self.schedule)
-            .finish_non_exhaustive()
-    }
-}
-
 impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
     ///
