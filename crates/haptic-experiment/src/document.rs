@@ -151,23 +151,24 @@ impl Document {
         Ok(())
     }
 
+    /// What is given, as TOML, and for each of its lines how it was said.
     fn written(&self) -> (String, Vec<String>) {
         let (mut text, mut said) = (String::new(), Vec::new());
-        let mut tables: Vec<&str> = self
-            .given
-            .iter()
-            .map(|given| given.table.as_str())
-            .collect();
-        tables.sort_unstable();
-        tables.dedup();
-        for table in tables {
-            text += &format!("[{table}]\n");
+        let mut given: Vec<&Given> = self.given.iter().collect();
+        given.sort_by_key(|given| &given.table);
+        for given in given.chunk_by(|a, b| a.table == b.table) {
+            text += &format!("[{}]\n", given[0].table);
             said.push(String::new());
-            for given in self.given.iter().filter(|given| given.table == table) {
+            for Given {
+                key,
+                value,
+                said: how,
+                ..
+            } in given
+            {
                 // Quotes what is no bare key.
-                let line = toml::Table::from_iter([(given.key.clone(), given.value.clone())]);
-                let line = line.to_string();
-                said.extend(line.lines().map(|_| given.said.clone()));
+                let line = toml::Table::from_iter([(key.clone(), value.clone())]).to_string();
+                said.extend(line.lines().map(|_| how.clone()));
                 text += &line;
             }
         }
@@ -186,25 +187,26 @@ impl Document {
     }
 }
 
-/// A line of a file for a parameter.
+/// A line of a file for a parameter: a comment for a default.
 pub(crate) fn line(table: &Table<'_>, parameter: &Parameter) -> String {
     let Parameter { key, shown, .. } = parameter;
-    let written = table.written(parameter);
-    match (written, parameter.value) {
-        (Some(text), _) => match table.path(parameter) {
-            Some(path) => {
-                let path = absolute(&path).unwrap_or(path);
-                format!("{key} = {}\n", Value::from(path.to_string_lossy().as_ref()))
-            }
-            None => format!("{key} = {text}\n"),
-        },
-        (None, Kind::Number(Some(default), _)) => format!("# {key} = {default:?}\n"),
-        (None, Kind::Count(default)) => format!("# {key} = {default}\n"),
-        (None, Kind::Flag(default)) => format!("# {key} = {default}\n"),
-        (None, Kind::List(_)) if !shown.is_empty() => format!("# {key} = [{shown}]\n"),
-        (None, Kind::Text(default)) if !default.is_empty() => format!("# {key} = \"{default}\"\n"),
-        _ => String::new(),
-    }
+    let default = match (table.written(parameter), parameter.value) {
+        (Some(text), _) => {
+            let path = table.path(parameter);
+            let path = path.map(|path| absolute(&path).unwrap_or(path));
+            return match path {
+                Some(path) => format!("{key} = {}\n", Value::from(path.to_string_lossy().as_ref())),
+                None => format!("{key} = {text}\n"),
+            };
+        }
+        (None, Kind::Number(Some(default), _)) => format!("{default:?}"),
+        (None, Kind::Count(default)) => default.to_string(),
+        (None, Kind::Flag(default)) => default.to_string(),
+        (None, Kind::List(_)) if !shown.is_empty() => format!("[{shown}]"),
+        (None, Kind::Text(default)) if !default.is_empty() => format!("\"{default}\""),
+        _ => return String::new(),
+    };
+    format!("# {key} = {default}\n")
 }
 
 /// Lines of a file for numbers: `{:?}` is the shortest text that reads back to the same bits.
@@ -270,11 +272,7 @@ impl<'a> Parsed<'a> {
 
     pub(crate) fn has(&self, table: &str) -> bool {
         let mut layers = self.layers.iter();
-        layers.any(|layer| {
-            in_order(&layer.root)
-                .iter()
-                .any(|(key, _)| key.get_ref() == table)
-        })
+        layers.any(|layer| layer.root.contains_key(table))
     }
 
     /// The one table that is of one of these kinds, and those beside it by name; `what` and `choice` say in words what such a file has.
@@ -305,34 +303,31 @@ impl<'a> Parsed<'a> {
         choice: &str,
     ) -> Result<Vec<(&'k str, Table<'a>)>, FileError> {
         let mut tables: Vec<(&'k str, Table<'a>)> = Vec::new();
-        for layer in self.layers.iter().rev() {
-            let source = layer.source;
-            for (key, value) in in_order(&layer.root) {
+        for Layer { source, root } in self.layers.iter().rev() {
+            for (key, value) in in_order(root) {
                 let (name, offset) = (key.get_ref().as_ref(), key.span().start);
-                let Some(known) = names.iter().find(|known| **known == name) else {
-                    let reason = match value.get_ref() {
-                        DeValue::Table(_) => format!("unknown table [{}]: {choice}", short(name)),
-                        _ => format!(
-                            "unknown key `{}` outside of any table: {choice}",
-                            short(name)
-                        ),
-                    };
-                    return Err(source.fail(offset, reason));
+                let known = names.iter().find(|known| **known == name);
+                let (known, entries) = match (known, value.get_ref()) {
+                    (Some(known), DeValue::Table(entries)) => (*known, entries),
+                    (known, value) => {
+                        let shown = short(name);
+                        let reason = match (known, value) {
+                            (Some(_), _) => format!("`{name}` is not a table: write [{name}]"),
+                            (None, DeValue::Table(_)) => {
+                                format!("unknown table [{shown}]: {choice}")
+                            }
+                            _ => format!("unknown key `{shown}` outside of any table: {choice}"),
+                        };
+                        return Err(source.fail(offset, reason));
+                    }
                 };
-                let DeValue::Table(entries) = value.get_ref() else {
-                    let reason = format!("`{name}` is not a table: write [{name}]");
-                    return Err(source.fail(offset, reason));
-                };
-                let part = Part::new(source, offset, entries);
-                match tables.iter_mut().find(|(table, _)| table == known) {
+                let part = Part::new(*source, offset, entries);
+                match tables.iter_mut().find(|(table, _)| *table == known) {
                     Some((_, table)) => table.parts.insert(0, part),
-                    None => tables.push((
-                        *known,
-                        Table {
-                            name,
-                            parts: vec![part],
-                        },
-                    )),
+                    None => {
+                        let parts = vec![part];
+                        tables.push((known, Table { name, parts }));
+                    }
                 }
             }
         }

@@ -10,6 +10,7 @@ mod budget;
 pub mod device;
 pub(crate) mod ending;
 pub(crate) mod fault_recorder;
+pub(crate) mod flat;
 pub(crate) mod folder;
 pub(crate) mod plant_file;
 pub(crate) mod preflight;

@@ -3,7 +3,7 @@
 use super::error::{FileError, Source};
 use crate::document::input::short;
 use crate::document::named::Named;
-use crate::document::parameters::{Parameter, Value, is_path};
+use crate::document::parameters::{Parameter, Range, Value, is_path};
 use fracdiff::parameter::Shown;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -60,9 +60,91 @@ struct Found<'a> {
     source: Source<'a>,
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
     fn fail(self, reason: impl Into<String>) -> FileError {
         self.source.fail(self.offset, reason)
+    }
+
+    /// The same place, with what stands within it there.
+    fn within(self, item: &'a Spanned<DeValue<'a>>) -> Self {
+        Self {
+            value: item.get_ref(),
+            offset: item.span().start,
+            ..self
+        }
+    }
+
+    fn wrong_kind(self, key: &str, wanted: &str) -> FileError {
+        let kind = self.value.type_str();
+        let article = match kind.starts_with(['a', 'i']) {
+            true => "an",
+            false => "a",
+        };
+        let shown = match self.value {
+            DeValue::String(text) => format!(" = \"{}\"", short(text)),
+            DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
+            DeValue::Float(float) => format!(" = {}", short(float.as_str())),
+            DeValue::Boolean(flag) => format!(" = {flag}"),
+            _ => String::new(),
+        };
+        self.fail(format!("{key}{shown} is {article} {kind}, not {wanted}"))
+    }
+
+    /// A number in a range; `default` where it may be omitted.
+    fn number(
+        self,
+        parameter: &Parameter,
+        range: Range,
+        default: Option<f64>,
+    ) -> Result<f64, FileError> {
+        let key = parameter.key;
+        let text = match self.value {
+            DeValue::Float(float) => float.as_str(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+            DeValue::Integer(_) => {
+                return Err(self.fail(format!("{key} is not written as a decimal number")));
+            }
+            _ => return Err(self.wrong_kind(key, "a number")),
+        };
+        // TOML's numbers are all numbers of Rust, inf and nan included.
+        let number: f64 = text.parse().unwrap_or(f64::NAN);
+        let shown = Shown(number);
+        if range.contains(number) {
+            return Ok(number);
+        }
+        Err(self.fail(match (parameter.value, default) {
+            (Value::List(_), _) => format!("{key} has {shown}, which is not {range}: change it"),
+            (_, Some(default)) => {
+                let default = Shown(default);
+                format!("{key} = {shown} is not {range}: change it, or omit it for {default}")
+            }
+            (_, None) => format!("{key} = {shown} is not {range}: change it"),
+        }))
+    }
+
+    /// A number of a list; of a list in the place of a number it is only finite.
+    fn element(self, parameter: &Parameter) -> Result<f64, FileError> {
+        let range = match parameter.value {
+            Value::List(range) => range,
+            _ => Range::Within(f64::MIN, f64::MAX),
+        };
+        self.number(parameter, range, None)
+    }
+
+    /// The numbers of a list.
+    fn numbers(self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
+        let items = self.items(parameter.key, "a list, as in [0, 1]")?;
+        let items = items.iter();
+        items
+            .map(|item| self.within(item).element(parameter))
+            .collect()
+    }
+
+    fn items(self, key: &str, wanted: &str) -> Result<&'a DeArray<'a>, FileError> {
+        match self.value {
+            DeValue::Array(items) => Ok(items),
+            _ => Err(self.wrong_kind(key, wanted)),
+        }
     }
 }
 
@@ -193,45 +275,16 @@ impl<'a> Table<'a> {
     ) -> Result<Option<f64>, FileError> {
         for part in &self.parts {
             if let Some(found) = part.find(parameter.key) {
-                return self.number_at(parameter, found, may_be_left_out).map(Some);
+                let default = may_be_left_out.then(|| parameter.default_number());
+                return found
+                    .number(parameter, parameter.range(), default)
+                    .map(Some);
             }
             if let Some(number) = part.named(parameter.key) {
                 return Ok(Some(number));
             }
         }
         Ok(None)
-    }
-
-    fn number_at(
-        &self,
-        parameter: &Parameter,
-        found: Found<'a>,
-        may_be_left_out: bool,
-    ) -> Result<f64, FileError> {
-        let key = parameter.key;
-        let text = match found.value {
-            DeValue::Float(float) => float.as_str(),
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
-            DeValue::Integer(_) => {
-                let reason = format!("{key} is not written as a decimal number");
-                return Err(found.fail(reason));
-            }
-            _ => return Err(wrong_kind(key, found, "a number")),
-        };
-        // TOML's numbers are all numbers of Rust, inf and nan included.
-        let number: f64 = text.parse().unwrap_or(f64::NAN);
-        let range = parameter.range();
-        if range.contains(number) {
-            Ok(number)
-        } else {
-            let default = parameter.default_number();
-            let advice = match may_be_left_out {
-                true => format!("change it, or omit it for {}", Shown(default)),
-                false => "change it".to_owned(),
-            };
-            let reason = format!("{key} = {} is not {range}: {advice}", Shown(number));
-            Err(found.fail(reason))
-        }
     }
 
     /// A whole number of at least 0.
@@ -245,7 +298,7 @@ impl<'a> Table<'a> {
             return Ok(default);
         };
         let DeValue::Integer(integer) = found.value else {
-            return Err(wrong_kind(key, found, "a whole number"));
+            return Err(found.wrong_kind(key, "a whole number"));
         };
         u64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
             let reason = format!(
@@ -264,7 +317,7 @@ impl<'a> Table<'a> {
         };
         match found.value {
             DeValue::Boolean(flag) => Ok(*flag),
-            _ => Err(wrong_kind(key, found, "true or false")),
+            _ => Err(found.wrong_kind(key, "true or false")),
         }
     }
 
@@ -275,7 +328,7 @@ impl<'a> Table<'a> {
         };
         match found.value {
             DeValue::String(text) => Ok(text),
-            _ => Err(wrong_kind(key, found, "a string")),
+            _ => Err(found.wrong_kind(key, "a string")),
         }
     }
 
@@ -287,45 +340,34 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A list of finite numbers that must be there.
+    /// A list of numbers that must be there.
     pub(crate) fn numbers(&self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
-        let (found, items) = self.list(parameter)?;
-        row(parameter, found, items)
+        self.must(parameter)?.numbers(parameter)
     }
 
-    /// A list of lists of finite numbers that must be there.
+    /// A list of lists of numbers that must be there.
     pub(crate) fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
-        let (found, rows) = self.list(parameter)?;
-        let rows = rows.iter().map(|value| {
-            let at = Found {
-                value: value.get_ref(),
-                offset: value.span().start,
-                ..found
-            };
-            match at.value {
-                DeValue::Array(items) => row(parameter, at, items),
-                _ => Err(wrong_kind(
-                    parameter.key,
-                    at,
-                    "a list of rows, as in [[0, 1], [0, -5]]",
-                )),
-            }
+        const ROWS: &str = "a list of rows, as in [[0, 1], [0, -5]]";
+        let found = self.must(parameter)?;
+        let rows = found.items(parameter.key, "a list, as in [0, 1]")?.iter();
+        let rows = rows.map(|row| {
+            let row = found.within(row);
+            row.items(parameter.key, ROWS)?;
+            row.numbers(parameter)
         });
         rows.collect()
     }
 
-    /// A list of finite numbers, or one of them alone, if the key is there.
+    /// A list of numbers, or one of them alone, if the key is there.
     pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
-        let Some(found) = self.find(parameter.key) else {
-            return Ok(None);
-        };
-        match found.value {
-            DeValue::Array(items) => row(parameter, found, items).map(Some),
-            _ => Ok(Some(vec![element(parameter, found)?])),
-        }
+        let numbers = self.find(parameter.key).map(|found| match found.value {
+            DeValue::Array(_) => found.numbers(parameter),
+            _ => Ok(vec![found.element(parameter)?]),
+        });
+        numbers.transpose()
     }
 
-    /// A list of lists of finite numbers, if the key is there.
+    /// A list of lists of numbers, if the key is there.
     pub(crate) fn matrix_if(
         &self,
         parameter: &Parameter,
@@ -334,13 +376,9 @@ impl<'a> Table<'a> {
         found.map(|_| self.matrix(parameter)).transpose()
     }
 
-    fn list(&self, parameter: &Parameter) -> Result<(Found<'a>, &'a DeArray<'a>), FileError> {
+    fn must(&self, parameter: &Parameter) -> Result<Found<'a>, FileError> {
         let found = self.find(parameter.key);
-        let found = found.ok_or_else(|| self.missing(parameter))?;
-        match found.value {
-            DeValue::Array(items) => Ok((found, items)),
-            _ => Err(wrong_kind(parameter.key, found, "a list, as in [0, 1]")),
-        }
+        found.ok_or_else(|| self.missing(parameter))
     }
 
     fn missing(&self, parameter: &Parameter) -> FileError {
@@ -373,59 +411,6 @@ impl<'a> Table<'a> {
 fn beside(source: Source<'_>, path: &str) -> PathBuf {
     let folder = source.path.parent();
     folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
-}
-
-fn row(
-    parameter: &Parameter,
-    found: Found<'_>,
-    items: &DeArray<'_>,
-) -> Result<Vec<f64>, FileError> {
-    let items = items.iter().map(|item| Found {
-        value: item.get_ref(),
-        offset: item.span().start,
-        source: found.source,
-    });
-    items.map(|item| element(parameter, item)).collect()
-}
-
-/// A number of a list; of a list in the place of a number it is only finite.
-fn element(parameter: &Parameter, found: Found<'_>) -> Result<f64, FileError> {
-    let key = parameter.key;
-    let text = match found.value {
-        DeValue::Float(float) => float.as_str(),
-        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
-        _ => return Err(wrong_kind(key, found, "a number")),
-    };
-    let number: f64 = text.parse().unwrap_or(f64::NAN);
-    let (good, allowed) = match parameter.value {
-        Value::List(range) => (range.contains(number), range.to_string()),
-        _ => (number.is_finite(), "finite".to_owned()),
-    };
-    if good {
-        return Ok(number);
-    }
-    let reason = format!(
-        "{key} has {}, which is not {allowed}: change it",
-        Shown(number)
-    );
-    Err(found.fail(reason))
-}
-
-fn wrong_kind(key: &str, found: Found<'_>, wanted: &str) -> FileError {
-    let kind = found.value.type_str();
-    let article = if kind.starts_with(['a', 'i']) {
-        "an"
-    } else {
-        "a"
-    };
-    let shown = match found.value {
-        DeValue::String(text) => format!(" = \"{}\"", short(text)),
-        DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
-        DeValue::Float(float) => format!(" = {}", short(float.as_str())),
-        DeValue::Boolean(flag) => format!(" = {flag}"),
-        _ => String::new(),
-    };
-    found.fail(format!("{key}{shown} is {article} {kind}, not {wanted}"))
 }
 
 /// The entries of a table in the order of the file.

@@ -5,7 +5,7 @@ use crate::document::parameters as p;
 use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
 use crate::document::reader::Table;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
-use crate::run::device::{DeviceName, Loop};
+use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteDevice;
 use crate::run::sensors::Sensors;
@@ -33,7 +33,7 @@ pub(crate) fn remote_by(
 ) -> Result<Option<RemoteDevice>, FileError> {
     let device = table.text(name)?.parse::<DeviceName>();
     let device = device.map_err(|reason| table.fail_at(name.key, reason))?;
-    let loop_mode: Loop = table.choice(&p::LOOP)?;
+    let loop_mode = table.choice(&p::LOOP)?;
     let watchdog_s = table.number_if(&p::WATCHDOG)?;
     if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
         let reason = format!(
@@ -70,7 +70,7 @@ pub(crate) fn remote_by(
         .map(|()| None);
     };
     Ok(Some(RemoteDevice {
-        loop_mode: loop_mode.into(),
+        loop_mode,
         watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
         late_ticks,
         max_age_ticks,

@@ -36,7 +36,6 @@ pub use crate::question::{QUESTIONS, analysis};
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
 use crate::question::design::{RequireName, WishName};
-use crate::run::device::Loop;
 use crate::{Contact, GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
@@ -65,7 +64,7 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         "contact" => names::<Contact>(),
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),
-        "loop" => names::<Loop>(),
+        "loop" => names::<haptic_link::LoopMode>(),
         "place" => names::<PlaceName>(),
         "precision" => names::<Precision>(),
         "require" => names::<RequireName>(),

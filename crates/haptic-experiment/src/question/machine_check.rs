@@ -333,83 +333,68 @@ impl Machine {
         }
     }
 
-    /// Changes to make, the most useful first.
-    #[must_use]
-    pub(crate) fn advice(
-        &self,
-        fallback: Option<Fallback>,
-        rates: &[Rate],
-        stolen_ms: u64,
-    ) -> Vec<String> {
+    /// Changes to make, the most useful first; those that cost something only where a rate is not fit.
+    fn advice(&self, fallback: Option<Fallback>, rates: &[Rate], stolen_ms: u64) -> Vec<String> {
         let mut advice = Vec::new();
-        let unfit = rates.iter().any(|rate| !rate.fit);
-        advice.extend(fallback.map(|fallback| format!("permissions: {fallback}")));
+        let mut say = |sentence: String| advice.push(sentence);
+        if let Some(fallback) = fallback {
+            say(format!("permissions: {fallback}"));
+        }
         for (name, ms) in &self.latency_timers_ms {
-            advice.push(format!(
+            say(format!(
                 "latency timer: the adapter {name} holds bytes back for {ms} ms: as root, \
                  echo 1 > /sys/bus/usb-serial/devices/{name}/latency_timer"
             ));
         }
-        let slow: Vec<&str> = self
-            .governors
-            .iter()
-            .map(String::as_str)
-            .filter(|governor| *governor != "performance")
-            .collect();
+        let governors = self.governors.iter().map(String::as_str);
+        let slow: Vec<&str> = governors.filter(|name| *name != "performance").collect();
         if !slow.is_empty() {
-            advice.push(format!(
+            say(format!(
                 "governor: {} changes the frequency while the loop runs: as root, cpupower frequency-set -g \
                  performance",
                 slow.join(", ")
             ));
         }
-        if unfit {
-            advice.extend(self.costly_advice(stolen_ms));
+        if rates.iter().all(|rate| rate.fit) {
+            return advice;
         }
-        advice
-    }
-
-    /// Changes that cost something: said only where a rate is not fit.
-    fn costly_advice(&self, stolen_ms: u64) -> Vec<String> {
-        let mut advice = Vec::new();
         if self.preempt_rt == Some(false) {
-            advice.push(
+            say(
                 "kernel: not PREEMPT_RT, so drivers and other system calls may hold the loop up: install a \
                  real-time kernel (linux-image-rt on Debian, the real-time kernel of Ubuntu Pro)"
                     .to_owned(),
             );
         }
         if self.virtual_machine {
-            let stolen = if stolen_ms >= STOLEN_NOTABLE_MS {
-                format!("; it did for {stolen_ms} ms in this measurement")
-            } else {
-                String::new()
+            let stolen = match stolen_ms >= STOLEN_NOTABLE_MS {
+                true => format!("; it did for {stolen_ms} ms in this measurement"),
+                false => String::new(),
             };
-            advice.push(format!(
+            say(format!(
                 "virtual machine: its host may stop it for milliseconds, whatever is set here{stolen}: measure and \
                  run on the machine itself"
             ));
         }
         if let Some(us) = self.idle_exit_us.filter(|us| *us > DEEP_SLEEP_US) {
-            advice.push(format!(
+            say(format!(
                 "idle states: a processor may take {us} µs to wake: as root, cpupower idle-set -D {DEEP_SLEEP_US}"
             ));
         }
         if let Some(runtime_us) = self.rt_runtime_us.filter(|us| *us >= 0) {
-            advice.push(format!(
+            say(format!(
                 "RT throttling: real-time threads that compute and spin for more than {} ms of a second are stopped \
                  for the rest of it: keep the tick short, or, as root, sysctl -w kernel.sched_rt_runtime_us=-1",
                 runtime_us / 1000
             ));
         }
         if self.cores > 1 {
-            advice.push(
-                format!("interrupts: keep a core free for the loop with the kernel's isolcpus=N irqaffinity=…, and give \
-                 {pin_n}", pin_n = PIN.set_to("N")),
-            );
+            say(format!(
+                "interrupts: keep a core free for the loop with the kernel's isolcpus=N irqaffinity=…, and give {}",
+                PIN.set_to("N")
+            ));
         }
         if let Some(load) = self.load.filter(|load| *load > self.cores as f64) {
-            advice.push(format!(
+            say(format!(
                 "load: {load} processes wanted to run on {} cores in the last minute: stop what is not needed",
                 self.cores
             ));

@@ -4,6 +4,7 @@
 //! due ──lateness──▶ begun ──compute──▶ done ──rest of the period──▶ due
 //! ```
 
+use crate::run::flat::flat;
 use crate::run::realtime::Microseconds;
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
@@ -64,7 +65,8 @@ impl Budget {
             ("lateness", &mut self.lateness_ns),
             ("compute", &mut self.compute_ns),
         ] {
-            Microseconds::of(histogram).describe(name, &mut values);
+            let us = Microseconds::of(histogram);
+            values.extend(flat(&us, &format!("{name}_us_"), "_"));
             histogram.reset();
         }
         Some(values)

@@ -4,12 +4,12 @@ use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::{DEVICE, TOUCH_AXES};
 use crate::run::ending::LetGo;
-use haptic_devices::{ForeignName, OpenError};
+use haptic_devices::ForeignName;
 use haptic_link::{Hello, LoopMode};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{
-    BoardTrouble, ConnectOptions, SerialError, SerialLink, TroubleCause, ports,
+    BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause, ports,
 };
 use std::fmt;
 use std::str::FromStr;
@@ -71,21 +71,15 @@ impl FromStr for DeviceName {
         };
         let (path, baud) = match name.rsplit_once('@') {
             Some((path, baud)) => {
-                let parsed = baud
-                    .parse()
-                    .ok()
-                    .filter(|baud| (1200..=12_000_000).contains(baud));
-                let baud = parsed.ok_or_else(|| {
-                    format!("\"{baud}\" is not a number of baud from 1200 to 12000000")
-                })?;
-                (path, Some(baud))
+                let speed = baud.parse().ok();
+                let speed = speed.filter(|speed| (1200..=12_000_000).contains(speed));
+                let none = || format!("\"{baud}\" is not a number of baud from 1200 to 12000000");
+                (path, Some(speed.ok_or_else(none)?))
             }
             None => (name, None),
         };
-        Ok(Self::Linked(LinkedName::Serial(SerialName {
-            path: path.to_owned(),
-            baud,
-        })))
+        let path = path.to_owned();
+        Ok(Self::Linked(LinkedName::Serial(SerialName { path, baud })))
     }
 }
 
@@ -140,18 +134,11 @@ impl LinkedName {
                 "{self} has {has} axes, and this needs one: with several only a [touch] with {} runs so far; name another {DEVICE}",
                 TOUCH_AXES.set_to(has)
             ))),
+            (1, _) => Err(Failure::bad_input(format_args!(
+                "{self} has one axis and the [touch] has {axes}: name another {DEVICE}, or take [wall] or [relax]"
+            ))),
             _ => Err(Failure::bad_input(format_args!(
-                "{self} has {} and the [touch] has {axes}: change {TOUCH_AXES}, or name another {DEVICE}{}",
-                if has == 1 {
-                    "one axis".to_owned()
-                } else {
-                    format!("{has} axes")
-                },
-                if has == 1 {
-                    "; with one axis take [wall] or [relax]"
-                } else {
-                    ""
-                },
+                "{self} has {has} axes and the [touch] has {axes}: change {TOUCH_AXES}, or name another {DEVICE}"
             ))),
         }
     }
@@ -187,28 +174,34 @@ fn open(
     /// Between two attempts.
     const PAUSE: Duration = Duration::from_millis(250);
     let began = Instant::now();
-    let told = |error: &OpenError| {
-        let told = anyhow::anyhow!("{name}: {error}");
-        match error.is_of_the_request() {
-            true => Failure::Input(told),
-            false => Failure::Device(told),
-        }
-    };
     loop {
         let error = match name.open_with(axes) {
             Ok(link) => return Ok(link),
             Err(error) => error,
         };
         if !error.may_pass() || began.elapsed() + PAUSE > patience {
-            return Err(told(&error));
+            let told = anyhow::anyhow!("{name}: {error}");
+            return Err(match error.is_of_the_request() {
+                true => Failure::Input(told),
+                false => Failure::Device(told),
+            });
         }
         std::thread::sleep(PAUSE);
-        if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
-            return Err(Failure::Run(anyhow::anyhow!(
-                "interrupted: {name} was waited for in vain ({error})"
-            )));
+        if is_set(stop) {
+            return Err(interrupted(name, &error));
         }
     }
+}
+
+fn is_set(stop: Option<&AtomicBool>) -> bool {
+    stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+}
+
+/// Somebody stopped the waiting for a device.
+fn interrupted(name: &dyn fmt::Display, error: &dyn fmt::Display) -> Failure {
+    Failure::Run(anyhow::anyhow!(
+        "interrupted: {name} was waited for in vain ({error})"
+    ))
 }
 
 impl fmt::Display for SerialName {
@@ -223,14 +216,10 @@ impl SerialName {
         let link = if self.path == "auto" {
             self.find()?
         } else {
-            SerialLink::connect(&self.path, options).map_err(|error| {
-                if (options.stop).is_some_and(|stop| stop.load(Ordering::Relaxed)) {
-                    return Failure::Run(anyhow::anyhow!(
-                        "interrupted: {} was waited for in vain ({error})",
-                        self.path
-                    ));
-                }
-                at_port(&self.path, &error)
+            let link = SerialLink::connect(&self.path, options);
+            link.map_err(|error| match is_set(options.stop) {
+                true => interrupted(&self.path, &error),
+                false => at_port(&self.path, &error),
             })?
         };
         if let Some(latency_ms) = link.latency_ms().filter(|ms| *ms > 1) {
@@ -251,27 +240,23 @@ impl SerialName {
             ..ConnectOptions::default()
         };
         let ports = ports();
-        let mut found = Vec::new();
-        for port in &ports {
-            if let Ok(link) = SerialLink::connect(&port.path, options) {
-                found.push(link);
-            }
-        }
-        let names: Vec<&str> = found.iter().map(SerialLink::path).collect();
-        match names.as_slice() {
-            [] => Err(Failure::Device(anyhow::anyhow!(
+        let connected = |port: &PortInfo| SerialLink::connect(&port.path, options).ok();
+        let mut found: Vec<SerialLink> = ports.iter().filter_map(connected).collect();
+        match (found.pop(), found.as_slice()) {
+            (Some(link), []) => Ok(link),
+            (None, _) => Err(Failure::Device(anyhow::anyhow!(
                 "no device answers at any of the {} serial ports: is it plugged in and flashed? An emulated \
                  one is not found this way, give its path",
                 ports.len()
             ))),
-            [_] => found
-                .pop()
-                .ok_or_else(|| Failure::Device(anyhow::anyhow!("the device is gone"))),
-            several => Err(Failure::bad_input(format_args!(
-                "devices answer at {}: name one with {}",
-                several.join(", "),
-                DEVICE.set_to("serial:PATH")
-            ))),
+            (Some(last), others) => {
+                let names = others.iter().chain([&last]).map(SerialLink::path);
+                Err(Failure::bad_input(format_args!(
+                    "devices answer at {}: name one with {}",
+                    names.collect::<Vec<_>>().join(", "),
+                    DEVICE.set_to("serial:PATH")
+                )))
+            }
         }
     }
 }
@@ -283,17 +268,7 @@ pub fn firmware_version(hello: &Hello) -> String {
     format!("{major}.{minor}.{patch}")
 }
 
-/// Place where the loop is closed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Loop {
-    /// On the device; this program sets parameters and records.
-    #[default]
-    Device,
-    /// Here; the device reports its position and applies the force it is sent.
-    Host,
-}
-
-impl Named for Loop {
+impl Named for LoopMode {
     const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
         (
             Self::Device,
@@ -306,15 +281,6 @@ impl Named for Loop {
             "On this computer; the device reports positions and applies forces",
         ),
     ];
-}
-
-impl From<Loop> for LoopMode {
-    fn from(chosen: Loop) -> Self {
-        match chosen {
-            Loop::Device => Self::Device,
-            Loop::Host => Self::Host,
-        }
-    }
 }
 
 /// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.

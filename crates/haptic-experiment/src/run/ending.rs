@@ -148,45 +148,33 @@ impl LetGo {
     /// In words.
     #[must_use]
     pub fn words(self) -> String {
-        let words = match self {
-            Self::AfterGap { zero_s, served } => {
-                let kept = match served {
-                    true => {
-                        ", in which a device keeps its last force unless its own watchdog lets go"
-                    }
+        let at = |time_s| written("time_s", time_s);
+        match self {
+            Self::Ramped { until_s } => format!("the force ramped to zero until {}", at(until_s)),
+            Self::InOneSample => "the force was zero one sample later".to_owned(),
+            Self::AfterGap { zero_s, served } => format!(
+                "the force was zero at {}; no sample tells of the time before{}",
+                at(zero_s),
+                match served {
+                    true => ", in which a device keeps its last force unless its own watchdog lets go",
                     false => "",
-                };
-                return format!(
-                    "the force was zero at {}; no sample tells of the time before{kept}",
-                    written("zero_s", zero_s)
-                );
+                }
+            ),
+            Self::PushedOn { until_s, fallen: true } => {
+                format!("the device pushed on until {}, and then let go", at(until_s))
             }
-            Self::Ramped { until_s } => {
-                let until = written("until_s", until_s);
-                return format!("the force ramped to zero until {until}");
-            }
-            Self::PushedOn { until_s, fallen } => {
-                let until = written("until_s", until_s);
-                return match fallen {
-                    true => format!("the device pushed on until {until}, and then let go"),
-                    false => format!(
-                        "the device still pushed at {until}, and lets go by itself when its watchdog time is over"
-                    ),
-                };
-            }
-            Self::InOneSample => "the force was zero one sample later",
-            Self::Unseen => {
-                "no sample tells how the force fell: the device lets it fall by itself, within its stop time"
-            }
-            Self::NeverBegan => "before there was any force",
-            Self::ByItself => "the device lets go by itself",
-            Self::TakenAway => "this program has taken the force away",
-            Self::Told => {
-                "if the board has not heard that it is to make no force, as with its plug out, it may still push: switch its supply off \
-                 before you touch it"
-            }
-        };
-        words.to_owned()
+            Self::PushedOn { until_s, fallen: false } => format!(
+                "the device still pushed at {}, and lets go by itself when its watchdog time is over",
+                at(until_s)
+            ),
+            Self::Unseen => "no sample tells how the force fell: the device lets it fall by itself, within its stop time".to_owned(),
+            Self::NeverBegan => "before there was any force".to_owned(),
+            Self::ByItself => "the device lets go by itself".to_owned(),
+            Self::TakenAway => "this program has taken the force away".to_owned(),
+            Self::Told => "if the board has not heard that it is to make no force, as with its plug out, it may still push: switch its supply \
+                           off before you touch it"
+                .to_owned(),
+        }
     }
 }
 
@@ -224,7 +212,7 @@ impl Ending {
 
     /// In words; of a device for which this host was too late, with what it may be allowed.
     #[must_use]
-    pub fn reason(self, lateness: Option<Lateness>) -> String {
+    pub(crate) fn reason(self, lateness: Option<Lateness>) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
             Self::Fault(fault) => format!("fault: {fault}"),
@@ -277,7 +265,7 @@ pub struct Lateness {
 impl Lateness {
     /// Five times as much, as far as can be; never less.
     #[must_use]
-    pub fn longer(self) -> Self {
+    pub(crate) fn longer(self) -> Self {
         let times = |value: u16, most: u16| value.saturating_mul(LONGER).min(most).max(value);
         Self {
             watchdog_ms: times(self.watchdog_ms, Limits::WATCHDOG_MAX_MS),
@@ -298,28 +286,20 @@ impl Lateness {
             Fault::HostSilent => (
                 longer.watchdog_ms == self.watchdog_ms,
                 format!("{} ms is the longest watchdog time", self.watchdog_ms),
-                format!(
-                    "give it longer with {}",
-                    WATCHDOG.set_to(Shown(longer.watchdog_s()))
-                ),
+                WATCHDOG.set_to(Shown(longer.watchdog_s())).to_string(),
             ),
             Fault::StaleForce => (
                 longer.max_age_ticks == self.max_age_ticks,
-                format!(
-                    "{} ticks are the most that a force may be old",
-                    self.max_age_ticks
-                ),
-                format!(
-                    "allow it more with {}",
-                    MAX_AGE_TICKS.set_to(longer.max_age_ticks)
-                ),
+                format!("a force may be {} ticks old at most", self.max_age_ticks),
+                MAX_AGE_TICKS.set_to(longer.max_age_ticks).to_string(),
             ),
             _ => return None,
         };
-        Some(if is_most {
-            format!("; {most}: look for what kept this machine or the line busy")
-        } else {
-            format!("; if this machine or the line was only busy, {more}")
+        Some(match is_most {
+            true => format!("; {most}: look for what kept this machine or the line busy"),
+            false => {
+                format!("; if this machine or the line was only busy, allow it more with {more}")
+            }
         })
     }
 }

@@ -141,19 +141,14 @@ impl OutputFolder {
 
     /// Refuses files of this name unless they may be replaced, and a log that was cut off always.
     fn check_room(&self) -> Result<(), Failure> {
-        let cut = self.file("mcap.part");
-        if cut.exists() {
-            return Err(leftover_at(&cut).into());
-        }
         // The log of a fault, and the second file of a log in several.
         let log = self.file("mcap");
         let others = [fault_log_of(&log), nth_file(&log, 2)];
-        for other in &others {
-            let mut cut = other.clone().into_os_string();
+        for file in others.iter().chain([&log]) {
+            let mut cut = file.clone().into_os_string();
             cut.push(".part");
-            let cut = PathBuf::from(cut);
-            if cut.exists() {
-                return Err(leftover_at(&cut).into());
+            if Path::new(&cut).exists() {
+                return Err(leftover_at(Path::new(&cut)).into());
             }
         }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
@@ -214,41 +209,28 @@ impl OutputFolder {
     }
 
     /// Begins a table beside a log: rows under a header made of their fields' names.
-    #[must_use]
     pub(crate) fn table_beside_log(&self, extension: &str) -> Table {
-        self.table(extension, "the log is whole")
+        self.named_table_beside_log(extension, &[])
     }
 
-    /// Begins a table; `kept` says what there is if it cannot be written.
-    fn table(&self, extension: &str, kept: &'static str) -> Table {
+    /// The same of rows without names of their own, lists or tuples, under these names.
+    pub(crate) fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> Table {
+        self.table(extension, names, "the log is whole")
+    }
+
+    /// `kept` says what there is if it cannot be written.
+    fn table(&self, extension: &str, names: &[&str], kept: &'static str) -> Table {
         let made = NewFile::create(&self.file(extension), Leftover::Discard, self.overwrite);
         let open = made.map(|(new_file, file)| OpenTable {
             new_file,
             writer: csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file)),
             kept,
         });
-        Table(open.map_err(Failure::from))
-    }
-
-    /// The same of rows without names of their own, lists or tuples, under these names.
-    #[must_use]
-    pub(crate) fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> Table {
-        self.table_beside_log(extension).named(names)
-    }
-
-    /// Writes a whole table of such rows and names it.
-    ///
-    /// # Errors
-    /// As [`write_table`](Self::write_table).
-    pub fn write_named_table<R: Serialize>(
-        &self,
-        extension: &str,
-        names: &[&str],
-        rows: impl Iterator<Item = R>,
-    ) -> Result<String, Failure> {
-        let mut table = self.table(extension, NOTHING_KEPT).named(names);
-        rows.into_iter().for_each(|row| table.row(row));
-        table.finish()
+        let mut table = Table(open.map_err(Failure::from));
+        if !names.is_empty() {
+            table.write(|writer| writer.write_record(names));
+        }
+        table
     }
 
     /// Writes a whole table and names it.
@@ -260,8 +242,21 @@ impl OutputFolder {
         extension: &str,
         rows: impl Iterator<Item = R>,
     ) -> Result<String, Failure> {
-        let mut table = self.table(extension, NOTHING_KEPT);
-        rows.into_iter().for_each(|row| table.row(row));
+        self.write_named_table(extension, &[], rows)
+    }
+
+    /// The same of rows without names of their own, lists or tuples, under these names.
+    ///
+    /// # Errors
+    /// As [`write_table`](Self::write_table).
+    pub fn write_named_table<R: Serialize>(
+        &self,
+        extension: &str,
+        names: &[&str],
+        rows: impl Iterator<Item = R>,
+    ) -> Result<String, Failure> {
+        let mut table = self.table(extension, names, NOTHING_KEPT);
+        rows.for_each(|row| table.row(row));
         table.finish()
     }
 }
@@ -281,12 +276,6 @@ struct OpenTable {
 }
 
 impl Table {
-    /// Itself, with these names as the first row.
-    fn named(mut self, names: &[&str]) -> Self {
-        self.write(|writer| writer.write_record(names));
-        self
-    }
-
     /// Adds a row.
     pub(crate) fn row(&mut self, row: impl Serialize) {
         self.write(|writer| writer.serialize(row));

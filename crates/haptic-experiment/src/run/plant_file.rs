@@ -373,6 +373,12 @@ impl DeviceValues {
         Self::FIELDS.map(|(parameter, value)| (parameter, *value(&mut self)))
     }
 
+    pub(crate) fn set(&mut self, parameter: &Parameter, number: f64) {
+        for (_, value) in Self::FIELDS.iter().filter(|(known, _)| *known == parameter) {
+            *value(self) = number;
+        }
+    }
+
     fn read(table: &Table<'_>) -> Result<Self, FileError> {
         let mut values = Self::default();
         for (parameter, value) in Self::FIELDS {

@@ -1,5 +1,6 @@
 //! A run by the clock: what is asked for its thread, and what it reports.
 
+use crate::run::flat::flat;
 use haptic_loop::realtime::{
     Overruns, Percentiles, RaisedThread, ThreadConfig, Timing, WorstCycle,
 };
@@ -67,18 +68,6 @@ impl Microseconds {
             p99: microseconds(p99),
             p999: microseconds(p999),
             max: microseconds(max),
-        }
-    }
-
-    /// Adds them to metadata, each as `NAME_us_PERCENTILE`.
-    pub(crate) fn describe(self, name: &str, metadata: &mut BTreeMap<String, String>) {
-        for (percentile, value) in [
-            ("p50", self.p50),
-            ("p99", self.p99),
-            ("p999", self.p999),
-            ("max", self.max),
-        ] {
-            metadata.insert(format!("{name}_us_{percentile}"), value.to_string());
         }
     }
 }
@@ -163,44 +152,12 @@ impl RealtimeSummary {
     /// For the log: the numbers, and the histograms.
     #[must_use]
     pub(crate) fn metadata(&self, timing: &Timing) -> BTreeMap<String, String> {
-        let or_none = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
-        let mut values = BTreeMap::from([
-            (
-                "priority".to_owned(),
-                or_none(self.priority.map(|priority| priority.to_string())),
-            ),
-            (
-                "pin".to_owned(),
-                or_none(self.pin.map(|core| core.to_string())),
-            ),
-            ("memory_locked".to_owned(), self.memory_locked.to_string()),
-            ("spin_margin_us".to_owned(), self.spin_margin_us.to_string()),
-            (
-                "late_by_wake_up".to_owned(),
-                self.late_by_wake_up.to_string(),
-            ),
-            (
-                "late_by_compute".to_owned(),
-                self.late_by_compute.to_string(),
-            ),
-            (
-                "skipped_periods".to_owned(),
-                self.skipped_periods.to_string(),
-            ),
-        ]);
-        if let Some(worst) = self.worst_cycle {
-            let text = format!(
-                "number {}, lateness {} us, compute {} us",
-                worst.number, worst.lateness_us, worst.compute_us
-            );
-            values.insert("worst_cycle".to_owned(), text);
-        }
-        for (name, histogram, us) in [
-            ("lateness", timing.lateness_ns(), self.lateness_us),
-            ("compute", timing.compute_ns(), self.compute_us),
-            ("tick", timing.tick_ns(), self.tick_us),
+        let mut values = flat(self, "", "_");
+        for (name, histogram) in [
+            ("lateness", timing.lateness_ns()),
+            ("compute", timing.compute_ns()),
+            ("tick", timing.tick_ns()),
         ] {
-            us.describe(name, &mut values);
             values.insert(format!("{name}_histogram"), buckets(histogram));
         }
         values

@@ -335,13 +335,6 @@ pub(crate) fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f
     })
 }
 
-pub(crate) const fn loop_name(loop_mode: LoopMode) -> &'static str {
-    match loop_mode {
-        LoopMode::Device => "device",
-        LoopMode::Host => "host",
-    }
-}
-
 /// The device, as on the command line.
 #[must_use]
 pub(crate) fn device_name(device: Option<&RemoteDevice>) -> String {

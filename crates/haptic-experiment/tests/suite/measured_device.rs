@@ -329,28 +329,28 @@ fn a_plan_outside_its_ranges_is_refused() {
                 force_limit_n: f64::NAN,
                 ..plan
             },
-            "force_limit_n NaN N is not",
+            "force_limit_n = NaN is not",
         ),
         (
             MeasurePlan {
                 box_m: -1.0,
                 ..plan
             },
-            "box_m -1 m is not",
+            "box_m = -1 is not",
         ),
         (
             MeasurePlan {
                 duration_s: 0.1,
                 ..plan
             },
-            "duration_s 0.1 s is not",
+            "duration_s = 0.1 is not",
         ),
         (
             MeasurePlan {
                 sample_time_s: 1.0,
                 ..plan
             },
-            "sample_time_s 1 s is not",
+            "sample_time_s = 1 is not",
         ),
     ] {
         let said = plan.check().expect_err(what).to_string();

@@ -34,14 +34,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    pub(crate) const fn number(
-        key: &'static str,
-        default: f64,
-        shown: &'static str,
-        range: Range,
-        help: &'static str,
-    ) -> Self {
-        let value = Value::Number(Some(default), range);
+    const fn new(key: &'static str, value: Value, shown: &'static str, help: &'static str) -> Self {
         Self {
             key,
             value,
@@ -50,23 +43,22 @@ impl Parameter {
         }
     }
 
+    pub(crate) const fn number(
+        key: &'static str,
+        default: f64,
+        shown: &'static str,
+        range: Range,
+        help: &'static str,
+    ) -> Self {
+        Self::new(key, Value::Number(Some(default), range), shown, help)
+    }
+
     pub(crate) const fn optional(key: &'static str, range: Range, help: &'static str) -> Self {
-        let value = Value::Number(None, range);
-        Self {
-            key,
-            value,
-            shown: "",
-            help,
-        }
+        Self::new(key, Value::Number(None, range), "", help)
     }
 
     pub(crate) const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {
-        Self {
-            key,
-            value: Value::Text(default),
-            shown: default,
-            help,
-        }
+        Self::new(key, Value::Text(default), default, help)
     }
 
     pub(crate) const fn count(
@@ -75,22 +67,11 @@ impl Parameter {
         shown: &'static str,
         help: &'static str,
     ) -> Self {
-        let value = Value::Count(default);
-        Self {
-            key,
-            value,
-            shown,
-            help,
-        }
+        Self::new(key, Value::Count(default), shown, help)
     }
 
     pub(crate) const fn list(key: &'static str, range: Range, help: &'static str) -> Self {
-        Self {
-            key,
-            value: Value::List(range),
-            shown: "",
-            help,
-        }
+        Self::new(key, Value::List(range), "", help)
     }
 
     /// A list of numbers with a default, which is written with commas between them.
@@ -100,10 +81,7 @@ impl Parameter {
         range: Range,
         help: &'static str,
     ) -> Self {
-        Self {
-            shown,
-            ..Self::list(key, range, help)
-        }
+        Self::new(key, Value::List(range), shown, help)
     }
 
     /// The same, of which nothing is assumed.
@@ -112,21 +90,12 @@ impl Parameter {
             Value::Number(_, range) => Value::Number(None, range),
             other => other,
         };
-        Self {
-            value,
-            shown: "",
-            ..self
-        }
+        Self::new(self.key, value, "", self.help)
     }
 
     /// One that is off unless it is given.
     pub(crate) const fn flag(key: &'static str, help: &'static str) -> Self {
-        Self {
-            key,
-            value: Value::Flag(false),
-            shown: "",
-            help,
-        }
+        Self::new(key, Value::Flag(false), "", help)
     }
 
     /// It and the value that it is to have, in a sentence.

@@ -131,7 +131,7 @@ pub(crate) const STRESSES: Range = above_0(1e9);
 /// Times in a record, s.
 pub const RECORD_TIMES: Range = either_sign(1e12);
 /// Frequencies, Hz: ten times what is felt.
-pub const FREQUENCIES_HZ: Range = above_0(1e4);
+pub(crate) const FREQUENCIES_HZ: Range = above_0(1e4);
 /// Angular frequencies of a controller or a curve, rad/s: the slowest turns once in 200 000 years.
 pub const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
 /// Gains, limits and entries of a matrix, in any unit that a plant has.
@@ -155,9 +155,9 @@ pub(crate) const WALL_ORDERS: Range = up_to(2.0);
 /// Orders of a coupler that gives no energy by itself.
 pub(crate) const COUPLER_ORDERS: Range = up_to(1.0);
 /// α, β and γ of the analysis.
-pub const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
+pub(crate) const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
 /// δ of the analysis.
-pub const DELTAS: Range = up_to(SampledPlant::DELTA_MAX);
+pub(crate) const DELTAS: Range = up_to(SampledPlant::DELTA_MAX);
 
 #[cfg(test)]
 mod tests {

@@ -280,35 +280,6 @@ fn starts(record: &MotionRecord, speed: &[f64]) -> Vec<usize> {
         .collect()
 }
 
-/// What is known of the sensor.
-struct Sensor {
-    step_m: f64,
-    noise_m: Estimate,
-    residual_rms_m: f64,
-    /// Of rounding and of the noise at rest.
-    expected_rms_m: f64,
-}
-
-impl Sensor {
-    /// From the positions, and what is left of `free` of them.
-    fn of(record: &MotionRecord, left: &[f64], free: usize) -> Self {
-        let step = encoder_step(&record.position_m).unwrap_or_default();
-        let squares: f64 = left.iter().map(|r| r * r).sum();
-        let residual_rms_m = (squares / free.max(1) as f64).sqrt();
-        // Steps far below all else do not count, as those of single precision on the wire.
-        let counts = step > 1e-3 * residual_rms_m;
-        let step_m = if counts { step } else { 0.0 };
-        let [value, low, high] = noise_m(left, free, step_m, SIDES);
-        let at_rest = deviation_m(&record.position_m[..record.rest.min(record.len())]);
-        Self {
-            step_m,
-            noise_m: Estimate { value, low, high },
-            residual_rms_m,
-            expected_rms_m: (step_m / 12_f64.sqrt()).hypot(at_rest),
-        }
-    }
-}
-
 fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize) -> Measured {
     let t = record.sample_time_s;
     let model = &fitted.model;
@@ -339,7 +310,12 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     let around = |number, value: f64, unit: f64| about(value, side(number) * unit);
     let factor = libm::exp(side(Number::Mass));
     let bias = side(Number::Bias);
-    let sensor = Sensor::of(record, &fitted.left, free);
+    let residual_rms_m = (square(&fitted.left) / free.max(1) as f64).sqrt();
+    // Steps far below all else do not count, as those of single precision on the wire.
+    let step_m = encoder_step(&record.position_m)
+        .filter(|step_m| *step_m > 1e-3 * residual_rms_m)
+        .unwrap_or(0.0);
+    let at_rest_m = deviation_m(&record.position_m[..record.rest.min(record.len())]);
     Measured {
         mass_kg: Estimate {
             value: model.mass,
@@ -356,16 +332,16 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
             high: delay_high * t,
         },
         current_lag_s: around(Number::Lag, model.lag.max(0.0) * t, t),
-        encoder_resolution_m: sensor.step_m,
-        sensor_noise_m: sensor.noise_m,
+        encoder_resolution_m: step_m,
+        sensor_noise_m: noise_m(&fitted.left, free, step_m),
         bias_n: Estimate {
             value: model.bias,
             low: model.bias - bias,
             high: model.bias + bias,
         },
         breakaway_n: record.breakaway_n.map(|(up, down)| 0.5 * (up - down)),
-        residual_rms_m: sensor.residual_rms_m,
-        expected_residual_rms_m: sensor.expected_rms_m,
+        residual_rms_m,
+        expected_residual_rms_m: (step_m / 12_f64.sqrt()).hypot(at_rest_m),
         residual_correlation: goes_on(&fitted.left),
         delay_lag_correlation: spread.correlation(&delay, &lag),
         sample_time_s: t,
@@ -525,13 +501,12 @@ fn encoder_step(positions_m: &[f64]) -> Option<f64> {
 /// ```text
 /// σ² = mean r² − q²/12        its error by blocks of the record
 /// ```
-fn noise_m(left: &[f64], free: usize, step_m: f64, sides: f64) -> [f64; 3] {
-    let squares: f64 = left.iter().map(|r| r * r).sum();
-    let variance = squares / free.max(1) as f64;
+fn noise_m(left: &[f64], free: usize, step_m: f64) -> Estimate {
+    let variance = square(left) / free.max(1) as f64;
     let block = (left.len() / 40).max(10);
-    let means: Vec<f64> = left
-        .chunks(block)
-        .map(|chunk| chunk.iter().map(|r| r * r).sum::<f64>() / chunk.len() as f64)
+    let blocks = left.chunks(block);
+    let means: Vec<f64> = blocks
+        .map(|block| square(block) / block.len() as f64)
         .collect();
     let count = means.len() as f64;
     let mean = means.iter().sum::<f64>() / count;
@@ -539,8 +514,9 @@ fn noise_m(left: &[f64], free: usize, step_m: f64, sides: f64) -> [f64; 3] {
     let error = (spread / (count * (count - 1.0).max(1.0))).sqrt();
     let rounding = step_m * step_m / 12.0;
     let beside = (variance - rounding).max(0.0);
-    [beside, beside - sides * error, beside + sides * error]
-        .map(|variance| variance.max(0.0).sqrt())
+    let [value, low, high] = [beside, beside - SIDES * error, beside + SIDES * error]
+        .map(|variance| variance.max(0.0).sqrt());
+    Estimate { value, low, high }
 }
 
 /// Standard deviation, m; 0 of fewer than two.
@@ -583,12 +559,6 @@ impl Estimate {
     #[must_use]
     pub fn covers(&self, number: f64) -> bool {
         (self.low..=self.high).contains(&number)
-    }
-
-    /// The interval holds that of another too.
-    fn widen(&mut self, other: &Self) {
-        self.low = self.low.min(other.low);
-        self.high = self.high.max(other.high);
     }
 
     /// Half the width of the interval over the value.
@@ -674,19 +644,14 @@ impl Measured {
             (&mut found.bias_n, &other.bias_n),
         ];
         for (ours, theirs) in hands.chain(numbers) {
-            ours.widen(theirs);
+            ours.low = ours.low.min(theirs.low);
+            ours.high = ours.high.max(theirs.high);
         }
         found
     }
 
     /// What a user should know. `ticks` are those of the whole record.
     fn warn(&mut self, ticks: usize) {
-        self.warn_of_losses(ticks);
-        self.warn_of_the_unexplained();
-        self.warn_of_the_unsure();
-    }
-
-    fn warn_of_losses(&mut self, ticks: usize) {
         let lost = self.lost_samples;
         if lost * LOST_NOTABLE >= ticks && lost > 0 {
             self.warnings.push(format!(
@@ -694,53 +659,31 @@ impl Measured {
                  the line, or give a longer {MEASURE_SAMPLE_TIME}"
             ));
         }
-    }
-
-    fn warn_of_the_unexplained(&mut self) {
-        let micro = |x: f64| 1e6 * x;
         let (left, expected) = (self.residual_rms_m, self.expected_residual_rms_m);
         // No sensor makes what goes on from sample to sample.
-        let goes_on = self.residual_correlation > GOES_ON;
         let sensed = left * (1.0 - self.residual_correlation.clamp(0.0, 1.0)).sqrt();
-        if (left > UNEXPLAINED * expected || goes_on) && left > UNNOTICED_M {
+        let unexplained = left > UNEXPLAINED * expected || self.residual_correlation > GOES_ON;
+        if unexplained && left > UNNOTICED_M {
             self.warnings.push(format!(
                 "the model is off by {:.3} µm rms, of which the sensor explains {:.3} µm: a line that loses frames, play, friction that \
                  changes with the place, or a hand that moves; the intervals allow for it as far as it comes and goes",
-                micro(left),
-                micro(expected.min(sensed))
+                1e6 * left,
+                1e6 * expected.min(sensed)
             ));
         }
-    }
-
-    /// Intervals about as wide as their value; one of the mass is refused. A delay or lag much shorter than a sample, and a friction far
-    /// below that at rest, may be as unsure as they like.
-    fn warn_of_the_unsure(&mut self) {
-        let half = |number: &Estimate| 0.5 * (number.high - number.low);
+        // Intervals about as wide as their value; one of the mass is refused. A delay or lag much shorter than a sample, and a friction far
+        // below that at rest, may be as unsure as they like.
+        let wide = |number: &Estimate, of: f64| 0.5 * (number.high - number.low) > UNSURE * of;
         let sample_s = self.sample_time_s;
         let at_rest_n = self.breakaway_n.unwrap_or(f64::INFINITY);
-        let named = [
-            (
-                "damping",
-                &self.damping_n_s_per_m,
-                self.damping_n_s_per_m.value > 0.0,
-            ),
-            (
-                "friction",
-                &self.friction_n,
-                half(&self.friction_n) > UNSURE * at_rest_n,
-            ),
-            (
-                "delay",
-                &self.delay_s,
-                half(&self.delay_s) > UNSURE * sample_s,
-            ),
-            (
-                "current lag",
-                &self.current_lag_s,
-                self.current_lag_s.low > 0.0 || half(&self.current_lag_s) > UNSURE * sample_s,
-            ),
-        ];
-        for (what, number, counts) in named {
+        let (damping, friction) = (&self.damping_n_s_per_m, &self.friction_n);
+        let (delay, lag) = (&self.delay_s, &self.current_lag_s);
+        for (what, number, counts) in [
+            ("damping", damping, damping.value > 0.0),
+            ("friction", friction, wide(friction, at_rest_n)),
+            ("delay", delay, wide(delay, sample_s)),
+            ("current lag", lag, lag.low > 0.0 || wide(lag, sample_s)),
+        ] {
             let relative = number.relative();
             if counts && (relative > UNSURE || relative.is_nan()) {
                 let known = match relative.is_finite() && relative < 10.0 {
@@ -760,35 +703,30 @@ impl DeviceModel {
     #[must_use]
     pub fn measured(found: &Measured, program: &str, note: &str) -> Self {
         let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
-        let hand = found.hand_stiffness_n_per_m;
-        let estimates: [(&'static p::Parameter, Option<Estimate>); 7] = [
+        let estimates = [
             (&p::MASS, Some(found.mass_kg)),
             (&p::DAMPING, Some(found.damping_n_s_per_m)),
-            (&p::HAND_STIFFNESS, hand),
+            (&p::HAND_STIFFNESS, found.hand_stiffness_n_per_m),
             (&p::DELAY, Some(found.delay_s)),
             (&p::CURRENT_LAG, Some(found.current_lag_s)),
             (&p::FRICTION, Some(found.friction_n)),
             (&p::SENSOR_NOISE, Some(found.sensor_noise_m)),
         ];
-        let intervals = estimates.iter().filter_map(|(parameter, estimate)| {
-            estimate.map(|estimate| Interval {
-                key: parameter.key,
-                low: six(estimate.low),
-                high: six(estimate.high),
-            })
-        });
+        let (mut values, mut intervals) = (DeviceValues::default(), Vec::new());
+        values.set(&p::ENCODER_RESOLUTION, six(found.encoder_resolution_m));
+        for (parameter, estimate) in estimates {
+            if let Some(Estimate { value, low, high }) = estimate {
+                values.set(parameter, six(value));
+                intervals.push(Interval {
+                    key: parameter.key,
+                    low: six(low),
+                    high: six(high),
+                });
+            }
+        }
         Self {
-            values: DeviceValues {
-                mass_kg: six(found.mass_kg.value),
-                damping_n_s_per_m: six(found.damping_n_s_per_m.value),
-                hand_stiffness_n_per_m: hand.map_or(0.0, |hand| six(hand.value)),
-                delay_s: six(found.delay_s.value),
-                current_lag_s: six(found.current_lag_s.value),
-                friction_n: six(found.friction_n.value),
-                encoder_resolution_m: six(found.encoder_resolution_m),
-                sensor_noise_m: six(found.sensor_noise_m.value),
-            },
-            intervals: intervals.collect(),
+            values,
+            intervals,
             program: program.to_owned(),
             note: note.to_owned(),
         }
@@ -820,10 +758,10 @@ mod tests {
     fn the_noise_is_what_rounding_does_not_explain() {
         // ±1 and ±3 alternate: the variance is 5.
         let left: Vec<f64> = (0..4000).map(|n| [1.0, -1.0, 3.0, -3.0][n % 4]).collect();
-        let [value, low, high] = noise_m(&left, left.len(), 0.0, 1.96);
+        let Estimate { value, low, high } = noise_m(&left, left.len(), 0.0);
         assert!((value - 5_f64.sqrt()).abs() < 1e-12);
         assert!(low <= value && value <= high);
-        let [value, ..] = noise_m(&left, left.len(), 12_f64.sqrt(), 1.96);
+        let Estimate { value, .. } = noise_m(&left, left.len(), 12_f64.sqrt());
         assert!((value - 2.0).abs() < 1e-12);
         assert!(deviation_m(&[1.0, f64::NAN, 3.0]) - 2_f64.sqrt() < 1e-12);
     }

@@ -2,6 +2,7 @@
 
 use super::session::HostSession;
 use crate::document::failure::Failure;
+use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, DEVICE_DAMPING, DEVICE_MASS};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::folder::FolderRequest;
@@ -9,7 +10,7 @@ use crate::run::preflight::{
     MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples, note_findings,
 };
 use crate::run::record::{Record, Start};
-use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, loop_name};
+use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
 use crate::run::safety::GuardChoice;
 use crate::run::schedule::Schedule;
 use crate::run::tick::TickRecord;
@@ -41,16 +42,6 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,
-}
-
-impl<P, M> std::fmt::Debug for RemoteRun<'_, P, M> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("RemoteRun")
-            .field("device", self.device)
-            .field("law", &self.law)
-            .field("schedule", &self.schedule)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
@@ -268,7 +259,7 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
     let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
     add("board", link.capabilities().board().to_owned());
     add("firmware", firmware_version(link.hello()));
-    add("loop", loop_name(device.loop_mode).to_owned());
+    add("loop", device.loop_mode.name().to_owned());
     add(
         "watchdog_s",
         (f64::from(device.watchdog_ms()) * 1e-3).to_string(),

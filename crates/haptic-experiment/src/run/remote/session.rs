@@ -3,11 +3,12 @@
 use crate::document::failure::Failure;
 use crate::run::ending::Ending;
 use crate::run::fault_recorder::AFTER;
+use crate::run::flat::flat;
 use crate::run::folder::OutputFolder;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
-use crate::run::remote::summary::{flat, summarise};
+use crate::run::remote::summary::summarise;
 use crate::run::schedule::Schedule;
 use crate::run::tick::{TickRecord, by_loop, per_axis};
 use crate::run::{Ran, Supervisor, close, tell_end};
@@ -54,38 +55,27 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// Asks the device what it counted, lets it go, and closes the log.
     pub(super) fn finish(mut self) -> Result<Ran, Failure> {
         self.count_missing_fault();
-        let HostSession {
-            link,
-            before,
-            loop_mode,
-            folder,
-            mut recorder,
-            mut record,
-            samples_lost,
-            next_tick,
-            schedule,
-            preflight,
-            deaf,
-            ..
-        } = self;
         // Only a device that has let go answers so; its force falls within its own stop time.
-        let let_go = record.ended == Some(Ending::LogStopped) && waits_for_rest(&link);
+        let let_go = self.record.ended == Some(Ending::LogStopped) && waits_for_rest(&self.link);
         // A device that is gone cannot be asked.
-        let asked = (!deaf).then(|| link.statistics().ok()).flatten();
-        let counted = asked.map(|after| after.since(&before));
-        let mut summary = summarise(&link, loop_mode, counted, samples_lost);
+        let asked = (!self.deaf).then(|| self.link.statistics().ok()).flatten();
+        let counted = asked.map(|after| after.since(&self.before));
+        let lost = self.samples_lost;
+        let mut summary = summarise(&self.link, self.loop_mode, counted, lost);
         // A sample without room here is missing by its number too.
-        summary.samples_lost = samples_lost.saturating_sub(summary.samples_dropped);
-        drop(link);
-        record.dropped = recorder.dropped() + samples_lost;
+        summary.samples_lost = lost.saturating_sub(summary.samples_dropped);
+        drop(self.link);
+        let (record, recorder) = (&mut self.record, &mut self.recorder);
+        record.dropped = recorder.dropped() + lost;
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
-        recorder.metadata("link", flat(&summary));
+        recorder.metadata("link", flat(&summary, "", "."));
         record.link = Some(summary);
-        recorder.metadata(END, record.end(schedule.samples, next_tick).metadata());
-        let recorded = close(recorder, &record, let_go)?;
+        let end = record.end(self.schedule.samples, self.next_tick);
+        recorder.metadata(END, end.metadata());
+        let recorded = close(self.recorder, &self.record, let_go)?;
         Ok(Ran {
-            preflight,
-            ..Ran::of(record, recorded, folder)
+            preflight: self.preflight,
+            ..Ran::of(self.record, recorded, self.folder)
         })
     }
 

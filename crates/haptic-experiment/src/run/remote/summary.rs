@@ -1,11 +1,10 @@
 //! Counts of a link over a run, for the report and for the log.
 
-use super::loop_name;
+use crate::document::named::Named;
 use crate::run::device::firmware_version;
 use haptic_link::{LoopMode, Statistics};
 use haptic_remote::serial::SerialLink;
 use hdrhistogram::Histogram;
-use std::collections::BTreeMap;
 
 /// Counts of the link of a run.
 #[derive(Clone, Debug, Default, serde::Serialize)]
@@ -126,7 +125,7 @@ pub(super) fn summarise(
         board: link.capabilities().board().to_owned(),
         firmware: firmware_version(link.hello()),
         simulated: link.capabilities().simulated,
-        loop_mode: loop_name(loop_mode),
+        loop_mode: loop_mode.name(),
         samples_lost,
         samples_dropped: report.samples_dropped,
         samples_dropped_on_device: counted.samples_dropped,
@@ -161,27 +160,4 @@ pub(super) fn summarise(
         round_trip_us,
         round_trip_reason,
     }
-}
-
-/// The summary as the metadata of a log.
-pub(super) fn flat(summary: &LinkSummary) -> BTreeMap<String, String> {
-    // A structure of numbers and words always becomes JSON.
-    let json = serde_json::to_value(summary).unwrap_or_default();
-    let mut flat = BTreeMap::new();
-    for (key, value) in json.as_object().into_iter().flatten() {
-        match value.as_object() {
-            Some(inner) => {
-                for (name, value) in inner {
-                    flat.insert(format!("{key}.{name}"), value.to_string());
-                }
-            }
-            None => {
-                let text = value
-                    .as_str()
-                    .map_or_else(|| value.to_string(), str::to_owned);
-                flat.insert(key.clone(), text);
-            }
-        }
-    }
-    flat
 }

@@ -7,7 +7,6 @@ use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
 use haptic_experiment::document::advice::single;
 use haptic_experiment::parameters::{self, Range, range};
-use haptic_experiment::run::device::Loop;
 use haptic_experiment::run::guard_of;
 use haptic_experiment::run::{GuardedDevice, speed, workspace};
 use haptic_experiment::{GuardChoice, Named};
@@ -101,7 +100,7 @@ pub(crate) fn key_like(option: &str) -> Option<&'static str> {
 pub(super) struct Changes {
     given: BTreeSet<&'static str>,
     numbers: Vec<(Field, f32)>,
-    loop_mode: Option<Loop>,
+    loop_mode: Option<LoopMode>,
     tick_period_us: Option<u32>,
     order: Option<Order>,
     scheme: Option<Scheme>,
@@ -263,7 +262,7 @@ impl Changes {
             configuration.surface_m = surface.unwrap_or(configuration.surface_m);
         }
         if let Some(loop_mode) = self.loop_mode {
-            let (before, after) = (configuration.loop_mode, LoopMode::from(loop_mode));
+            let (before, after) = (configuration.loop_mode, loop_mode);
             // A watchdog time that nobody chose goes with the loop.
             if configuration.limits.watchdog_ms == before.watchdog_ms() {
                 configuration.limits.watchdog_ms = after.watchdog_ms();

@@ -1,0 +1,36 @@
+//! A report as the metadata of a log: names and texts.
+
+use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// What a report holds under its keys, `prefix` before them; what is within another value under both names, `joint` between them. What is
+/// not there is `none`.
+pub(crate) fn flat(report: &impl Serialize, prefix: &str, joint: &str) -> BTreeMap<String, String> {
+    let mut flat = BTreeMap::new();
+    // Numbers and words always become JSON.
+    let value = serde_json::to_value(report).unwrap_or_default();
+    add(&mut flat, prefix, joint, &value);
+    flat
+}
+
+fn add(flat: &mut BTreeMap<String, String>, name: &str, joint: &str, value: &Value) {
+    let text = match value {
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                let inner = if value.is_object() { joint } else { "" };
+                add(flat, &format!("{name}{key}{inner}"), joint, value);
+            }
+            return;
+        }
+        Value::Null => "none".to_owned(),
+        Value::String(text) => text.clone(),
+        // As Rust writes it, 1 and not 1.0.
+        Value::Number(number) => match number.as_f64().filter(|_| number.is_f64()) {
+            Some(number) => number.to_string(),
+            None => number.to_string(),
+        },
+        other => other.to_string(),
+    };
+    flat.insert(name.to_owned(), text);
+}
