@@ -244,7 +244,6 @@ impl PreflightVerdict {
             three_digits(self.delay_samples),
         )
     }
-
 }
 
 /// Adds findings to the metadata of a log, each by its key of reports behind `prefix` and a point.
