@@ -252,7 +252,7 @@ fn words_of(name: &str, source: &Source) -> Vec<String> {
                     || path.starts_with(&format!("{prefix}::"))
                     || path.starts_with("clap_")
             };
-            PATHS.iter().any(|prefix| starts(prefix))
+            PATHS.iter().any(starts)
         };
         let paths = file.paths.iter().filter(is).map(String::as_str);
         let flags = file.texts.iter().filter(|text| names_a_flag(text));

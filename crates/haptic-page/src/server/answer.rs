@@ -32,14 +32,14 @@ pub(super) async fn answer(
             hub.take_controls(page.number, force)?;
             json!({"controls": true})
         }
-        Request::ReleaseControls {} => hub.release_controls().into(),
+        Request::ReleaseControls {} => json!(hub.release_controls()),
         Request::FeelStart(start) => hub.start_feel(start).await?,
         Request::FeelSet(change) => hub.change_feel(change).await?,
         Request::FeelHand { position_m, held } => {
             json!({"position_m": hub.felt()?.hand(position_m, held)?})
         }
-        Request::FeelPause { paused } => hub.felt()?.pause(paused)?.into(),
-        Request::FeelMark { text } => hub.felt()?.mark(text)?.into(),
+        Request::FeelPause { paused } => json!(hub.felt()?.pause(paused)?),
+        Request::FeelMark { text } => json!(hub.felt()?.mark(text)?),
         Request::FeelRecord { on: true } => {
             let feel = hub.felt()?;
             json!({"name": blocking(move || feel.record()).await?})
@@ -49,14 +49,14 @@ pub(super) async fn answer(
             let (name, samples, missing) = blocking(move || feel.end_record()).await?;
             json!({"name": name, "samples": samples, "missing": missing})
         }
-        Request::FeelEnd {} => hub.end_feel().await.into(),
-        Request::Stop {} => hub.stop().into(),
+        Request::FeelEnd {} => json!(hub.end_feel().await),
+        Request::Stop {} => json!(hub.stop()),
         Request::Arm {} => {
             let feel = hub.felt()?;
-            blocking(move || feel.arm()).await?.into()
+            json!(blocking(move || feel.arm()).await?)
         }
         Request::View(view) => self::view(id, view, hub, page).await?,
-        Request::ViewEnd {} => page.send(Outgoing::Live(None)).into(),
+        Request::ViewEnd {} => json!(page.send(Outgoing::Live(None))),
         Request::RunsList {} => blocking(move || hub.runs.list()).await?,
         Request::RunsOpen { name } => blocking(move || hub.runs.open(&name)).await?,
         Request::RunsTable(table) => {
@@ -65,7 +65,7 @@ pub(super) async fn answer(
         }
         Request::RunsForms {} => hub.runs.forms(),
         Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
-        Request::RunsStop {} => hub.runs.stop().into(),
+        Request::RunsStop {} => json!(hub.runs.stop()),
         Request::Identify(request) => {
             let gone = Arc::clone(&page.gone);
             blocking(move || identified(&request, &gone)).await?
