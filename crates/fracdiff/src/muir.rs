@@ -48,6 +48,7 @@ pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
 ///
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory). *Start-up*: zero for ever before.
 /// - *Not finite*: spoils n + 1 outputs. *Cost*: `output` one multiply-add, `advance` n.
+///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 3.6, 3.7, 4.2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MuirPolynomial<F, const N: usize> {

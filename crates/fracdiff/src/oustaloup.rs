@@ -29,6 +29,7 @@ use num_complex::Complex;
 ///   would lose them to rounding, a cascade does not.
 /// - *Start-up*: zero for ever before. *Not finite*: no output is finite until reset.
 /// - *Cost*: `output` one multiply-add, `advance` about 5m. Memory m samples.
+///
 /// Source: A. Oustaloup, F. Levron, B. Mathieu, F. Nanot, *Frequency-band complex noninteger
 /// differentiator*, IEEE Trans. Circuits Syst. I 47(1), 2000.
 #[derive(Clone, Debug, PartialEq)]

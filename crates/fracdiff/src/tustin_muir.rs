@@ -24,6 +24,7 @@ use num_complex::Complex;
 ///   relaxation.
 /// - *Start-up*: zero for ever before. *Not finite*: no output is finite until reset.
 /// - *Cost*: `output` one multiply-add, `advance` 2m. Memory m samples.
+///
 /// Source: B. M. Vinagre, Y. Q. Chen, I. Petráš, J. Franklin Inst. 340, 2003, §4.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TustinMuir<F, const N: usize>(WithIntegerPart<Recursion<F, N>>);

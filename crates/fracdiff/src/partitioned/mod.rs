@@ -32,6 +32,7 @@ const MOST_PARTITIONS: usize = 32;
 /// - *Cost*: `output` one multiply-add; `advance` 63 of them and for each level some 100 to 200. Each tick
 ///   does the same share of the transforms, so the worst takes two to three times the mean. Memory some 4N
 ///   numbers and 8 a tick of the last block; allocates in `new` and `at_rest` only. No division, no panic.
+///
 /// Source: W. G. Gardner, *Efficient convolution without input-output delay*, J. Audio Eng. Soc. 43
 /// (3), 1995; here the transforms themselves are spread over the ticks.
 #[derive(Clone, Debug, PartialEq)]

@@ -133,11 +133,9 @@ impl Spectrum {
         }
     }
 
-    /// G(t) = E + Σ E_i·e^(−t/τ_i).
-    ///
-    /// M(−r) = E − Σ E_i·rτ_i/(1 − rτ_i) has one zero `r_k` between any two rates 1/τ_i, and one below the first if E > 0: the
-    /// rates of J, in which 1/η = 0 if E > 0, else η = ΣE_iτ_i (B. Gross, *Mathematical Structure of the Theories of
-    /// Viscoelasticity*, 1953).
+    /// ```text
+    /// G(t) = E + Σ E_i·e^(−t/τ_i)
+    /// ```
     fn of_branches(spring_pa: f64, branches: &[MaxwellBranch]) -> Self {
         // Rates rise as times fall.
         let modes = || branches.iter().rev();
@@ -153,7 +151,11 @@ impl Spectrum {
         }
     }
 
-    /// J(t) = 1/(E + ΣE_i) + t/η + Σ w_k·(1 − e^(−r_k·t)) of the same, `w_k = 1/Σ E_i·r_kτ_i/(1 − r_kτ_i)²`.
+    /// ```text
+    /// M(−r) = E − Σ E_i·rτ_i/(1 − rτ_i)          one zero r_k between any two rates 1/τ_i, and one below the first if E > 0
+    /// J(t) = 1/(E + ΣE_i) + t/η + Σ w_k·(1 − e^(−r_k·t)),   w_k = 1/Σ E_i·r_kτ_i/(1 − r_kτ_i)²,   1/η = 0 if E > 0, else η = ΣE_iτ_i
+    /// ```
+    /// Source: B. Gross, *Mathematical Structure of the Theories of Viscoelasticity*, 1953.
     fn creep_of_branches(spring_pa: f64, branches: &[MaxwellBranch]) -> Self {
         let instantaneous =
             (branches.iter()).fold(spring_pa, |sum, one| sum + one.elastic_modulus_pa);
