@@ -3,7 +3,7 @@
 //! The frames are those of a host, [`Direction::FromHost`](crate::Direction::FromHost): both sides number theirs modulo 2³².
 //! The connection is 0 in a hello and after it the numbers of both, xored. A datagram holds one frame.
 
-use crate::keys::MessageKey;
+use crate::report::MessageKey;
 use postcard_schema::Schema;
 use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};

@@ -18,7 +18,7 @@ mod sequence;
 #[cfg(feature = "several-axes")]
 pub use configuration::{AxisWorkspace, WorkspaceBox};
 pub use configuration::{
-    COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, DigestBuilder, LoopMode, OperatorForm,
+    COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, DigestBuilder, OperatorForm,
     OperatorShape, Simulation, SimulationKind, block_count, hand_digest,
 };
 pub use field::Field;
@@ -27,10 +27,11 @@ pub use frame::{
     Receiver, encode,
 };
 pub use hand::{Architecture, HandHello, HandMessage, HandSample, HandSide, HandState};
-pub use keys::{KEYS_MAX, Keys, MessageKey, REPORT_KEYS, REQUEST_KEYS};
-pub use limits::{Guard, GuardKind, Limit, Limits, Tighter};
+pub use keys::{REPORT_KEYS, REQUEST_KEYS};
+pub use limits::{Guard, GuardKind, Limit, Limits, LoopMode, Tighter};
 pub use report::{
-    Alive, Capabilities, Event, EventKind, FaultReport, Hello, Report, State, Statistics, Status,
+    Alive, Capabilities, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys, MessageKey, Report,
+    State, Statistics, Status,
 };
 pub use request::{Ack, Outcome, Refusal, Request, Scope, Start};
 pub use sample::{

@@ -1,6 +1,5 @@
 //! Limits of a device and its passivity guard: their ranges, their defaults, and what is tighter.
 
-use crate::configuration::{Configuration, LoopMode};
 use crate::field::Field;
 use crate::in_order::{Blank, Fixed, blank, read_in_order};
 use postcard_schema::Schema;
@@ -318,24 +317,25 @@ fn keep(value: &mut f32, set: f32, is_tight: bool, field: Field, looser: &mut Op
     }
 }
 
-impl Configuration {
-    /// [`Limits::tightened`] of a run whose ticks may be of another length than those of what was set to last: delays
-    /// are times, so many ticks there are other ones here.
+/// The side on which the loop runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum LoopMode {
+    /// On the device; the host sets parameters and records.
+    #[default]
+    Device,
+    /// On the host; the device reports its position and applies the force it is sent.
+    Host,
+}
+
+impl LoopMode {
+    /// The watchdog time unless given, ms: 20 in a host loop, whose force is as old as the silence, and 500 in a
+    /// device loop, whose force does not come from the host.
     #[must_use]
-    pub fn tightened(&self, set: &Self) -> (Limits, Option<Field>) {
-        let mut limits = set.limits;
-        if self.tick_period_us != set.tick_period_us {
-            // Ticks of this run in a tick of what was set.
-            let ticks = set.tick_period_us as f32 / self.tick_period_us.max(1) as f32;
-            limits.guard.delay_least_samples *= ticks;
-            limits.guard.delay_most_samples *= ticks;
-            let delay = f32::from(limits.device_delay_ticks) * ticks;
-            // Rounded up; a cast stays within a byte.
-            let whole = delay as u8;
-            let more = u8::from(f32::from(whole) < delay);
-            limits.device_delay_ticks = whole.saturating_add(more);
+    pub const fn watchdog_ms(self) -> u16 {
+        match self {
+            Self::Device => 500,
+            Self::Host => 20,
         }
-        self.limits.tightened(&limits)
     }
 }
 

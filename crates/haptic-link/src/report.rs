@@ -1,9 +1,9 @@
 //! Messages of a device to its host: what it is, how it is, what happens to it.
 
 use crate::configuration::{CoefficientBlock, Configuration};
-use crate::keys::{Keys, REPORTS};
 use crate::request::Ack;
 use crate::sample::{Batch, Flight, Sample};
+use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -322,4 +322,24 @@ impl Statistics {
             forces_not_taken: self.forces_not_taken.wrapping_sub(before.forces_not_taken),
         }
     }
+}
+
+/// Reports of any device.
+pub(crate) const REPORTS: usize = 13;
+
+/// Messages of one direction that a list of keys has room for.
+pub const KEYS_MAX: usize = 24;
+
+/// Hash of a message definition: FNV-1a of 64 bits over its name and the names and types of its fields, as
+/// `postcard-schema` defines it; both halves xored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct MessageKey(#[serde(with = "postcard::fixint::le")] pub u32);
+
+/// The keys of all messages, by their numbers.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Keys {
+    /// Of the requests.
+    pub requests: Vec<MessageKey, KEYS_MAX>,
+    /// Of the reports.
+    pub reports: Vec<MessageKey, KEYS_MAX>,
 }

@@ -4,12 +4,17 @@
 use crate::configuration::WorkspaceBox;
 use crate::configuration::{CoefficientBlock, Configuration};
 use crate::field::Field;
-use crate::keys::REQUESTS;
 use crate::report::State;
 use crate::sample::AXES_MAX;
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
+
+/// So many requests, the first ones, are those of a device of one axis.
+pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
+/// Requests in all.
+pub(crate) const REQUESTS: usize =
+    ONE_AXIS_REQUESTS + if cfg!(feature = "several-axes") { 1 } else { 0 };
 
 /// From host to device. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
 ///

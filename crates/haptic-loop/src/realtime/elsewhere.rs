@@ -1,7 +1,7 @@
 //! Systems other than Linux: no priority, no locked memory, no pinning.
 
-pub use super::periodic::StdWaiter as SystemWaiter;
-use super::thread::Refusal;
+use super::system::Refusal;
+pub use super::system::StdWaiter as SystemWaiter;
 use std::vec::Vec;
 
 /// Cores that this process may run on; empty where the system does not say.

@@ -1,7 +1,6 @@
 //! Linux: clock, sleep, priority, affinity and locked memory.
 
-use super::periodic::Waiter;
-use super::thread::Refusal;
+use super::system::{Refusal, Waiter};
 use rustix::io::Errno;
 use rustix::mm::{MlockAllFlags, mlockall, munlockall};
 use rustix::process::{Resource, getpriority_process, getrlimit};

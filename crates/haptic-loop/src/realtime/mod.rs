@@ -22,10 +22,12 @@ mod here;
 #[path = "elsewhere.rs"]
 mod here;
 mod periodic;
+mod system;
 mod thread;
 mod timing;
 
 pub use here::{SystemWaiter, allowed_cores, raise_thread};
-pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin, StdWaiter, Waiter};
-pub use thread::{Fallback, PRIORITIES, RaisedThread, Refusal, ThreadConfig};
+pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin};
+pub use system::{Refusal, StdWaiter, Waiter};
+pub use thread::{Fallback, PRIORITIES, RaisedThread, ThreadConfig};
 pub use timing::{Overruns, Percentiles, Timing, WorstCycle};

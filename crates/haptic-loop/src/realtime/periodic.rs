@@ -1,50 +1,12 @@
 //! The periodic loop: its clock, its settings and its overrun policy.
 
 use super::here::SystemWaiter;
+use super::system::Waiter;
 use super::thread::{RaisedThread, ThreadConfig};
 use super::timing::Timing;
 use crate::ParameterError;
 use fracdiff::parameter::RangeError;
-use std::time::{Duration, Instant};
-
-/// A clock and the ways to wait for it. Tests pass one whose time they make themselves.
-pub trait Waiter {
-    /// Time since an origin that never changes.
-    fn now(&mut self) -> Duration;
-
-    /// Lets others run until about this time; returns at once if it has passed. May be late.
-    fn sleep_until(&mut self, time: Duration);
-
-    /// Keeps the processor until this time.
-    fn spin_until(&mut self, time: Duration) {
-        while self.now() < time {
-            core::hint::spin_loop();
-        }
-    }
-}
-
-/// `std::thread::sleep` for what is left: the plain way, to compare with.
-#[derive(Clone, Copy, Debug)]
-pub struct StdWaiter(Instant);
-
-impl Default for StdWaiter {
-    fn default() -> Self {
-        Self(Instant::now())
-    }
-}
-
-impl Waiter for StdWaiter {
-    fn now(&mut self) -> Duration {
-        self.0.elapsed()
-    }
-
-    fn sleep_until(&mut self, time: Duration) {
-        let left = time.saturating_sub(self.0.elapsed());
-        if !left.is_zero() {
-            std::thread::sleep(left);
-        }
-    }
-}
+use std::time::Duration;
 
 /// Shortest and longest period, s.
 const PERIODS_S: core::ops::RangeInclusive<f64> = 1e-5..=1e3;

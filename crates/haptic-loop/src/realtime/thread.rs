@@ -1,35 +1,9 @@
 //! A thread that the system prefers to others, and what it refuses.
 
 use super::here::CurrentThread;
+use super::system::Refusal;
 use core::fmt;
 use core::marker::PhantomData;
-
-/// Why the system did not do what was asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Refusal {
-    /// This user may not.
-    NotPermitted,
-    /// More than this user's limit.
-    Limit,
-    /// This system cannot.
-    Unsupported,
-    /// Its error code.
-    Other(i32),
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotPermitted => f.write_str("not permitted"),
-            Self::Limit => f.write_str("above this user's limit"),
-            Self::Unsupported => f.write_str("not on this system"),
-            Self::Other(code) => write!(f, "error {code} of the system"),
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
 
 /// Priorities that a system may grant.
 pub const PRIORITIES: core::ops::RangeInclusive<u8> = 1..=99;

@@ -1,11 +1,11 @@
 //! Connecting: the port is opened, the device greeted and brought to rest, two threads are started.
 
 use super::error::SerialError;
-use super::line;
 use super::line::Line;
 use super::link::SerialLink;
 use super::link::Shared;
 use super::link::{Ends, write};
+use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
 use crate::impossible::Plausible;
@@ -83,11 +83,11 @@ impl SerialLink {
     }
 
     fn connect_once(path: &str, baud: Option<u32>) -> Result<Self, SerialError> {
-        let latency_ms = line::shorten_latency(path);
+        let latency_ms = port::shorten_latency(path);
         let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
-        let port = line::open(path, bauds[0])?;
+        let port = port::open(path, bauds[0])?;
         let mut link =
-            Self::over(port, bauds, path).map_err(|error| line::unanswered(path, error))?;
+            Self::over(port, bauds, path).map_err(|error| port::unanswered(path, error))?;
         link.latency_ms = latency_ms;
         Ok(link)
     }

@@ -1,7 +1,7 @@
 //! A device that has answered, on an open port: what it is, what both ends have counted, and the two threads that speak.
 
 use super::error::{BoardTrouble, TroubleCause};
-use super::line::Line;
+use super::line::{Line, lock};
 use super::served::Served;
 use crate::impossible::Plausible;
 use crate::{Conversation, HostCounters, Incoming, LinkError};
@@ -17,7 +17,7 @@ use std::io::ErrorKind;
 use std::string::String;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use std::vec::Vec;
@@ -297,11 +297,6 @@ impl Shared {
     pub(super) fn conversation(&self) -> MutexGuard<'_, Conversation> {
         lock(&self.conversation)
     }
-}
-
-/// Whoever panicked with it has been seen; what is inside are counters.
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What both threads have of a link.

@@ -13,6 +13,7 @@ mod connect;
 mod error;
 mod line;
 mod link;
+mod port;
 mod request;
 mod run;
 mod served;
@@ -22,8 +23,9 @@ mod socket;
 pub use crate::held_clock::HeldClock;
 pub use connect::{BAUDS, ConnectOptions, GREETING};
 pub use error::{BoardTrouble, SerialError, TroubleCause};
-pub use line::{Line, Pipe, PortInfo, open, ports};
+pub use line::{Line, Pipe};
 pub use link::{Heard, LinkReport, SerialLink};
+pub use port::{PortInfo, open, ports};
 pub use served::{DeviceTime, ServeError, Served, ServedHardware};
 #[cfg(unix)]
 pub use socket::{set_patience, timed_out};

@@ -1,8 +1,9 @@
 //! Asking and setting: requests that wait for their answer.
 
 use super::error::SerialError;
+use super::line::lock;
+use super::link::Command;
 use super::link::SerialLink;
-use super::link::{Command, lock};
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request,

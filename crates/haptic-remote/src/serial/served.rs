@@ -1,9 +1,7 @@
 //! A device that this process serves itself: a board of another maker behind the device's side of the link.
 
 use super::error::BoardTrouble;
-use super::line::Line as _;
-use super::line::Pipe;
-use super::link::lock;
+use super::line::{Line as _, Pipe, lock};
 use crate::held_clock::HeldClock;
 use crate::{DeviceSession, Exchange, Hardware, TickSide};
 use core::cell::RefCell;

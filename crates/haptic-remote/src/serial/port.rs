@@ -1,0 +1,146 @@
+//! Serial ports of this machine, and sockets in their place.
+
+use super::error::SerialError;
+use super::line::Line;
+#[cfg(unix)]
+use super::socket::Socket;
+#[cfg(unix)]
+use crate::LinkError;
+#[cfg(unix)]
+use haptic_link::LineCounters;
+use serialport::{ClearBuffer, SerialPortType};
+use std::boxed::Box;
+use std::format;
+use std::io::ErrorKind;
+use std::path::Path;
+use std::string::{String, ToString};
+use std::time::Duration;
+use std::vec::Vec;
+
+/// A read returns after this time at the latest, so that a closing link is noticed.
+const READ_TIMEOUT: Duration = Duration::from_millis(20);
+
+/// A serial port of this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PortInfo {
+    /// Path or name to open it by.
+    pub path: String,
+    /// Description of the adapter, for a person.
+    pub description: String,
+    /// USB vendor and product number.
+    pub usb: Option<(u16, u16)>,
+    /// Time for which the adapter holds bytes back, ms; `None` if it is not known.
+    pub latency_ms: Option<u32>,
+}
+
+/// All serial ports of this machine. Pseudo-terminals, as of an emulated device, are not among them.
+#[must_use]
+pub fn ports() -> Vec<PortInfo> {
+    // Without libudev the crate looks there, and panics where a container has no such place.
+    if cfg!(target_os = "linux") && !Path::new("/sys/class/tty").exists() {
+        return Vec::new();
+    }
+    let found = serialport::available_ports().unwrap_or_default();
+    let infos = found.into_iter().map(|port| {
+        let (description, usb) = match &port.port_type {
+            SerialPortType::UsbPort(usb) => {
+                let names = [usb.manufacturer.as_deref(), usb.product.as_deref()];
+                let names: Vec<&str> = names.into_iter().flatten().collect();
+                let names = if names.is_empty() {
+                    "USB".to_string()
+                } else {
+                    names.join(" ")
+                };
+                (names, Some((usb.vid, usb.pid)))
+            }
+            SerialPortType::PciPort => ("PCI".to_string(), None),
+            SerialPortType::BluetoothPort => ("Bluetooth".to_string(), None),
+            SerialPortType::Unknown => ("built in".to_string(), None),
+        };
+        PortInfo {
+            latency_ms: latency_ms(&port.port_name),
+            path: port.port_name,
+            description,
+            usb,
+        }
+    });
+    infos.collect()
+}
+
+/// Opens a port for us alone, 8N1, and throws away what it still holds; or a Unix socket, where one is.
+///
+/// # Errors
+/// No such port, somebody else has it, the system does not let us; nobody listens at the socket.
+pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
+    #[cfg(unix)]
+    if let Some(socket) = Socket::open(path, baud, READ_TIMEOUT) {
+        return Ok(Box::new(socket?));
+    }
+    let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
+    let port = opened.map_err(|error| {
+        let text = error.to_string();
+        let busy = text.contains("exclusive lock") || text.contains("busy");
+        let path = path.to_string();
+        match error.kind() {
+            _ if busy => SerialError::InUse { path },
+            // Message of the system for a file that has no baud rate.
+            _ if text.contains("Not a typewriter") || text.contains("Inappropriate ioctl") => {
+                SerialError::NoPort { path }
+            }
+            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+                SerialError::Forbidden { path }
+            }
+            serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(ErrorKind::NotFound)
+                if !Path::new(&path).exists() =>
+            {
+                let others: Vec<String> = ports().into_iter().map(|port| port.path).collect();
+                SerialError::NotFound {
+                    path,
+                    others: others.join(", "),
+                }
+            }
+            _ => SerialError::Open {
+                path,
+                baud,
+                reason: text,
+            },
+        }
+    })?;
+    // Best effort: a line that cannot be cleared is cleaned by the first hello.
+    let _ = port.clear(ClearBuffer::All);
+    Ok(Box::new(port))
+}
+
+/// A greeting at this path that nobody answered: at a socket, which lets one program in at a time, most likely another one has it open.
+pub(super) fn unanswered(path: &str, error: SerialError) -> SerialError {
+    #[cfg(unix)]
+    if super::socket::is_socket(path)
+        && matches!(&error, SerialError::Link(LinkError::NoAnswer { line, .. }) if *line == LineCounters::default())
+    {
+        let path = path.to_string();
+        return SerialError::SilentSocket { path };
+    }
+    error
+}
+
+/// Time for which a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is
+/// allowed. The loop waits for this time at every tick.
+pub(super) fn shorten_latency(path: &str) -> Option<u32> {
+    let before = latency_ms(path)?;
+    if before > 1 {
+        // Needs a privilege on most systems; the caller warns when it did not help.
+        let _ = std::fs::write(latency_file(path), "1");
+    }
+    latency_ms(path)
+}
+
+fn latency_ms(path: &str) -> Option<u32> {
+    let text = std::fs::read_to_string(latency_file(path)).ok()?;
+    text.trim().parse().ok()
+}
+
+/// File in which Linux keeps the latency timer of FTDI adapters.
+fn latency_file(path: &str) -> String {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    format!("/sys/bus/usb-serial/devices/{name}/latency_timer")
+}
