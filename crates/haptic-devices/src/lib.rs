@@ -2,6 +2,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 
+mod board;
 mod foreign;
 pub mod haply;
 pub mod moteus;

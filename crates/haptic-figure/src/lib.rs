@@ -6,6 +6,7 @@ mod axis;
 mod chart;
 mod curve;
 mod drawing;
+mod error;
 #[cfg(feature = "png")]
 mod lettering;
 mod over_time;
@@ -22,7 +23,8 @@ mod thin;
 
 pub use axis::Scale;
 pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
+pub use error::FigureError;
 pub use over_time::{Conditions, HeldPanels, MotionFigure, TheoryFigure};
-pub use picture::{FigureError, Picture};
+pub use picture::Picture;
 pub use plane::PlaneFigure;
 pub use style::{GRID, INK, SERIES_COLOURS};

@@ -1,7 +1,7 @@
 //! A finished picture.
 
 use crate::drawing::Drawing;
-use crate::svg;
+use crate::{FigureError, svg};
 
 /// A finished picture: an SVG. Two pictures are equal if their SVGs are.
 ///
@@ -55,40 +55,3 @@ impl PartialEq for Picture {
 }
 
 impl Eq for Picture {}
-
-/// A picture that could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum FigureError {
-    /// There is nothing to draw.
-    #[error(
-        "no {what} to draw: {samples} samples, none of them finite and within reach of its axes"
-    )]
-    Empty {
-        /// The curve that is missing.
-        what: &'static str,
-        /// Samples given.
-        samples: usize,
-    },
-    /// A page has no letters for so many panels.
-    #[error("{found} panels on one page; at most {most} fit")]
-    Panels {
-        /// Panels given.
-        found: usize,
-        /// Panels that fit.
-        most: usize,
-    },
-    /// The slices of a figure belong together sample by sample and differ in length.
-    #[error("{what} has {found} samples where time has {expected}; both need the same number")]
-    Lengths {
-        /// The slice with another length.
-        what: &'static str,
-        /// Samples of time.
-        expected: usize,
-        /// Samples of the slice.
-        found: usize,
-    },
-    /// The drawing could not be turned into pixels.
-    #[error("the picture cannot be rendered: {0}")]
-    Render(String),
-}

@@ -5,7 +5,7 @@ use super::model::{HaplyName, Model, Plane, middle};
 use super::protocol::{
     ANSWER_BYTES, TORQUE_MAX_NM, Trouble, configuration, judged, reset, resynchronise, torques,
 };
-use crate::foreign::{is_real, served_host};
+use crate::board::{is_real, served_host};
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause};

@@ -9,18 +9,24 @@
 
 use super::adapter::{Adapter, Gone, Heard};
 use super::frames::{Frames, HOST, Reply, Route};
-use super::settings::MoteusSettings;
+use super::settings::{MoteusName, MoteusSettings};
 use super::trouble::{Instead, MoteusOpenError, Trouble};
-use crate::foreign::{is_real, served_host};
+use crate::board::{is_real, served_host};
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, ServedHardware};
+use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, open, ports};
 use haptic_remote::{Exchange, Hardware};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
+use std::path::Path;
 use std::string::ToString as _;
+use std::time::Duration;
 
+/// Bits per second of a servo on a UART; an adapter on USB has no speed.
+const BAUD: u32 = 921_600;
+/// USB numbers of the maker's adapters, the old one and the new one. They check what they carry themselves.
+const FDCANUSBS: [(u16, u16); 2] = [(0x0483, 0x5740), (0x1209, 0x2323)];
 /// Lines taken in a tick at most, so that a flood does not hold up the loop.
 const LINES_MOST: usize = 64;
 /// Frames after which a servo that was told to drive may still say that it is stopped: it prepares.
@@ -349,4 +355,31 @@ impl<S: Read + Write> Drop for MoteusAxis<S> {
     fn drop(&mut self) {
         self.let_go();
     }
+}
+
+impl MoteusName {
+    /// Opens the port, and the servo behind it.
+    pub(crate) fn open(&self) -> Result<MoteusAxis<Box<dyn Line>>, MoteusOpenError> {
+        let line = open(&self.path, BAUD)?;
+        // As the maker's clients: a servo on a UART takes checksums; an adapter may not know them, and is asked.
+        let mut axis = MoteusAxis::open(line, self.settings, !is_fdcanusb(&self.path))?;
+        let no_wait = axis.stream().set_patience(Duration::ZERO);
+        no_wait.map_err(|error| MoteusOpenError::Patience {
+            path: self.path.clone(),
+            error,
+        })?;
+        Ok(axis)
+    }
+}
+
+/// True for a port of one of the maker's adapters.
+fn is_fdcanusb(path: &str) -> bool {
+    // A link such as those of /dev/serial/by-id leads to the port.
+    let real = std::fs::canonicalize(path);
+    let is_it = |name: &str| {
+        real.as_ref()
+            .map_or(name == path, |real| Path::new(name) == real)
+    };
+    let mut known = ports().into_iter().filter(|port| is_it(&port.path));
+    known.any(|port| port.usb.is_some_and(|usb| FDCANUSBS.contains(&usb)))
 }

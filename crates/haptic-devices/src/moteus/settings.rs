@@ -1,17 +1,7 @@
 //! A servo by name: its settings in one table, with their ranges.
 
-use super::axis::MoteusAxis;
-use super::trouble::MoteusOpenError;
 use crate::name::{NameError, Settings, with_unit};
-use haptic_remote::serial::{Line, open, ports};
 use std::fmt;
-use std::path::Path;
-use std::time::Duration;
-
-/// Bits per second of a servo on a UART; an adapter on USB has no speed.
-const BAUD: u32 = 921_600;
-/// USB numbers of the maker's adapters, the old one and the new one. They check what they carry themselves.
-const FDCANUSBS: [(u16, u16); 2] = [(0x0483, 0x5740), (0x1209, 0x2323)];
 
 /// A servo that turns a capstan or a lever, as one axis in metres and newtons.
 ///
@@ -139,8 +129,8 @@ impl MoteusSettings {
 /// A servo by name: `moteus:PATH[,key=value]…`, its keys those of [`MoteusSettings`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoteusName {
-    path: String,
-    settings: MoteusSettings,
+    pub(super) path: String,
+    pub(super) settings: MoteusSettings,
 }
 
 impl MoteusName {
@@ -166,31 +156,6 @@ impl MoteusName {
             settings,
         })
     }
-
-    /// Opens the port, and the servo behind it.
-    pub(crate) fn open(&self) -> Result<MoteusAxis<Box<dyn Line>>, MoteusOpenError> {
-        let line = open(&self.path, BAUD)?;
-        // As the maker's clients: a servo on a UART takes checksums; an adapter may not know them, and is asked.
-        let mut axis = MoteusAxis::open(line, self.settings, !is_fdcanusb(&self.path))?;
-        let no_wait = axis.stream().set_patience(Duration::ZERO);
-        no_wait.map_err(|error| MoteusOpenError::Patience {
-            path: self.path.clone(),
-            error,
-        })?;
-        Ok(axis)
-    }
-}
-
-/// True for a port of one of the maker's adapters.
-fn is_fdcanusb(path: &str) -> bool {
-    // A link such as those of /dev/serial/by-id leads to the port.
-    let real = std::fs::canonicalize(path);
-    let is_it = |name: &str| {
-        real.as_ref()
-            .map_or(name == path, |real| Path::new(name) == real)
-    };
-    let mut known = ports().into_iter().filter(|port| is_it(&port.path));
-    known.any(|port| port.usb.is_some_and(|usb| FDCANUSBS.contains(&usb)))
 }
 
 impl fmt::Display for MoteusName {

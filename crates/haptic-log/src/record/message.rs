@@ -4,28 +4,11 @@
 //! endian, no options) and the fields in order, each aligned to its size counted from the end of
 //! that header.
 
-use super::TickMessage;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Plain CDR, little endian, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-
-/// One thing in a log.
-#[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "nearly all are ticks, and a reader allocates nothing for one"
-)]
-#[non_exhaustive]
-pub enum Entry {
-    /// A control tick.
-    Tick(TickMessage),
-    /// An event.
-    Event(EventMessage),
-    /// A metadata record.
-    Metadata(MetadataRecord),
-}
 
 /// Something worth a sentence: a phase begins, a fault latches, samples were dropped.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -41,13 +41,13 @@ pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
-pub use message::{Entry, EventMessage, MessageError, MetadataRecord};
+pub use message::{EventMessage, MessageError, MetadataRecord};
 pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
-pub use reader::{Condition, Damage, LogReader};
-pub use recover::{RECOVERED, RecoverySummary, recover};
+pub use reader::{Condition, Damage, Entry, LogReader};
+pub use recover::{RecoverySummary, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
 pub use start_time::{CLOCK, StartTime};
-pub use summary::{BUDGET, END, EndKind, Gap, LogSummary, RunEnd, inspect};
+pub use summary::{BUDGET, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};
 pub use sync::{SYNC_INTERVAL, SyncTimes};
 pub use tick::{AXES, Column, PerAxis, TickMessage, Value, column_name};
 pub use writer::{FinishedLog, LogWriter};

@@ -19,14 +19,28 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use super::message::LogMessage;
 use super::new_file::open_file;
 use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
-use super::{
-    Entry, EventMessage, MessageError, MetadataRecord, RecordError, StartTime, TickMessage,
-};
+use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, TickMessage};
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
 /// At most this much is asked of the file at a time, so a wrong length cannot ask for more.
 const READ_BYTES: usize = 1 << 16;
+
+/// One thing in a log.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all are ticks, and a reader allocates nothing for one"
+)]
+#[non_exhaustive]
+pub enum Entry {
+    /// A control tick.
+    Tick(TickMessage),
+    /// An event.
+    Event(EventMessage),
+    /// A metadata record.
+    Metadata(MetadataRecord),
+}
 
 /// A part of a log that could not be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

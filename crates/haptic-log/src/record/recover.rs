@@ -4,11 +4,8 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 use super::new_file::{refuse_being_written, refuse_own_source};
-use super::summary::{Gap, TickCount};
+use super::summary::{Gap, RECOVERED, TickCount};
 use super::{Condition, Damage, Entry, Leftover, LogReader, LogWriter, RecordError};
-
-/// Name of the metadata record that marks a recovered log.
-pub const RECOVERED: &str = "recovered";
 
 /// Result of a recovery: the saved data and the lost data.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -7,9 +7,12 @@ use serde::Serialize;
 
 use super::flaw::FlawCounts;
 use super::{
-    CONTINUES, Damage, Entry, EventMessage, LogFiles, MetadataRecord, RECOVERED, RecordError,
-    StartTime, TickMessage,
+    CONTINUES, Damage, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, StartTime,
+    TickMessage,
 };
+
+/// Name of the metadata record that marks a recovered log.
+pub const RECOVERED: &str = "recovered";
 
 /// Name of the metadata record that says how a run ended; the last of its log.
 pub const END: &str = "end";
