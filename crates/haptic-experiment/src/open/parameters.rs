@@ -28,7 +28,6 @@ use crate::{Contact, GuardChoice, Named, Precision};
 use crate::{experiment, question};
 
 /// True of a kind whose simulated device is that of its device file.
-#[must_use]
 pub(crate) fn takes_device(kind: &str) -> bool {
     ["wall", "coupler", "zwidth", "design", MEASUREMENT].contains(&kind)
 }
