@@ -131,9 +131,6 @@ pub(crate) trait World<const D: usize = 1> {
 }
 
 /// Makes the folder and the log in it, runs a world, and closes the log.
-///
-/// # Errors
-/// A folder or log that cannot be written; what [`run`] refuses.
 pub(crate) fn run_logged<W: World<D>, const D: usize>(
     world: &mut W,
     schedule: Schedule,
@@ -156,9 +153,6 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
 }
 
 /// Starts the log of a run; without one no folder is left. With `waits` a full queue waits.
-///
-/// # Errors
-/// If the file exists or cannot be made.
 pub(crate) fn recorder(
     request: &FolderRequest,
     folder: &OutputFolder,
@@ -216,9 +210,6 @@ pub(crate) const REPORT: u64 = 1024;
 
 /// Runs a world for a number of samples. Ends early, with the force ramped to zero, when asked, when the world
 /// does not go on, or when the recorder has ended.
-///
-/// # Errors
-/// More samples than the machine can address, a tick of more than 584 years, a sample time that no clock keeps.
 fn run<W: World<D>, const D: usize>(
     world: &mut W,
     schedule: Schedule,

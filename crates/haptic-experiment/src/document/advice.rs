@@ -65,9 +65,6 @@ fn advice(error: &ParameterError) -> Option<String> {
 }
 
 /// Refuses a number outside the range of its parameter.
-///
-/// # Errors
-/// The parameter, the value and the range.
 pub(crate) fn check(parameter: &Parameter, value: f64) -> Result<(), Failure> {
     let range = parameter.range();
     if range.contains(value) {

@@ -36,9 +36,6 @@ pub struct Excerpt {
 }
 
 /// The text of a file; `kind` is that of the file, as in `experiment`.
-///
-/// # Errors
-/// If it could not be read at all.
 pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
     read_text(path).map_err(|error| {
         let reason = format!(

@@ -41,7 +41,6 @@ use crate::{experiment, question};
 use haptic_link::Architecture;
 
 /// True of a kind whose simulated device is that of its device file.
-#[must_use]
 pub(crate) fn takes_device(kind: &str) -> bool {
     ["wall", "coupler", "zwidth", "design", MEASUREMENT].contains(&kind)
 }

@@ -291,7 +291,6 @@ pub struct Machine {
 
 impl Machine {
     /// Looks into `proc` and `sys` in this folder, `/` but for tests.
-    #[must_use]
     pub(crate) fn inspect(root: &Path) -> Self {
         let text = |path: &str| fs::read_to_string(root.join(path)).ok();
         let line = |path: &str| text(path).map(|text| text.trim().to_owned());

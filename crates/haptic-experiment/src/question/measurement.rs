@@ -244,7 +244,6 @@ pub struct MotionRecord {
 
 impl MotionRecord {
     /// A record of so many ticks to come.
-    #[must_use]
     fn with_capacity(sample_time_s: f64, ticks: usize) -> Self {
         Self {
             sample_time_s,
@@ -257,7 +256,6 @@ impl MotionRecord {
     }
 
     /// Ticks.
-    #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.position_m.len().min(self.force_n.len())
     }

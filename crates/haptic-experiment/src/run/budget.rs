@@ -32,9 +32,6 @@ pub(crate) struct Budget {
 
 impl Budget {
     /// Without a tick.
-    ///
-    /// # Errors
-    /// Never, with these bounds.
     pub(crate) fn new() -> Result<Self, hdrhistogram::CreationError> {
         // 1 ns to 10 s, two digits.
         let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 2);

@@ -311,7 +311,6 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
 
 /// The failure of a device that was connected. Where nothing comes from its board any more, that is what failed, whatever latched or was
 /// refused after it: exit code 3.
-#[must_use]
 pub(crate) fn at_link(link: &SerialLink, failure: Failure) -> Failure {
     match lost_board(link) {
         Some(words) => Failure::Device(anyhow::anyhow!("{}: {words}", link.path())),

@@ -180,7 +180,6 @@ impl LetGo {
 
 impl Ending {
     /// True if a fault ended the run.
-    #[must_use]
     pub(crate) const fn is_fault(self) -> bool {
         matches!(
             self,
@@ -211,7 +210,6 @@ impl Ending {
     }
 
     /// In words; of a device for which this host was too late, with what it may be allowed.
-    #[must_use]
     pub(crate) fn reason(self, lateness: Option<Lateness>) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
@@ -264,7 +262,6 @@ pub struct Lateness {
 
 impl Lateness {
     /// Five times as much, as far as can be; never less.
-    #[must_use]
     pub(crate) fn longer(self) -> Self {
         let times = |value: u16, most: u16| value.saturating_mul(LONGER).min(most).max(value);
         Self {
@@ -274,7 +271,6 @@ impl Lateness {
     }
 
     /// The watchdog time, s.
-    #[must_use]
     pub(crate) fn watchdog_s(self) -> f64 {
         f64::from(self.watchdog_ms) / 1e3
     }

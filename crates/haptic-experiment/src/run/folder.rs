@@ -293,9 +293,6 @@ impl Table {
     }
 
     /// Gives the table its name, and tells it.
-    ///
-    /// # Errors
-    /// If the file exists and may not be replaced, cannot be made, or the disk does not take all of it; nothing is left behind then.
     pub(crate) fn finish(self) -> Result<String, Failure> {
         let mut open = self.0?;
         let path = open.new_file.target().to_owned();
@@ -333,7 +330,6 @@ pub fn write_text(path: &Path, text: &str, overwrite: bool) -> Result<(), Failur
 }
 
 /// NAME-fault.mcap for NAME.mcap.
-#[must_use]
 pub(crate) fn fault_log_of(log: &Path) -> PathBuf {
     let stem = log.file_stem().unwrap_or_default().to_string_lossy();
     log.with_file_name(format!("{stem}-fault.mcap"))

@@ -354,9 +354,12 @@ pub struct DeviceModel {
     pub note: String,
 }
 
+/// Where a value stands.
+type Field = fn(&mut DeviceValues) -> &mut f64;
+
 impl DeviceValues {
     /// Parameters and the values that they set.
-    const FIELDS: [(&'static Parameter, fn(&mut Self) -> &mut f64); 8] = [
+    const FIELDS: [(&'static Parameter, Field); 8] = [
         (&p::MASS, |own| &mut own.mass_kg),
         (&p::DAMPING, |own| &mut own.damping_n_s_per_m),
         (&p::HAND_STIFFNESS, |own| &mut own.hand_stiffness_n_per_m),
@@ -368,7 +371,6 @@ impl DeviceValues {
     ];
 
     /// Parameters with the values.
-    #[must_use]
     pub(crate) fn named(mut self) -> [(&'static Parameter, f64); 8] {
         Self::FIELDS.map(|(parameter, value)| (parameter, *value(&mut self)))
     }

@@ -21,7 +21,6 @@ pub struct PreflightRequest {
 }
 
 /// Whole samples of delay for a round trip, µs: it, and the tick that the force waits for, rounded up.
-#[must_use]
 pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
@@ -29,9 +28,6 @@ pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
 /// A loop that the analysis can look at.
 pub(crate) trait PreflightSubject {
     /// Looks at the loop with this device and `line` samples of delay beside its own.
-    ///
-    /// # Errors
-    /// A number that the analysis does not take.
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure>;
 }
 
@@ -97,9 +93,6 @@ impl CouplerVerdict {
 
 impl PreflightVerdict {
     /// Refuses what is unstable, and what Llewellyn refuses, unless it is forced.
-    ///
-    /// # Errors
-    /// Bad input, with the numbers and what to change.
     pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
         let refused = self.coupler.filter(|coupler| !coupler.llewellyn);
         if force || (self.stable && refused.is_none()) {
@@ -129,7 +122,10 @@ impl PreflightVerdict {
                 },
             ),
             None => (
-                "the loop would be unstable on this device",
+                match self.coupler {
+                    Some(_) => "the coupled loop would be unstable on this device",
+                    None => "the loop would be unstable on this device",
+                },
                 self.numbers(),
                 match (self.margin, self.coupler) {
                     (Some(factor), _) => smaller(factor),

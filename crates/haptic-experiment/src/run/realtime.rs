@@ -150,7 +150,6 @@ impl RealtimeSummary {
     }
 
     /// For the log: the numbers, and the histograms.
-    #[must_use]
     pub(crate) fn metadata(&self, timing: &Timing) -> BTreeMap<String, String> {
         let mut values = flat(self, "", "_");
         for (name, histogram) in [

@@ -65,7 +65,6 @@ impl RemoteDevice {
     }
 
     /// Silence after which the device lets go, ms.
-    #[must_use]
     pub(crate) fn watchdog_ms(&self) -> u16 {
         self.watchdog_ms
             .unwrap_or_else(|| self.loop_mode.watchdog_ms())
@@ -77,7 +76,6 @@ impl RemoteDevice {
     }
 
     /// How late this host may be for it.
-    #[must_use]
     pub(crate) fn lateness(&self) -> Lateness {
         Lateness {
             watchdog_ms: self.watchdog_ms(),
@@ -114,7 +112,6 @@ pub(crate) struct RemoteLaw {
 impl RemoteLaw {
     /// No law at all: one of a loop on the host. Of the limits those that nobody has given stay as they are on the device: `rate` is the
     /// force rate limit, N/s. `device` is what is known of it for its guard.
-    #[must_use]
     pub(crate) fn none(
         limits: haptic_loop::Limits,
         (rate, safety): (Option<f64>, &Safety),
@@ -179,9 +176,6 @@ impl UnchangedLimits {
 }
 
 /// The configuration of a connected device for this law, within what is `set` on it; `warn` hears where that is the tighter.
-///
-/// # Errors
-/// A number that no device can hold; a guard that knows too little.
 pub(crate) fn agreed(
     device: &RemoteDevice,
     law: &RemoteLaw,
@@ -277,7 +271,6 @@ fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option
 
 /// Limits of the chain that closes a loop here: force, norm, rate, start and stop. The rest is up to the device, which
 /// knows where it is without delay.
-#[must_use]
 pub(crate) const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
     haptic_loop::Limits {
         norm: limits.norm,
@@ -314,15 +307,11 @@ pub fn guard_of(
 }
 
 /// Coefficients for a device that does not compute the force itself: one zero.
-#[must_use]
 pub(crate) fn no_operator() -> (OperatorShape, Vec<f32>) {
     (Configuration::PASSIVE.operator, vec![0.0])
 }
 
 /// The operator of a device, from the scheme.
-///
-/// # Errors
-/// More coefficients than the wire can count.
 pub(crate) fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
     haptic_remote::operator_shape(operator).map_err(|error| {
         Failure::input_with_advice(
@@ -336,13 +325,11 @@ pub(crate) fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f
 }
 
 /// The device, as on the command line.
-#[must_use]
 pub(crate) fn device_name(device: Option<&RemoteDevice>) -> String {
     device.map_or_else(|| "sim".to_owned(), |device| device.name.to_string())
 }
 
 /// A simulated device without a wall to be felt: what a drive of the rig becomes on a device.
-#[must_use]
 pub(crate) fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulation {
     Simulation {
         kind: if compliant {
@@ -357,7 +344,6 @@ pub(crate) fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Si
 }
 
 /// A mass that a hand holds by a spring and pushes.
-#[must_use]
 pub(crate) fn held(device: &MassDamperConfig, push_n: f64) -> Simulation {
     Simulation {
         kind: SimulationKind::MassDamper,
@@ -370,7 +356,6 @@ pub(crate) fn held(device: &MassDamperConfig, push_n: f64) -> Simulation {
 }
 
 /// A constant push on the testbed's mass.
-#[must_use]
 pub(crate) fn push(push_n: f64) -> Simulation {
     Simulation {
         push_n: push_n as f32,

@@ -17,7 +17,6 @@ pub(crate) enum Samples<'a> {
 
 impl<'a> Samples<'a> {
     /// Those of a record whose log has these files.
-    #[must_use]
     pub(crate) fn of(record: &'a Record, logs: &'a [PathBuf]) -> Self {
         match (&record.whole, record.last) {
             (Some(whole), _) => Self::Whole(whole),
@@ -27,9 +26,6 @@ impl<'a> Samples<'a> {
     }
 
     /// One after the other.
-    ///
-    /// # Errors
-    /// A log that cannot be read.
     pub(crate) fn for_each(
         self,
         mut take: impl FnMut(&KeptSample) -> Result<(), Failure>,

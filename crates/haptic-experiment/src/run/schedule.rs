@@ -63,9 +63,6 @@ impl Schedule {
 }
 
 /// Number of samples from time 0 to the end of a run, both included.
-///
-/// # Errors
-/// A time that is none; too few or too many samples.
 pub(crate) fn samples(
     duration_s: f64,
     sample_time_s: f64,
@@ -102,7 +99,6 @@ pub(crate) fn samples(
 }
 
 /// The memory of an operator for a run of so many samples: a little more, so that the last weights are not at the very edge.
-#[must_use]
 pub(crate) fn horizon(samples: u64) -> f64 {
     1.05 * samples as f64
 }

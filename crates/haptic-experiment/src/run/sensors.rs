@@ -26,7 +26,6 @@ impl Sensors {
     }
 
     /// Standard deviation of what is read about what is: the noise, and q/√12 of an encoder; m.
-    #[must_use]
     pub(crate) fn deviation_m(&self) -> f64 {
         let rounded = self.encoder_resolution_m / 12_f64.sqrt();
         self.noise_m.hypot(rounded)
@@ -75,7 +74,6 @@ impl Imperfections {
     };
 
     /// True if there is none.
-    #[must_use]
     pub(crate) fn is_ideal(&self) -> bool {
         let none = self.friction_n + self.delay_s + self.current_lag_s <= 0.0;
         none && self.sensors.are_ideal()
@@ -93,7 +91,6 @@ impl Imperfections {
     }
 
     /// Standard deviation of what the sensors add to the position, m: steps of q have q/√12.
-    #[must_use]
     pub(crate) fn position_noise_m(&self) -> f64 {
         let steps = self.sensors.encoder_resolution_m / 12.0_f64.sqrt();
         steps.hypot(self.sensors.noise_m)

@@ -99,7 +99,6 @@ impl Parameter {
     }
 
     /// It and the value that it is to have, in a sentence.
-    #[must_use]
     pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> impl fmt::Display {
         Key(self.key).set_to(value)
     }
@@ -114,7 +113,6 @@ impl Parameter {
     }
 
     /// The default of a list of numbers; empty if it has none.
-    #[must_use]
     pub(crate) fn default_numbers(&self) -> Vec<f64> {
         let numbers = self.shown.split(',');
         numbers.filter_map(|number| number.parse().ok()).collect()

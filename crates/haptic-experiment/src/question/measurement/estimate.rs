@@ -562,7 +562,6 @@ impl Estimate {
     }
 
     /// Half the width of the interval over the value.
-    #[must_use]
     pub(crate) fn relative(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value.abs()
     }

@@ -104,7 +104,7 @@ impl ZWidth {
             .with_min_len(self.at_once());
         let boundary = points.filter_map(|point| {
             let extent = extent.as_ref()?;
-            let beta = extent.largest_dissipation() * point as f64 / (self.points - 1) as f64;
+            let beta = extent.dissipation * point as f64 / (self.points - 1) as f64;
             let found = search.cell(beta, extent, 1 + point as u64);
             progress(1);
             found.map(|cell| search.point(beta, cell))
@@ -176,21 +176,11 @@ struct Cell {
 }
 
 /// How far the search of one order goes.
-enum Extent {
-    /// Of a simulated device: the largest β.
-    UpTo(f64),
-    /// Of a real one: walls that came to rest.
-    Known(Settled),
-}
-
-impl Extent {
+struct Extent {
     /// The largest β.
-    fn largest_dissipation(&self) -> f64 {
-        match self {
-            Self::UpTo(beta) => *beta,
-            Self::Known(settled) => settled.largest_dissipation().unwrap_or(0.0),
-        }
-    }
+    dissipation: f64,
+    /// Of a real device: walls that came to rest.
+    settled: Option<Settled>,
 }
 
 /// A wall of one order that lacks only its stiffness and dissipation.
@@ -308,7 +298,7 @@ impl<'a> Search<'a> {
 
     /// The largest α that is stable with this β; `None` if none that is tried is, or the search has ended.
     fn cell(&self, beta: f64, extent: &Extent, cell: u64) -> Option<Cell> {
-        if let Extent::Known(settled) = extent {
+        if let Some(settled) = &extent.settled {
             let rests = |alpha| self.settles(&self.device, alpha, beta, cell);
             let stable = settled.largest(beta, self.most, rests)?;
             return self.whole(Cell { stable, held: None });
@@ -344,7 +334,10 @@ impl<'a> Search<'a> {
     /// How far it goes; `None` if no wall of a real device comes to rest, or the search has ended.
     fn extent(&self) -> Option<Extent> {
         if self.remote.is_none() {
-            return self.largest_dissipation().map(Extent::UpTo);
+            return self.largest_dissipation().map(|dissipation| Extent {
+                dissipation,
+                settled: None,
+            });
         }
         let rests = |alpha, beta| self.settles(&self.device, alpha, beta, 0);
         // α = β·(T/τ)^μ: what is left of the way is an eighth of the time for it.
@@ -352,8 +345,10 @@ impl<'a> Search<'a> {
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
         let soft = (self.rate * tau_s.powf(self.order.get())).recip();
         let settled = Settled::look(self.most, |beta| beta * soft, rests);
-        settled.largest_dissipation()?;
-        self.whole(Extent::Known(settled))
+        self.whole(Extent {
+            dissipation: settled.largest_dissipation()?,
+            settled: Some(settled),
+        })
     }
 
     /// The largest β that is stable with any α, 0 if there is none; `None` if the search was stopped. Not with

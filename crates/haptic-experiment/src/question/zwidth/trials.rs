@@ -70,9 +70,6 @@ struct State {
 
 impl<'a> Trials<'a> {
     /// Connects.
-    ///
-    /// # Errors
-    /// A device that cannot be used; a loop on the host, which trials do not do.
     pub(super) fn new(
         remote: &RemoteDevice,
         warn: Warn<'a>,
@@ -168,9 +165,6 @@ impl<'a> Trials<'a> {
     }
 
     /// Why the search ended before its end, if so; `found` something or not, `stop`ped or not.
-    ///
-    /// # Errors
-    /// The same where nothing was found; that no law came to rest in any trial.
     pub(super) fn ended(self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
         let mut state = self.state();
         match state.failure.take() {
@@ -333,9 +327,6 @@ fn followed(
 
 /// Lets go of a device that did not answer. This machine, an emulator on it or a bad line may have been held up: if it answers now, nothing
 /// is known of the law.
-///
-/// # Errors
-/// It is as silent as before.
 fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
     match link.silent(SILENCE) {
         LinkError::HeldUp { .. } => Ok(held_up(path, &error)),
@@ -382,9 +373,6 @@ const fn ends_search(fault: Fault) -> bool {
 }
 
 /// A trial that a fault has ended.
-///
-/// # Errors
-/// A fault after which no more trials are made.
 fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
     match Fault::from_code(report.status.fault).filter(|_| link.lost_board().is_none()) {
         Some(fault) if is_answer(fault) => Ok(Trial::Tripped(fault)),

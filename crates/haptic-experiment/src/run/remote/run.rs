@@ -46,9 +46,6 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
 
 impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
-    ///
-    /// # Errors
-    /// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
     pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
         controller: &mut Controller<F, D, E>,

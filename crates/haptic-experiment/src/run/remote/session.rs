@@ -334,7 +334,6 @@ fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
 }
 
 /// Sample of what is known without the device: where the indenter is to be, m; the rest is not a number.
-#[must_use]
 pub(crate) fn blank(reference_m: f64) -> TickMessage {
     TickMessage {
         reference_m: reference_m.into(),

@@ -58,7 +58,6 @@ pub struct LinkSummary {
 
 impl LinkSummary {
     /// Samples of the device that did not get to the log because of the line.
-    #[must_use]
     pub(crate) fn samples_missing(&self) -> u64 {
         self.samples_lost + self.samples_dropped
     }
