@@ -30,7 +30,7 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 /// Longest `grunwald:N` that is summed directly, to the bit like [`ShortMemory`](crate::ShortMemory); from the
-/// next on it is a [`PartitionedMemory`](crate::PartitionedMemory), which agrees to rounding and takes a fraction of the time.
+/// next on it is a [`PartitionedMemory`], which agrees to rounding and takes a fraction of the time.
 pub const SHORT_MOST: usize = 2048;
 /// Largest degree or number of sections a scheme accepts.
 pub const DEGREE_MAX: usize = 64;
@@ -363,7 +363,7 @@ impl Scheme {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
-    /// `grunwald:N`, N up to [`SHORT_MOST`](SHORT_MOST).
+    /// `grunwald:N`, N up to [`SHORT_MOST`].
     ShortMemory(ShortMemoryVec<F>),
     /// `grunwald:N`, N beyond.
     PartitionedMemory(PartitionedMemory<F>),
