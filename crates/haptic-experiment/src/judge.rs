@@ -37,7 +37,7 @@ pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
 
 /// The largest relative error of a stretch of samples, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Compared {
+pub(crate) struct Compared {
     /// The error; `None` where it has no meaning.
     pub largest: Option<f64>,
     /// Time of the first sample that was compared, s.
@@ -229,19 +229,46 @@ impl Origin {
     }
 }
 
+/// Curves of a finished run, for whoever draws them; long ones are thinned without losing a peak. An experiment draws nothing itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// Which experiment, simulated or rendered.
+    pub title: String,
+    /// Law, device, operator, verdict.
+    pub subtitle: String,
+    /// Origin of the force.
+    pub origin: Origin,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Values at these times, each with its name.
+    pub columns: Vec<(&'static str, Vec<f64>)>,
+    /// Outline of what is touched in the plane of the first two axes, m; empty if it is not there.
+    pub outline_m: Vec<(f64, f64)>,
+}
+
+impl Curves {
+    /// The values of this name; none if it has no such curve.
+    #[must_use]
+    pub fn column(&self, name: &str) -> &[f64] {
+        let mut columns = self.columns.iter();
+        let found = columns.find(|(known, _)| *known == name);
+        found.map_or(&[], |(_, values)| values)
+    }
+}
+
 /// Results of an experiment: a report, and the folder of its further files.
 #[derive(Debug)]
-pub struct Published<R, C> {
+pub struct Published<R> {
     /// The report. Whoever saves a picture names it there.
     pub report: R,
     /// Curves to draw; `None` for a run that was cut short.
-    pub curves: Option<C>,
+    pub curves: Option<Curves>,
     /// The folder of the log.
     pub folder: OutputFolder,
 }
 
-impl<R, C> Published<R, C> {
-    pub(crate) fn new((report, curves): (R, Option<C>), folder: OutputFolder) -> Self {
+impl<R> Published<R> {
+    pub(crate) fn new((report, curves): (R, Option<Curves>), folder: OutputFolder) -> Self {
         Self {
             report,
             curves,

@@ -26,8 +26,8 @@
 
 use super::reading::{remote, scheme};
 use super::trial::{
-    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialCurves, TrialReport, TrialSetup,
-    encoder_step, incomparable, limited, setup, six_digits, times,
+    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup, encoder_step,
+    incomparable, limited, setup, six_digits, times,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -102,28 +102,6 @@ pub const COUPLER: &[Parameter] = &joined::<19>(&[
 ]);
 
 /// A coupler experiment.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-/// use haptic_analysis::CoupledObject;
-/// use haptic_experiment::{CouplerExperiment, Imperfections, TrialPlan, TrialSetup, dissertation_device};
-///
-/// let device = dissertation_device(Seconds(1e-3));
-/// let setup = TrialSetup::new(device, Imperfections::NONE.sensors, TrialPlan::DEFAULT);
-/// let coupler = CouplerExperiment {
-///     setup,
-///     order: Order::new(1.0)?,
-///     scheme: "full".parse()?,
-///     coupler_stiffness_n_s_per_m: 2.0,
-///     coupler_dissipation_n_s_1_minus_mu_per_m: 3000.0,
-///     object: CoupledObject { mass_kg: 0.1, damping_n_s_per_m: 1.0, stiffness_n_per_m: 1000.0 },
-/// };
-/// let settling = coupler.try_out()?;
-/// // 1 N on 3000 N/m and 1000 N/m in series.
-/// assert!(settling.stable);
-/// assert!(settling.deflection_m.is_some_and(|x| (x / (4.0 / 3000.0) - 1.0).abs() < 1e-3));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct CouplerExperiment {
     /// Device, trial, safety and pace.
@@ -218,7 +196,7 @@ impl CouplerExperiment {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<CouplerReport, TrialCurves>, Failure> {
+    ) -> Result<Published<CouplerReport>, Failure> {
         self.check_loop()?;
         self.published(request, supervisor)
     }
@@ -227,7 +205,7 @@ impl CouplerExperiment {
     ///
     /// # Errors
     /// Bad parameters.
-    pub fn try_out(&self) -> Result<Settling, Failure> {
+    pub(crate) fn try_out(&self) -> Result<Settling, Failure> {
         self.settled()
     }
 

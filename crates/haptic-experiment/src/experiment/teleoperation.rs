@@ -17,6 +17,8 @@ mod line;
 mod pair;
 mod report;
 mod side;
+#[cfg(test)]
+mod tests;
 
 use super::metadata;
 use super::reading::piece;
@@ -51,11 +53,10 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_loop::{ParameterError, SafetyChain};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
-pub use pair::{PairSink, PairTick, PlaceName, RemotePlace, SideTick};
-pub use report::{
-    FeltAt, LineCounts, TeleoperationCurves, TeleoperationReport, TeleoperationVerdict,
-};
-pub use side::{FarEnd, FarReport, SideCurves, Terms};
+pub(crate) use pair::PlaceName;
+pub use pair::RemotePlace;
+pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
+pub use side::{FarEnd, FarReport, Terms};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -192,7 +193,7 @@ impl Named for Architecture {
 
 /// The hand that holds the master.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HandModel {
+pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
     pub stiffness_n_per_m: f64,
     /// `b_h`, N·s/m, at least 0.
@@ -209,7 +210,7 @@ impl HandModel {
 
 /// Motion of the hand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HandMotion {
+pub(crate) struct HandMotion {
     /// Displacement that is reached in 1 s and held, m.
     pub press_m: f64,
     /// Sum of the amplitudes of all sines, m, at least 0; they rise in that time too.
@@ -224,7 +225,7 @@ impl HandMotion {
 
     /// So many frequencies from low to high, evenly in the logarithm, each with whole periods in the window.
     #[must_use]
-    pub fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
+    pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
         let last = count.saturating_sub(1).max(1) as f64;
         let mut periods: Vec<u64> = (0..count)
             .map(|n| low_hz * (high_hz / low_hz).powf(n as f64 / last))
@@ -236,7 +237,7 @@ impl HandMotion {
 
     /// Place and speed of the hand at a time, m and m/s.
     #[must_use]
-    pub fn at(&self, time_s: f64) -> (f64, f64) {
+    pub(crate) fn at(&self, time_s: f64) -> (f64, f64) {
         // (1 − cos)/2 up to the rise time.
         let share = (time_s / Self::RISE_S).clamp(0.0, 1.0);
         let risen = 0.5 * (1.0 - (PI * share).cos());
@@ -264,45 +265,45 @@ impl HandMotion {
 #[derive(Clone, Debug)]
 pub struct TeleoperationExperiment {
     /// The device in the hand; its sample time is that of both ports.
-    pub master: MassDamperConfig,
+    pub(super) master: MassDamperConfig,
     /// The remote device, of the same sample time.
-    pub slave: MassDamperConfig,
+    pub(super) slave: MassDamperConfig,
     /// The hand.
-    pub hand: HandModel,
+    pub(super) hand: HandModel,
     /// Its motion.
-    pub motion: HandMotion,
+    pub(super) motion: HandMotion,
     /// What the slave touches.
-    pub place: RemotePlace,
+    pub(super) place: RemotePlace,
     /// How the two are joined.
-    pub architecture: Architecture,
+    pub(super) architecture: Architecture,
     /// The coupler; not of waves.
-    pub coupler: CouplerGains,
+    pub(super) coupler: CouplerGains,
     /// μ of the coupler, 0 to 1.
-    pub order: Order,
+    pub(super) order: Order,
     /// b of the waves, N·s/m.
-    pub wave_impedance_n_s_per_m: f64,
+    pub(super) wave_impedance_n_s_per_m: f64,
     /// Samples over which waves and energy are played out; `None` for two and as many as jitter spreads.
-    pub playout_samples: Option<u32>,
+    pub(super) playout_samples: Option<u32>,
     /// Each way of the line.
-    pub channel: ChannelModel,
+    pub(super) channel: ChannelModel,
     /// Seed of its chances.
-    pub seed: u64,
+    pub(super) seed: u64,
     /// Silence after which the force falls to zero, s.
-    pub silence_s: f64,
+    pub(super) silence_s: f64,
     /// The operators of coupler and tissue.
-    pub scheme: Scheme,
+    pub(super) scheme: Scheme,
     /// Length, s.
-    pub duration_s: f64,
+    pub(super) duration_s: f64,
     /// Window at the end over which impedances are taken, s.
-    pub window_s: f64,
+    pub(super) window_s: f64,
     /// Largest force on either device, N.
-    pub force_limit_n: f64,
+    pub(super) force_limit_n: f64,
     /// Largest rate of it, N/s; `None` for none.
-    pub force_rate_limit_n_per_s: Option<f64>,
+    pub(super) force_rate_limit_n_per_s: Option<f64>,
     /// A line that gives energy, or a force at its limit, is a failure.
     pub must_be_passive: bool,
     /// Further settings of both safety chains.
-    pub safety: Safety,
+    pub(super) safety: Safety,
     /// Pace of time.
     pub pace: Pace,
     /// Run a remote place that the analysis calls unstable for the slave.
@@ -427,7 +428,7 @@ impl TeleoperationExperiment {
     ///
     /// # Errors
     /// A parameter outside its range.
-    pub fn port(&self, side: HandSide) -> Result<Port<Operator<f64>>, Failure> {
+    pub(crate) fn port(&self, side: HandSide) -> Result<Port<Operator<f64>>, Failure> {
         let settings = Settings {
             side,
             sample_time: self.sample_time(),
@@ -448,7 +449,7 @@ impl TeleoperationExperiment {
 
     /// The same for the analysis; `None` for time-domain passivity, which is no linear law.
     #[must_use]
-    pub fn hands(&self) -> Option<Teleoperation> {
+    pub(crate) fn hands(&self) -> Option<Teleoperation> {
         let mass = |device: &MassDamperConfig| HandMass {
             mass_kg: device.mass.0,
             damping_n_s_per_m: device.damping.0,

@@ -81,7 +81,7 @@ pub struct RunReport {
 
 /// Files of a run beside its log, unless it was cut short.
 #[derive(Clone, Debug, Default)]
-pub struct Files {
+pub(crate) struct Files {
     /// The table.
     pub csv: Option<String>,
     /// The picture.
@@ -142,7 +142,7 @@ pub struct Errors {
 impl Errors {
     /// Of the comparison with the full history and of that with the closed form.
     #[must_use]
-    pub fn new(full_history: Compared, closed_form: Compared) -> Self {
+    pub(crate) fn new(full_history: Compared, closed_form: Compared) -> Self {
         Self {
             max_relative_error: full_history.largest,
             max_relative_error_from_s: full_history.from_s,
@@ -170,7 +170,7 @@ pub trait Summary: Serialize {
 impl RunReport {
     /// Of a run on this device; what happened to it is added to the warnings.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         ran: &Ran,
         device: String,
         sample_time_s: f64,
@@ -219,7 +219,7 @@ impl RunReport {
 impl TickTimes {
     /// Of a record.
     #[must_use]
-    pub fn of(record: &Record) -> Option<Self> {
+    pub(crate) fn of(record: &Record) -> Option<Self> {
         (!record.tick_ns.is_empty()).then(|| Self {
             p50: record.tick_ns.value_at_quantile(0.5),
             p99: record.tick_ns.value_at_quantile(0.99),

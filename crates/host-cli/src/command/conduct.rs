@@ -4,8 +4,7 @@ use super::stop::stop_on_interrupt;
 use crate::files::save_picture;
 use crate::output::{Output, note, warn};
 use haptic_experiment::Failure;
-use haptic_experiment::judge::Published;
-use haptic_experiment::judge::RunReport;
+use haptic_experiment::judge::{Curves, Published, RunReport};
 use haptic_experiment::run::OutputFolder;
 use haptic_experiment::{Summary, Supervisor};
 use haptic_figure::{FigureError, Picture};
@@ -16,11 +15,11 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, P
 ///
 /// # Errors
 /// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
-pub fn conduct<R: Summary, C>(
+pub fn conduct<R: Summary>(
     samples: u64,
     output: Output,
-    draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
-    experiment: impl FnOnce(Supervisor<'_>) -> Result<Published<R, C>, Failure>,
+    draw: impl FnOnce(&R, &Curves) -> Result<Picture, FigureError>,
+    experiment: impl FnOnce(Supervisor<'_>) -> Result<Published<R>, Failure>,
 ) -> Result<R, Failure> {
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(samples, output);
@@ -43,7 +42,7 @@ pub fn conduct<R: Summary, C>(
         curves,
         folder,
     } = result?;
-    let (picture, unsaved) = drawn(curves, &folder, draw);
+    let (picture, unsaved) = drawn(curves, &folder, |curves| draw(&report, curves));
     report.run_mut().figure = picture;
     for warning in &report.run().warnings {
         note("warning", warning);
@@ -55,10 +54,10 @@ pub fn conduct<R: Summary, C>(
 }
 
 /// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.
-pub fn drawn<C>(
-    curves: Option<C>,
+pub fn drawn(
+    curves: Option<Curves>,
     folder: &OutputFolder,
-    draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
+    draw: impl FnOnce(&Curves) -> Result<Picture, FigureError>,
 ) -> (Option<String>, Option<Failure>) {
     let picture = curves.map(|curves| save_picture(folder, draw(&curves)));
     match picture.transpose() {

@@ -93,15 +93,21 @@ impl RunArguments {
                 Ok(())
             }
             ExperimentFile::Wall(wall) => {
-                let report = conduct(samples, output, of_trial, |supervisor| {
-                    wall.run(request, supervisor.watched(live))
-                })?;
+                let report = conduct(
+                    samples,
+                    output,
+                    |report: &WallReport, curves| of_trial(&report.trial, curves),
+                    |supervisor| wall.run(request, supervisor.watched(live)),
+                )?;
                 wall_held(&wall, &report)
             }
             ExperimentFile::Coupler(coupler) => {
-                let report = conduct(samples, output, of_trial, |supervisor| {
-                    coupler.run(request, supervisor.watched(live))
-                })?;
+                let report = conduct(
+                    samples,
+                    output,
+                    |report: &CouplerReport, curves| of_trial(&report.trial, curves),
+                    |supervisor| coupler.run(request, supervisor.watched(live)),
+                )?;
                 coupler_held(&coupler, &report)
             }
             ExperimentFile::Teleoperation(far) => {

@@ -114,7 +114,7 @@ pub struct DriveVerdict {
 impl DriveVerdict {
     /// True if both loops are stable.
     #[must_use]
-    pub fn stable(&self) -> bool {
+    pub(crate) fn stable(&self) -> bool {
         self.in_contact.stable && self.free.is_none_or(|free| free.stable)
     }
 
