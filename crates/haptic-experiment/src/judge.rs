@@ -37,7 +37,7 @@ pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
 
 /// The largest relative error of a stretch of samples, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Compared {
+pub struct Compared {
     /// The error; `None` where it has no meaning.
     pub largest: Option<f64>,
     /// Time of the first sample that was compared, s.

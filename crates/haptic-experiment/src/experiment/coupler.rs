@@ -26,8 +26,8 @@
 
 use super::reading::{remote, scheme};
 use super::trial::{
-    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup, encoder_step,
-    incomparable, limited, setup, six_digits, times,
+    Judged, OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup,
+    encoder_step, incomparable, limited, setup, six_digits, times,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -37,7 +37,7 @@ use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::document::reader::Table;
 use crate::judge::preflight::{refused, softer};
-use crate::judge::reference::operator;
+use crate::judge::reference::{ReferenceSeries, operator};
 use crate::judge::report::{RunReport, Summary};
 use crate::judge::settling::Settling;
 use crate::judge::{Published, Reference};
@@ -45,6 +45,7 @@ use crate::run::folder::FolderRequest;
 use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};
 use crate::run::safety::GuardChoice;
+use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, Supervisor};
@@ -262,6 +263,16 @@ impl CouplerExperiment {
         })
     }
 
+    /// Place of the object, m, from the positions that the loop read, one after the other.
+    fn replayed(&self, samples: u64) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
+        let law = self.law(samples)?;
+        let mut history = Environment::<f64, 1>::at_rest(&law);
+        Ok(move |x| {
+            law.advance(&mut history, &Vector1::new(x));
+            law.object_position_m(&history)[0]
+        })
+    }
+
     /// Stiffness that coupler and object hold a push with for ever, N/m: both springs in series at order 1, none below.
     fn holding_stiffness(&self) -> f64 {
         let (spring, ground) = (
@@ -361,9 +372,9 @@ impl Trial for CouplerExperiment {
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
         let t = self.setup.device.sample_time;
         let planned = self.setup.plan().samples(t)?;
-        let mut replay = Replay::new(self.law(planned)?);
-        let object_m: Option<Box<dyn FnMut(&KeptSample) -> f64>> =
-            Some(Box::new(move |sample| replay.at(sample)));
+        let samples = Samples::of(record, &ran.log.paths);
+        let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
+        let object_m: Option<OfSample<'_>> = Some(Box::new(move |sample| object.at(sample)));
         let serial = self.setup.remote.is_some();
         let reason = limited(record)
             .or_else(|| {
@@ -492,44 +503,6 @@ impl CouplerPreflight<'_> {
                 sampled_damping_n_s_per_m: sampled,
             }),
         })
-    }
-}
-
-/// The object again, from the positions that the loop read. Those that a link lost lie on a straight line.
-struct Replay {
-    law: Law,
-    history: <Law as Environment<f64, 1>>::History,
-    next_tick: u64,
-    last_m: f64,
-}
-
-impl Replay {
-    fn new(law: Law) -> Self {
-        Self {
-            history: Environment::<f64, 1>::at_rest(&law),
-            law,
-            next_tick: 0,
-            last_m: 0.0,
-        }
-    }
-
-    /// Place of the object at this sample, m.
-    fn at(&mut self, sample: &KeptSample) -> f64 {
-        let x = sample.position_m;
-        let from = if self.next_tick == 0 { x } else { self.last_m };
-        let missing = sample.tick.saturating_sub(self.next_tick);
-        let slope = (x - from) / (missing + 1) as f64;
-        for n in 1..=missing {
-            self.step(from + n as f64 * slope);
-        }
-        self.step(x);
-        self.next_tick = sample.tick + 1;
-        self.last_m = x;
-        self.law.object_position_m(&self.history)[0]
-    }
-
-    fn step(&mut self, x: f64) {
-        self.law.advance(&mut self.history, &Vector1::new(x));
     }
 }
 

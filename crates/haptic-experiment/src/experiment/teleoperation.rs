@@ -129,44 +129,18 @@ parameters! {
 
 /// Of `[teleoperation]`.
 pub const TELEOPERATION: &[Parameter] = &joined::<39>(&[
-    &[
-        ARCHITECTURE,
-        HAND_COUPLER_STIFFNESS,
-        HAND_COUPLER_DISSIPATION,
-        HAND_COUPLER_ORDER,
-    ],
-    &[
-        WAVE_IMPEDANCE,
-        PLAYOUT,
-        LINE_DELAY,
-        LINE_JITTER,
-        LINE_LOSS,
-        LINE_DUPLICATION,
-        LINE_SEED,
-    ],
-    &[
-        SILENCE,
-        MASS,
-        DAMPING,
-        SLAVE_MASS,
-        SLAVE_DAMPING,
-        HAND_SPRING,
-        HAND_DAMPER,
-    ],
+    &[ARCHITECTURE, HAND_COUPLER_STIFFNESS],
+    &[HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER],
+    &[WAVE_IMPEDANCE, PLAYOUT, LINE_DELAY, LINE_JITTER],
+    &[LINE_LOSS, LINE_DUPLICATION, LINE_SEED],
+    &[SILENCE, MASS, DAMPING, SLAVE_MASS, SLAVE_DAMPING],
+    &[HAND_SPRING, HAND_DAMPER],
     &[PRESS, AMPLITUDE, LOW, HIGH, FREQUENCIES],
     &[PLACE, TISSUE, LIBRARY, AREA, THICKNESS],
-    &[
-        PLACE_STIFFNESS,
-        PLACE_DISSIPATION,
-        PLACE_ORDER,
-        PLACE_ONE_SIDED,
-    ],
-    &[
-        SCHEME,
-        SAMPLE_TIME,
-        TELEOPERATION_DURATION,
-        TELEOPERATION_WINDOW,
-    ],
+    &[PLACE_STIFFNESS, PLACE_DISSIPATION, PLACE_ORDER],
+    &[PLACE_ONE_SIDED],
+    &[SCHEME, SAMPLE_TIME, TELEOPERATION_DURATION],
+    &[TELEOPERATION_WINDOW],
     &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],
 ]);
 
@@ -398,13 +372,6 @@ impl TeleoperationExperiment {
 
     /// The law of a port.
     fn law(&self) -> Result<PortLaw<Operator<f64>>, Failure> {
-        let mu = self.order.get();
-        if !(0.0..=1.0).contains(&mu) {
-            return Err(Failure::bad_input(format_args!(
-                "order {mu} is not in [0, 1]: a coupler of a higher order pushes ahead of the motion",
-                mu = Shown(mu)
-            )));
-        }
         let operator = || {
             let built = (self.scheme).build(self.order, self.sample_time(), self.horizon());
             built.map_err(Failure::input)
@@ -516,20 +483,14 @@ impl TeleoperationExperiment {
 
 /// A parameter that a side or its loop refuses, with the key that sets it.
 fn parameter(error: ParameterError) -> Failure {
-    let ParameterError::Range(range) = &error else {
-        return advice::parameter(error);
-    };
-    let change = |key: Parameter| format!("change {key}");
-    let advice = match range.what {
-        "delay of the line" => change(LINE_DELAY),
-        "jitter" => change(LINE_JITTER),
-        "chance of a lost message" => change(LINE_LOSS),
-        "chance of a repeated message" => change(LINE_DUPLICATION),
-        "silence" => change(SILENCE),
-        "wave impedance" => change(WAVE_IMPEDANCE),
-        "coupler stiffness and dissipation together" => {
-            format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
-        }
+    let advice = match &error {
+        ParameterError::Range(range) => match range.what {
+            "delay of the line" => format!("change {LINE_DELAY}"),
+            "coupler stiffness and dissipation together" => {
+                format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
+            }
+            _ => return advice::parameter(error),
+        },
         _ => return advice::parameter(error),
     };
     Failure::input_with_advice(error, advice)

@@ -28,7 +28,7 @@ use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
 pub use report::TrialReport;
-pub(crate) use report::{Judged, Seen, Theory, Trial, incomparable, limited, six_digits};
+pub(crate) use report::{Judged, OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
 pub use setup::TrialSetup;
 pub(crate) use setup::{Parts, setup};
 use std::ops::{ControlFlow, RangeInclusive};

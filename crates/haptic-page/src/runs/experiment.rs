@@ -97,12 +97,12 @@ impl Job {
         Ok(match &self.experiment {
             ExperimentFile::Relax(relaxation) => {
                 let published = relaxation.run(request, supervisor)?;
-                let verdict = error_words(published.report.errors.closed_form_error);
+                let verdict = error_words(published.report.errors.closed_form.largest);
                 result(&published, verdict, theory)
             }
             ExperimentFile::Creep(creep) => {
                 let published = creep.run(request, supervisor)?;
-                let verdict = error_words(published.report.errors.closed_form_error);
+                let verdict = error_words(published.report.errors.closed_form.largest);
                 result(&published, verdict, theory)
             }
             ExperimentFile::Wall(wall) => {

@@ -138,7 +138,7 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     assert!(held.drive_force_peak_n > report.run.peak_force_n);
     assert!(held.drive_force_peak_n < 2.0 * report.run.peak_force_n + 0.05);
     // The force is that of the full history of the position really recorded.
-    let error = report.errors.max_relative_error.expect("compared");
+    let error = report.errors.full_history.largest.expect("compared");
     assert!(error < 1e-5, "{error}");
     let log = std::fs::read(&report.run.log).expect("a log");
     for key in [

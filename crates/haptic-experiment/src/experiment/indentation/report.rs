@@ -187,7 +187,10 @@ impl Indentation {
                 files,
                 warnings,
             ),
-            errors: Errors::new(full_history, closed_form),
+            errors: Errors {
+                full_history,
+                closed_form,
+            },
             discretisation_error: discretisation.largest,
             rig_error: rig.largest,
             reference_tolerance: record.whole.is_none().then_some(TOLERANCE),

@@ -253,7 +253,10 @@ pub(crate) trait Trial: Clone {
             order: order.get(),
             scheme: scheme.to_string(),
             run: RunReport::new(ran, device, t, files, warnings),
-            errors: Errors::new(operator_error, self.deflection_error(record, settling)),
+            errors: Errors {
+                full_history: operator_error,
+                closed_form: self.deflection_error(record, settling),
+            },
             reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             settling,
             analysis_agrees: agrees,
