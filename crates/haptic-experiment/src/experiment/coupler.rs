@@ -188,6 +188,7 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
 
 /// The coupler of an experiment.
 type Law = VirtualCoupler<f64, Operator<f64>>;
+
 impl CouplerExperiment {
     /// Runs the experiment; log and CSV go into the folder.
     ///
@@ -365,7 +366,7 @@ impl Trial for CouplerExperiment {
         })
     }
 
-    /// The force is k_c·y' + b_c·D^(1−μ) y by the full history of the deflection y, which follows from the forces.
+    /// The force by the full history of the deflection, which follows from the forces.
     fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let record = &ran.record;
         let reference = Reference::of(self.scheme);

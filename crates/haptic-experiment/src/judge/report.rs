@@ -81,12 +81,9 @@ pub struct RunReport {
 }
 
 /// Files of a run beside its log, unless it was cut short.
-#[derive(Clone, Debug, Default)]
 pub(crate) struct Files {
     /// The table.
     pub csv: Option<String>,
-    /// The picture.
-    pub figure: Option<String>,
     /// Why there is no table.
     pub unwritten: Option<String>,
 }
@@ -103,11 +100,7 @@ impl Files {
         if csv.is_none() {
             ran.folder.remove_stale_results();
         }
-        Self {
-            csv,
-            unwritten,
-            ..Self::default()
-        }
+        Self { csv, unwritten }
     }
 }
 
@@ -174,7 +167,7 @@ impl RunReport {
             logs: (ran.log.paths.iter())
                 .map(|path| path.display().to_string())
                 .collect(),
-            figure: files.figure,
+            figure: None,
             csv: files.csv,
             unwritten: files.unwritten,
             sample_time_s,

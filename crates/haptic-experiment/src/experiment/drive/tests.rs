@@ -2,11 +2,10 @@
 
 use super::{Drive, DriveJudge, DriveVerdict, LoopVerdict, SimulatedRig};
 use crate::document::failure::Failure;
+use crate::experiment::bounded_tests::conducted;
 use crate::experiment::indentation::{Indentation, Load, Report};
 use crate::experiment::rendering::{Contact, Rendering};
 use crate::judge::modelled_tissue::ModelledTissue;
-use crate::run::Supervisor;
-use crate::run::folder::FolderRequest;
 use crate::run::simulate::Instrumented as _;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
@@ -18,7 +17,6 @@ use haptic_loop::units::{Metres, Newtons};
 use nalgebra::Vector1;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie
 /// 6 dB. 200 rad/s, 60°, flat, 0.003 of a disturbance at 3 rad/s.
@@ -78,21 +76,9 @@ fn cancerous(drive: Drive, duration_s: f64) -> Indentation {
 
 /// Runs in a folder of its own.
 fn run(folder: &Path, relaxation: &Indentation) -> Result<Report, Failure> {
-    let stop = AtomicBool::new(false);
-    let supervisor = Supervisor {
-        stop: &stop,
-        progress: &|_| {},
-        live: None,
-        warn: &|_| {},
-    };
-    let request = FolderRequest {
-        out: Some(folder.to_owned()),
-        stem: "relax".to_owned(),
-        overwrite: false,
-        roll_bytes: None,
-        provenance: Default::default(),
-    };
-    let published = relaxation.run(&request, supervisor)?;
+    let published = conducted(folder, |request, supervisor| {
+        relaxation.run(request, supervisor)
+    })?;
     Ok(published.report)
 }
 
@@ -294,12 +280,8 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
         force_limit_n: 0.2,
     };
     let stable = LoopVerdict {
-        stable_beyond_gain: None,
         stable: true,
-        phase_margin_rad: None,
-        crossover_rad_s: None,
-        gain_margin: None,
-        delay_margin_s: None,
+        ..LoopVerdict::default()
     };
     let verdict = DriveVerdict {
         free: None,

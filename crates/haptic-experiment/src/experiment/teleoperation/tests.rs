@@ -6,10 +6,11 @@ use super::{
     HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationReport,
     TeleoperationVerdict,
 };
+use crate::ExperimentFile;
+use crate::experiment::bounded_tests::conducted;
 use crate::judge::modelled_tissue::{Matter, ModelledTissue, TissuePiece};
 use crate::run::safety::Safety;
 use crate::run::schedule::Pace;
-use crate::{ExperimentFile, Supervisor};
 use fracdiff::{Order, Seconds};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
@@ -326,20 +327,10 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
 /// Runs it with log and report.
 fn reported(far: &TeleoperationExperiment) -> TeleoperationReport {
     let place = tempfile::tempdir().expect("a folder");
-    let request = crate::run::FolderRequest {
-        out: Some(place.path().to_owned()),
-        stem: "run".to_owned(),
-        overwrite: true,
-        roll_bytes: None,
-        provenance: Default::default(),
-    };
-    let supervisor = Supervisor {
-        stop: &std::sync::atomic::AtomicBool::new(false),
-        progress: &|_| (),
-        live: None,
-        warn: &|_| {},
-    };
-    far.run(&request, supervisor).expect("runs").report
+    let run = conducted(place.path(), |request, supervisor| {
+        far.run(request, supervisor)
+    });
+    run.expect("runs").report
 }
 
 #[test]

@@ -105,12 +105,6 @@ const LIMITED: f64 = 0.01;
 /// Points of the outline of a disc.
 const OUTLINE: u32 = 180;
 
-/// Table and curves of a run that reached its end.
-struct Drawn {
-    files: Files,
-    curves: Decimated<CURVES>,
-}
-
 impl TouchExperiment {
     pub(super) fn publish<const D: usize>(
         &self,
@@ -121,17 +115,16 @@ impl TouchExperiment {
         let record = &ran.record;
         let whole = record.ended.is_none();
         let verdict = self.verdict(record, energy);
-        let files;
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
-        if whole {
+        let files = if whole {
             compared = self.compare::<D>(record)?;
-            let drawn = self.draw::<D>(ran)?;
-            files = drawn.files;
-            curves = Some(self.curves(drawn.curves, Origin::of(record), verdict));
+            let (files, drawn) = self.draw::<D>(ran)?;
+            curves = Some(self.curves(drawn, Origin::of(record), verdict));
+            files
         } else {
-            files = Files::of_run(ran, None);
-        }
+            Files::of_run(ran, None)
+        };
         let run = RunReport::new(
             ran,
             device_name(self.remote.as_ref()),
@@ -280,7 +273,7 @@ impl TouchExperiment {
     }
 
     /// Writes the table of the log, and keeps what is to be drawn.
-    fn draw<const D: usize>(&self, ran: &Ran) -> Result<Drawn, Failure> {
+    fn draw<const D: usize>(&self, ran: &Ran) -> Result<(Files, Decimated<CURVES>), Failure> {
         let shape = self.shape.of::<D>()?;
         let fields = ["reference_m", "position_m", "force_n"];
         let axes = &AXES[..D];
@@ -311,10 +304,7 @@ impl TouchExperiment {
                 curves.add(tick.time_s, drawn(&tick, depth_m));
             }
         }
-        Ok(Drawn {
-            files: Files::of_run(ran, Some(table)),
-            curves,
-        })
+        Ok((Files::of_run(ran, Some(table)), curves))
     }
 
     fn curves(&self, curves: Decimated<CURVES>, origin: Origin, verdict: TouchVerdict) -> Curves {
