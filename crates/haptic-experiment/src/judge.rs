@@ -26,7 +26,6 @@ pub(crate) fn percent(fraction: f64) -> f64 {
 const NOTHING: f64 = 1e-9;
 
 /// |have/want − 1|; NaN where it has no meaning, that is where nothing was wanted.
-#[must_use]
 pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
     if want == 0.0 {
         f64::NAN
@@ -57,7 +56,6 @@ fn plain(time_s: f64) -> f64 {
 
 impl Compared {
     /// No error, for this reason.
-    #[must_use]
     pub(crate) const fn without_meaning(reason: String) -> Self {
         Self {
             largest: None,
@@ -69,7 +67,6 @@ impl Compared {
     }
 
     /// One error of so many samples, from the first to the last of these times, s.
-    #[must_use]
     pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
             return Self::without_meaning("a value is not finite".to_owned());
@@ -107,7 +104,6 @@ pub(crate) struct LargestError {
 impl LargestError {
     /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
     /// for the wanted values, as in `the closed form` and ` N`.
-    #[must_use]
     pub(crate) const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
         Self {
             from_s,
@@ -166,7 +162,6 @@ impl LargestError {
     }
 
     /// The error, or why there is none.
-    #[must_use]
     pub(crate) fn get(self) -> Compared {
         let (from_s, end_s) = (plain(self.from_s), plain(self.end_s));
         let Self { wanted, unit, .. } = self;
@@ -206,7 +201,6 @@ pub enum Origin {
 
 impl Origin {
     /// Of the force of a run: without a link, or with a device that simulates its plant, nothing but a simulation.
-    #[must_use]
     pub(crate) fn of(record: &Record) -> Self {
         Self::of_device(record.link.as_ref().map(|link| link.simulated))
     }

@@ -108,9 +108,7 @@ impl Named for Precision {
 /// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
 pub struct Rendering {
-    /// The tissue.
     pub(crate) material: ModelledTissue,
-    /// The piece of it.
     pub(crate) specimen: Specimen,
     /// The operator.
     pub scheme: Scheme,
@@ -118,11 +116,9 @@ pub struct Rendering {
     pub(crate) precision: Precision,
     /// T, s.
     pub sample_time_s: f64,
-    /// Between indenter and renderer.
     pub(crate) contact: Contact,
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
     pub(crate) drive: Option<Drive>,
-    /// Between position and loop.
     pub(crate) sensors: Sensors,
     /// Largest force, N.
     pub(crate) force_limit_n: f64,
@@ -130,7 +126,6 @@ pub struct Rendering {
     pub(crate) force_rate_limit_n_per_s: f64,
     /// Further settings of the safety chain.
     pub(crate) safety: Safety,
-    /// Pace of time.
     pub(crate) pace: Pace,
     /// The serial device; `None` for the simulated rig.
     pub(crate) remote: Option<RemoteDevice>,

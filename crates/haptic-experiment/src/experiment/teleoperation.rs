@@ -198,7 +198,6 @@ impl HandMotion {
     pub(crate) const RISE_S: f64 = 1.0;
 
     /// So many frequencies from low to high, evenly in the logarithm, each with whole periods in the window.
-    #[must_use]
     pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
         let last = count.saturating_sub(1).max(1) as f64;
         let mut periods: Vec<u64> = (0..count)
@@ -210,7 +209,6 @@ impl HandMotion {
     }
 
     /// Place and speed of the hand at a time, m and m/s.
-    #[must_use]
     pub(crate) fn at(&self, time_s: f64) -> (f64, f64) {
         // (1 − cos)/2 up to the rise time.
         let share = (time_s / Self::RISE_S).clamp(0.0, 1.0);
@@ -242,11 +240,8 @@ pub struct TeleoperationExperiment {
     pub(super) master: MassDamperConfig,
     /// The remote device, of the same sample time.
     pub(super) slave: MassDamperConfig,
-    /// The hand.
     pub(super) hand: HandModel,
-    /// Its motion.
     pub(super) motion: HandMotion,
-    /// What the slave touches.
     pub(super) place: RemotePlace,
     /// How the two are joined.
     pub(super) architecture: Architecture,
@@ -260,7 +255,6 @@ pub struct TeleoperationExperiment {
     pub(super) playout_samples: Option<u32>,
     /// Each way of the line.
     pub(super) channel: ChannelModel,
-    /// Seed of its chances.
     pub(super) seed: u64,
     /// Silence after which the force falls to zero, s.
     pub(super) silence_s: f64,
@@ -415,7 +409,6 @@ impl TeleoperationExperiment {
     }
 
     /// The same for the analysis; `None` for time-domain passivity, which is no linear law.
-    #[must_use]
     pub(crate) fn hands(&self) -> Option<Teleoperation> {
         let mass = |device: &MassDamperConfig| HandMass {
             mass_kg: device.mass.0,

@@ -170,7 +170,6 @@ pub struct TouchExperiment {
     pub must_be_passive: bool,
     /// Further settings of the safety chain.
     safety: Safety,
-    /// Pace of time.
     pub(crate) pace: Pace,
     /// The device at a port, in whose hand the shape is then felt; `None` for the simulated one.
     pub(crate) remote: Option<RemoteDevice>,

@@ -96,7 +96,6 @@ impl TrialPlan {
     };
 
     /// The same from rest, for a device that cannot be thrown.
-    #[must_use]
     pub(crate) const fn starting_at_rest(self) -> Self {
         Self {
             impact_m_per_s: 0.0,

@@ -107,7 +107,6 @@ impl ModelledTissue {
     }
 
     /// E, Pa: what is left of the modulus at rest.
-    #[must_use]
     pub(crate) const fn rest_modulus_pa(&self) -> f64 {
         self.rest_modulus_pa
     }

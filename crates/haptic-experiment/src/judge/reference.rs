@@ -24,7 +24,6 @@ pub(crate) enum Reference {
 
 impl Reference {
     /// Those of the scheme itself where it has the full history, else Grünwald's.
-    #[must_use]
     pub(crate) fn of(scheme: Scheme) -> Self {
         match scheme {
             Scheme::Full { kernel, .. } => Self::Kernel(kernel),

@@ -144,7 +144,6 @@ pub trait Summary: Serialize {
 
 impl RunReport {
     /// Of a run on this device; what happened to it is added to the warnings.
-    #[must_use]
     pub(crate) fn new(
         ran: &Ran,
         device: String,
@@ -193,7 +192,6 @@ impl RunReport {
 
 impl TickTimes {
     /// Of a record.
-    #[must_use]
     pub(crate) fn of(record: &Record) -> Option<Self> {
         (!record.tick_ns.is_empty()).then(|| Self {
             p50: record.tick_ns.value_at_quantile(0.5),

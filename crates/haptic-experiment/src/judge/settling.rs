@@ -175,7 +175,6 @@ pub struct Settling {
 
 impl Settling {
     /// The same, found to rest on friction.
-    #[must_use]
     pub(crate) fn by_friction(self) -> Self {
         Self {
             stable: false,

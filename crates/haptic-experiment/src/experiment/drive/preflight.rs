@@ -109,7 +109,6 @@ pub struct DriveVerdict {
 
 impl DriveVerdict {
     /// True if both loops are stable.
-    #[must_use]
     pub(crate) fn stable(&self) -> bool {
         self.in_contact.stable && self.free.is_none_or(|free| free.stable)
     }
@@ -253,7 +252,6 @@ struct LatePort {
     /// x[n+1] = Φx[n] + Γ((1−h)T)·u[n] + Φ((1−h)T)Γ(hT)·u[n−1] + Γ_f f[n]
     /// ```
     port: TwoPort,
-    /// Whole samples beside that.
     samples: usize,
 }
 

@@ -202,20 +202,41 @@ impl TouchExperiment {
             ),
         }
         if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {
-            let rise = match self.safety.rise_time_s {
-                Some(_) => format!(
-                    "a shorter {RISE_TIME}, as the shape may have grown stiff while it was pressed, or take "
-                ),
-                None => String::new(),
+            let remedy = if self.risen_j(&ran.record) > 0.5 * energy.most_j {
+                &format!(
+                    "the shape grew stiff while it was pressed: take a shorter {RISE_TIME}, or let the hand touch after it"
+                )
+            } else {
+                &format!("take a softer K and less B, a shorter {SAMPLE_TIME}, or a {GUARD}")
             };
-            let remedy =
-                format!("take {rise}a softer K and less B, a shorter {SAMPLE_TIME}, or a {GUARD}");
             warnings.0.push(format!(
                 "the hand was given {:.3e} J more than it gave: {remedy}",
                 energy.most_j
             ));
         }
         warnings
+    }
+
+    /// Energy that came in because the force rose from the start on while the device was inside, J.
+    ///
+    /// ```text
+    /// E = ½·Σ f·x·Δs,   s the share of the force that is used, from 0 to 1 in the rise time, f the force for s = 1
+    /// ```
+    fn risen_j(&self, record: &Record) -> f64 {
+        let Some(rise_s) = self.safety.rise_time_s else {
+            return 0.0;
+        };
+        let step = self.sample_time().0 / rise_s;
+        let samples = record.whole.iter().flatten();
+        let rising = samples.take_while(|sample| sample.time_s < rise_s);
+        let stiffness = self.look(0).stiffness_n_per_m;
+        let energies = rising.map(|sample| {
+            let share = (sample.time_s / rise_s).max(step);
+            // What is held at a place is more than its spring where the law remembers the way there.
+            let force = (sample.reaction_n() / share).max(stiffness * sample.position_m);
+            0.5 * force * sample.position_m * step
+        });
+        energies.sum()
     }
 
     /// Samples in which nothing but the start ramp of a device acted.
