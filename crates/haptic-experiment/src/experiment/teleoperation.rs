@@ -7,7 +7,7 @@
 //! - *The hand* moves its own end, `x_h` = press + Σ sines, and holds the master by a spring and a damper.
 //! - *Devices, hand and environment* are stepped eight times a sample, the ports once.
 //! - *Impedances*: over the window at the end, forces and places of both sides at each frequency of the motion; beside them
-//!   the tissue's own and what the formula says is felt of it, see [`Teleoperation`](haptic_analysis::Teleoperation).
+//!   the tissue's own and what the formula says is felt of it, see [`Teleoperation`].
 //! - *Energy*: what the line has given to both devices, Σ f·Δx; never above 0 with a passive architecture.
 //!
 //! The log has the hand as the reference, the master as the position, the slave as the indenter, the force on the slave's
