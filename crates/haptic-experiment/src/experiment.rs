@@ -13,11 +13,9 @@ pub(crate) mod trial;
 pub(crate) mod wall;
 
 use crate::document::parameters::{ON_DEVICE, Parameter, SAFETY};
-pub use drive::{DriveCurves, LoopVerdict};
-pub use indentation::{Quantity, TheoryCurves};
+pub use drive::{DriveReport, DriveVerdict, LoopVerdict};
 use std::collections::BTreeMap;
-pub use touch::{PostureVerdict, TouchCurves, TouchVerdict};
-pub use trial::TrialCurves;
+pub use touch::{PostureVerdict, TouchVerdict};
 
 /// Kinds of experiments, the names of their tables in files.
 pub const KINDS: [&str; 6] = [

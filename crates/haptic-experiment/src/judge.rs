@@ -26,7 +26,6 @@ pub(crate) fn percent(fraction: f64) -> f64 {
 const NOTHING: f64 = 1e-9;
 
 /// |have/want − 1|; NaN where it has no meaning, that is where nothing was wanted.
-#[must_use]
 pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
     if want == 0.0 {
         f64::NAN
@@ -57,7 +56,6 @@ fn plain(time_s: f64) -> f64 {
 
 impl Compared {
     /// No error, for this reason.
-    #[must_use]
     pub(crate) const fn without_meaning(reason: String) -> Self {
         Self {
             largest: None,
@@ -69,7 +67,6 @@ impl Compared {
     }
 
     /// One error of so many samples, from the first to the last of these times, s.
-    #[must_use]
     pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
             return Self::without_meaning("a value is not finite".to_owned());
@@ -107,7 +104,6 @@ pub(crate) struct LargestError {
 impl LargestError {
     /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
     /// for the wanted values, as in `the closed form` and ` N`.
-    #[must_use]
     pub(crate) const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
         Self {
             from_s,
@@ -166,7 +162,6 @@ impl LargestError {
     }
 
     /// The error, or why there is none.
-    #[must_use]
     pub(crate) fn get(self) -> Compared {
         let (from_s, end_s) = (plain(self.from_s), plain(self.end_s));
         let Self { wanted, unit, .. } = self;
@@ -206,7 +201,6 @@ pub enum Origin {
 
 impl Origin {
     /// Of the force of a run: without a link, or with a device that simulates its plant, nothing but a simulation.
-    #[must_use]
     pub(crate) fn of(record: &Record) -> Self {
         Self::of_device(record.link.as_ref().map(|link| link.simulated))
     }
@@ -229,19 +223,46 @@ impl Origin {
     }
 }
 
+/// Curves of a finished run, for whoever draws them; long ones are thinned without losing a peak. An experiment draws nothing itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// Which experiment, simulated or rendered.
+    pub title: String,
+    /// Law, device, operator, verdict.
+    pub subtitle: String,
+    /// Origin of the force.
+    pub origin: Origin,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Values at these times, each with its name.
+    pub columns: Vec<(&'static str, Vec<f64>)>,
+    /// Outline of what is touched in the plane of the first two axes, m; empty if it is not there.
+    pub outline_m: Vec<(f64, f64)>,
+}
+
+impl Curves {
+    /// The values of this name; none if it has no such curve.
+    #[must_use]
+    pub fn column(&self, name: &str) -> &[f64] {
+        let mut columns = self.columns.iter();
+        let found = columns.find(|(known, _)| *known == name);
+        found.map_or(&[], |(_, values)| values)
+    }
+}
+
 /// Results of an experiment: a report, and the folder of its further files.
 #[derive(Debug)]
-pub struct Published<R, C> {
+pub struct Published<R> {
     /// The report. Whoever saves a picture names it there.
     pub report: R,
     /// Curves to draw; `None` for a run that was cut short.
-    pub curves: Option<C>,
+    pub curves: Option<Curves>,
     /// The folder of the log.
     pub folder: OutputFolder,
 }
 
-impl<R, C> Published<R, C> {
-    pub(crate) fn new((report, curves): (R, Option<C>), folder: OutputFolder) -> Self {
+impl<R> Published<R> {
+    pub(crate) fn new((report, curves): (R, Option<Curves>), folder: OutputFolder) -> Self {
         Self {
             report,
             curves,

@@ -1,9 +1,8 @@
 //! Pictures of what experiments leave.
 
-use haptic_experiment::experiment::DriveCurves;
-use haptic_experiment::experiment::TouchCurves;
-use haptic_experiment::experiment::teleoperation::{FeltAt, SideCurves, TeleoperationCurves};
-use haptic_experiment::experiment::{TheoryCurves, TrialCurves};
+use haptic_experiment::experiment::teleoperation::{FarReport, FeltAt, TeleoperationReport};
+use haptic_experiment::judge::Curves;
+use haptic_experiment::{Report, TouchReport, TrialReport};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
@@ -13,44 +12,41 @@ use haptic_figure::{
 ///
 /// # Errors
 /// If there is nothing to draw.
-pub fn of_theory(curves: &TheoryCurves) -> Result<Picture, FigureError> {
-    let tracking = curves.drive.as_ref().map(tracking);
+pub fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
+    let (quantity, label) = match report.final_strain {
+        Some(_) => ("strain", "strain"),
+        None => ("force", "force / N"),
+    };
+    let (error_label, factor) = match report.final_strain {
+        None => ("tracking error / µm", 1e6),
+        Some(_) => ("tracking error / mN", 1e3),
+    };
+    let errors = curves.column("tracking_error").iter();
+    let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();
     TheoryFigure {
         title: &curves.title,
         conditions: Conditions {
-            tissue: &curves.tissue,
-            order: curves.order,
-            device: &curves.device,
-            scheme: &curves.scheme,
-            remark: &curves.remark,
+            tissue: &report.tissue,
+            order: report.order,
+            device: &report.run.device,
+            scheme: &report.scheme,
+            remark: &curves.subtitle,
         },
-        quantity: curves.quantity.word(),
-        label: curves.quantity.label(),
+        quantity,
+        label,
         origin: curves.origin.word(),
         time_s: &curves.time_s,
-        values: &curves.values,
-        closed_form: &curves.closed_form,
-        relative_error: &curves.relative_error,
-        held: curves.drive.as_ref().zip(tracking.as_ref()).map(
-            |(drive, (label, tracking_error))| HeldPanels {
-                time_s: &drive.time_s,
-                label,
-                tracking_error,
-                force_n: &drive.force_n,
-            },
-        ),
+        values: curves.column("values"),
+        closed_form: curves.column("closed_form"),
+        relative_error: curves.column("relative_error"),
+        held: report.drive.as_ref().map(|_| HeldPanels {
+            time_s: &curves.time_s,
+            label: error_label,
+            tracking_error: &tracking_error,
+            force_n: curves.column("drive_force_n"),
+        }),
     }
     .draw()
-}
-
-/// What a drive left of its error: axis label, values.
-fn tracking(drive: &DriveCurves) -> (&'static str, Vec<f64>) {
-    let (label, factor) = match drive.unit {
-        "m" => ("tracking error / µm", 1e6),
-        _ => ("tracking error / mN", 1e3),
-    };
-    let scaled = drive.tracking_error.iter().map(|error| factor * error);
-    (label, scaled.collect())
 }
 
 /// Values in another unit, each at its time.
@@ -73,16 +69,20 @@ fn time_chart<'a>(caption: &'a str, y: &'a str, series: Vec<Series<'a>>) -> Char
 ///
 /// # Errors
 /// If there is nothing to draw.
-pub fn of_side(curves: &SideCurves) -> Result<Picture, FigureError> {
+pub fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureError> {
     let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
-    let [hand, device] = [&curves.reference_m, &curves.position_m].map(|m| over_time(m, 1e3));
-    let [force, outside] = [&curves.force_n, &curves.outside_n].map(|n| over_time(n, 1.0));
+    let [hand, device] =
+        ["reference_m", "position_m"].map(|name| over_time(curves.column(name), 1e3));
+    let [force, outside] = ["force_n", "outside_n"].map(|name| over_time(curves.column(name), 1.0));
     let (hand_is, device_is) = (
         Series::new("hand", &hand, Look::Dashed, 2),
         Series::new("device", &device, Look::Line, 0),
     );
     // There is no hand on the side of the slave.
-    let has_hand = curves.reference_m.iter().any(|place| place.is_finite());
+    let has_hand = curves
+        .column("reference_m")
+        .iter()
+        .any(|place| place.is_finite());
     ChartPage {
         title: &curves.title,
         subtitle: &curves.subtitle,
@@ -114,17 +114,21 @@ pub fn of_side(curves: &SideCurves) -> Result<Picture, FigureError> {
 ///
 /// # Errors
 /// If there is nothing to draw.
-pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureError> {
+pub fn of_teleoperation(
+    report: &TeleoperationReport,
+    curves: &Curves,
+) -> Result<Picture, FigureError> {
     let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
     let [hand, master, slave] =
-        [&curves.hand_m, &curves.master_m, &curves.slave_m].map(|m| over_time(m, 1e3));
-    let [master_n, slave_n] = [&curves.master_n, &curves.slave_n].map(|n| over_time(n, 1.0));
-    let taken = over_time(&curves.taken_j, 1e3);
-    let felt = |value: fn(&FeltAt) -> Option<f64>| felt_over_frequency(&curves.felt, value);
+        ["hand_m", "position_m", "far_position_m"].map(|name| over_time(curves.column(name), 1e3));
+    let [master_n, slave_n] =
+        ["force_n", "far_force_n"].map(|name| over_time(curves.column(name), 1.0));
+    let taken = over_time(curves.column("taken_j"), 1e3);
+    let felt = |value: fn(&FeltAt) -> Option<f64>| felt_over_frequency(&report.felt, value);
     let (run, formula) = (felt(|f| Some(f.felt_n_per_m)), felt(|f| f.formula_n_per_m));
     let touched = felt(|f| Some(f.touched_n_per_m));
     ChartPage {
-        title: "A teleoperation, simulated",
+        title: &curves.title,
         subtitle: &curves.subtitle,
         columns: 2,
         charts: vec![
@@ -188,16 +192,18 @@ fn felt_chart<'a>(
 ///
 /// # Errors
 /// If there is nothing to draw.
-pub fn of_touch(curves: &TouchCurves) -> Result<Picture, FigureError> {
+pub fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, FigureError> {
+    let forces = ["force_x_n", "force_y_n", "force_z_n"].map(|name| curves.column(name).to_vec());
+    let axes = forces.iter().filter(|force| !force.is_empty()).count();
     PlaneFigure {
-        title: &format!("A touch, {}", curves.origin.word()),
+        title: &curves.title,
         subtitle: &curves.subtitle,
         outline_m: &curves.outline_m,
         time_s: &curves.time_s,
-        reference_m: [&curves.hand_m[0], &curves.hand_m[1]],
-        position_m: [&curves.position_m[0], &curves.position_m[1]],
-        depth_m: Some(&curves.depth_m),
-        force_n: &curves.force_n,
+        reference_m: ["hand_x_m", "hand_y_m"].map(|name| curves.column(name)),
+        position_m: ["x_m", "y_m"].map(|name| curves.column(name)),
+        depth_m: Some(curves.column("depth_m")),
+        force_n: &forces[..axes],
     }
     .draw()
 }
@@ -206,14 +212,14 @@ pub fn of_touch(curves: &TouchCurves) -> Result<Picture, FigureError> {
 ///
 /// # Errors
 /// If there is nothing to draw.
-pub fn of_trial(trial: &TrialCurves) -> Result<Picture, FigureError> {
+pub fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
     let time = &trial.time_s;
-    let position = over_time(time, &trial.position_m, 1e3);
-    let object = (trial.object_position_m.as_ref()).map(|object| over_time(time, object, 1e3));
-    let force = over_time(time, &trial.force_n, 1.0);
+    let position = over_time(time, trial.column("position_m"), 1e3);
+    let object = Some(trial.column("object_position_m")).filter(|object| !object.is_empty());
+    let object = object.map(|object| over_time(time, object, 1e3));
+    let force = over_time(time, trial.column("force_n"), 1.0);
     let ends = [time.first(), time.last()].into_iter().flatten();
-    let rest: Vec<(f64, f64)> = trial
-        .expected_deflection_m
+    let rest: Vec<(f64, f64)> = (report.settling.expected_deflection_m)
         .map(|x| ends.map(|&t| (t, 1e3 * x)).collect())
         .unwrap_or_default();
     let run = trial.origin.word();
@@ -222,6 +228,7 @@ pub fn of_trial(trial: &TrialCurves) -> Result<Picture, FigureError> {
     } else {
         run.to_owned()
     };
+    let what = if object.is_some() { "coupler" } else { "wall" };
     let mut positions = vec![Series::new(&device, &position, Look::Line, 0)];
     if let Some(object) = &object {
         positions.push(Series::new("object", object, Look::Line, 2));
@@ -241,13 +248,13 @@ pub fn of_trial(trial: &TrialCurves) -> Result<Picture, FigureError> {
         _ => String::new(),
     };
     ChartPage {
-        title: &format!("A trial of a {}, {run}", trial.what),
+        title: &trial.title,
         subtitle: &trial.subtitle,
         columns: 1,
         charts: vec![
             chart(&format!("position{rest}"), "position / mm", positions),
             chart(
-                &format!("force of the {}", trial.what),
+                &format!("force of the {what}"),
                 "force / N",
                 vec![Series::new(&device, &force, Look::Line, 0)],
             ),

@@ -161,8 +161,8 @@ fn run(
 }
 
 /// The report as the command prints it, and the place of the table.
-fn read<R: Summary, C>(
-    mut published: Published<R, C>,
+fn read<R: Summary>(
+    mut published: Published<R>,
 ) -> Result<(serde_json::Value, Option<String>), Failure> {
     let run = published.report.run_mut();
     if let Some(lost) = run.lost_table() {

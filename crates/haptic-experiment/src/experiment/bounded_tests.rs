@@ -14,11 +14,13 @@ use std::sync::atomic::AtomicBool;
 /// or nearly, are as good.
 const TOLERANCE: f64 = 3e-9;
 
-/// Runs what `text` describes, and reports twice: from memory, then from the log. With each the CSV.
-fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
-    let place = tempfile::tempdir().expect("a folder");
+/// Conducts a run whose files are `run.*` in this folder.
+pub(super) fn conducted<T>(
+    place: &Path,
+    run: impl FnOnce(&FolderRequest, Supervisor<'_>) -> T,
+) -> T {
     let request = FolderRequest {
-        out: Some(place.path().to_owned()),
+        out: Some(place.to_owned()),
         stem: "run".to_owned(),
         overwrite: true,
         roll_bytes: None,
@@ -30,6 +32,12 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         live: None,
         warn: &|_| {},
     };
+    run(&request, supervisor)
+}
+
+/// Runs what `text` describes, and reports twice: from memory, then from the log. With each the CSV.
+fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
+    let place = tempfile::tempdir().expect("a folder");
     let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
     let report = |ran: &Ran| -> Result<Value, Failure> {
         let value = match &experiment {
@@ -44,14 +52,14 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         };
         Ok(value.expect("is JSON"))
     };
-    let ran = match &experiment {
-        ExperimentFile::Relax(own) | ExperimentFile::Creep(own) => own.record(&request, supervisor),
-        ExperimentFile::Wall(own) => own.recorded(&request, supervisor),
-        ExperimentFile::Coupler(own) => own.recorded(&request, supervisor),
+    let ran = conducted(place.path(), |request, supervisor| match &experiment {
+        ExperimentFile::Relax(own) | ExperimentFile::Creep(own) => own.record(request, supervisor),
+        ExperimentFile::Wall(own) => own.recorded(request, supervisor),
+        ExperimentFile::Coupler(own) => own.recorded(request, supervisor),
         ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
             unreachable!("it is judged while it runs")
         }
-    };
+    });
     let mut ran = ran.expect("runs");
     let table = || {
         let mut rows = csv::Reader::from_path(place.path().join("run.csv")).expect("is there");

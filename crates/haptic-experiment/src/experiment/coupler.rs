@@ -26,7 +26,7 @@
 
 use super::reading::{remote, scheme};
 use super::trial::{
-    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialCurves, TrialReport, TrialSetup,
+    Judged, OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup,
     encoder_step, incomparable, limited, setup, six_digits, times,
 };
 use crate::document::error::FileError;
@@ -37,7 +37,7 @@ use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::document::reader::Table;
 use crate::judge::preflight::{refused, softer};
-use crate::judge::reference::operator;
+use crate::judge::reference::{ReferenceSeries, operator};
 use crate::judge::report::{RunReport, Summary};
 use crate::judge::settling::Settling;
 use crate::judge::{Published, Reference};
@@ -45,6 +45,7 @@ use crate::run::folder::FolderRequest;
 use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};
 use crate::run::safety::GuardChoice;
+use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, Supervisor};
@@ -102,28 +103,6 @@ pub const COUPLER: &[Parameter] = &joined::<19>(&[
 ]);
 
 /// A coupler experiment.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-/// use haptic_analysis::CoupledObject;
-/// use haptic_experiment::{CouplerExperiment, Imperfections, TrialPlan, TrialSetup, dissertation_device};
-///
-/// let device = dissertation_device(Seconds(1e-3));
-/// let setup = TrialSetup::new(device, Imperfections::NONE.sensors, TrialPlan::DEFAULT);
-/// let coupler = CouplerExperiment {
-///     setup,
-///     order: Order::new(1.0)?,
-///     scheme: "full".parse()?,
-///     coupler_stiffness_n_s_per_m: 2.0,
-///     coupler_dissipation_n_s_1_minus_mu_per_m: 3000.0,
-///     object: CoupledObject { mass_kg: 0.1, damping_n_s_per_m: 1.0, stiffness_n_per_m: 1000.0 },
-/// };
-/// let settling = coupler.try_out()?;
-/// // 1 N on 3000 N/m and 1000 N/m in series.
-/// assert!(settling.stable);
-/// assert!(settling.deflection_m.is_some_and(|x| (x / (4.0 / 3000.0) - 1.0).abs() < 1e-3));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct CouplerExperiment {
     /// Device, trial, safety and pace.
@@ -209,6 +188,7 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
 
 /// The coupler of an experiment.
 type Law = VirtualCoupler<f64, Operator<f64>>;
+
 impl CouplerExperiment {
     /// Runs the experiment; log and CSV go into the folder.
     ///
@@ -218,7 +198,7 @@ impl CouplerExperiment {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<CouplerReport, TrialCurves>, Failure> {
+    ) -> Result<Published<CouplerReport>, Failure> {
         self.check_loop()?;
         self.published(request, supervisor)
     }
@@ -227,7 +207,7 @@ impl CouplerExperiment {
     ///
     /// # Errors
     /// Bad parameters.
-    pub fn try_out(&self) -> Result<Settling, Failure> {
+    pub(crate) fn try_out(&self) -> Result<Settling, Failure> {
         self.settled()
     }
 
@@ -281,6 +261,16 @@ impl CouplerExperiment {
                 error,
                 format_args!("give {COUPLER_STIFFNESS} or {COUPLER_DISSIPATION} above 0"),
             )
+        })
+    }
+
+    /// Place of the object, m, from the positions that the loop read, one after the other.
+    fn replayed(&self, samples: u64) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
+        let law = self.law(samples)?;
+        let mut history = Environment::<f64, 1>::at_rest(&law);
+        Ok(move |x| {
+            law.advance(&mut history, &Vector1::new(x));
+            law.object_position_m(&history)[0]
         })
     }
 
@@ -376,16 +366,16 @@ impl Trial for CouplerExperiment {
         })
     }
 
-    /// The force is k_c·y' + b_c·D^(1−μ) y by the full history of the deflection y, which follows from the forces.
+    /// The force by the full history of the deflection, which follows from the forces.
     fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let record = &ran.record;
         let reference = Reference::of(self.scheme);
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
         let t = self.setup.device.sample_time;
         let planned = self.setup.plan().samples(t)?;
-        let mut replay = Replay::new(self.law(planned)?);
-        let object_m: Option<Box<dyn FnMut(&KeptSample) -> f64>> =
-            Some(Box::new(move |sample| replay.at(sample)));
+        let samples = Samples::of(record, &ran.log.paths);
+        let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
+        let object_m: Option<OfSample<'_>> = Some(Box::new(move |sample| object.at(sample)));
         let serial = self.setup.remote.is_some();
         let reason = limited(record)
             .or_else(|| {
@@ -514,44 +504,6 @@ impl CouplerPreflight<'_> {
                 sampled_damping_n_s_per_m: sampled,
             }),
         })
-    }
-}
-
-/// The object again, from the positions that the loop read. Those that a link lost lie on a straight line.
-struct Replay {
-    law: Law,
-    history: <Law as Environment<f64, 1>>::History,
-    next_tick: u64,
-    last_m: f64,
-}
-
-impl Replay {
-    fn new(law: Law) -> Self {
-        Self {
-            history: Environment::<f64, 1>::at_rest(&law),
-            law,
-            next_tick: 0,
-            last_m: 0.0,
-        }
-    }
-
-    /// Place of the object at this sample, m.
-    fn at(&mut self, sample: &KeptSample) -> f64 {
-        let x = sample.position_m;
-        let from = if self.next_tick == 0 { x } else { self.last_m };
-        let missing = sample.tick.saturating_sub(self.next_tick);
-        let slope = (x - from) / (missing + 1) as f64;
-        for n in 1..=missing {
-            self.step(from + n as f64 * slope);
-        }
-        self.step(x);
-        self.next_tick = sample.tick + 1;
-        self.last_m = x;
-        self.law.object_position_m(&self.history)[0]
-    }
-
-    fn step(&mut self, x: f64) {
-        self.law.advance(&mut self.history, &Vector1::new(x));
     }
 }
 

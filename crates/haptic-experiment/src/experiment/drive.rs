@@ -7,6 +7,8 @@
 //! The tissue is judged as ever: by the sum over the motion that was really made.
 
 mod preflight;
+#[cfg(test)]
+mod tests;
 
 use crate::document::controller_file::ControllerFile;
 use crate::document::error::FileError;
@@ -15,8 +17,6 @@ use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::FORCE_LIMITS;
 use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
 use crate::document::reader::Table;
-use crate::judge::decimated::Decimated;
-use crate::run::record::Record;
 use crate::run::simulate::Instrumented;
 use crate::run::tick::KeptSample;
 use fracdiff::Real;
@@ -30,7 +30,6 @@ pub use preflight::{DriveVerdict, LoopVerdict};
 use serde::Serialize;
 use std::convert::Infallible;
 use std::fmt::Debug;
-use std::path::Path;
 
 parameters! {
     crate;
@@ -46,41 +45,15 @@ pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
     table.required_text(&CONTROLLER)?;
     let path = table.file(&CONTROLLER)?.unwrap_or_default();
     Ok(Drive {
+        name: path.display().to_string(),
         force_limit_n: table.number(&DRIVE_FORCE_LIMIT)?,
-        ..Drive::read(&path)?
+        controller: ControllerFile::read(&path)?,
     })
 }
 
 /// A controller for the indenter, and the largest force of its motor.
-///
-/// ```
-/// use haptic_experiment::{Drive, Indentation, ModelledTissue, Rendering};
-/// use std::ops::ControlFlow;
-/// use std::path::Path;
-///
-/// let text = "
-///     [pid]
-///     proportional_gain = 900
-///     integral_gain_per_s_lambda = 9000
-///     integral_order = 0.9
-///     derivative_gain_s_mu = 25
-///     derivative_order = 0.9
-///     [loop]
-///     sample_time_s = 0.001";
-/// let drive = Drive::parse(Path::new("my-own.toml"), text)?;
-/// let tissue = haptic_tissue::Library::load(None)?.find("prostate-cancerous")?;
-/// let rendering = Rendering { drive: Some(drive), ..Rendering::new(ModelledTissue::new(tissue)?)? };
-/// let relaxation = Indentation { duration_s: 2.0, ..Indentation::relaxation(rendering) };
-/// let mut place_m = 0.0;
-/// relaxation.simulate(&mut |sample| {
-///     place_m = sample.indenter_position_m;
-///     ControlFlow::Continue(())
-/// })?;
-/// assert!((place_m - 1e-3).abs() < 1e-5); // 5 % of 20 mm
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
+pub(crate) struct Drive {
     /// Its name in logs and reports: the path of its file.
     pub name: String,
     /// The controller: from m, or N in a creep test, to N.
@@ -90,30 +63,6 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Reads a controller file.
-    ///
-    /// # Errors
-    /// If it cannot be read or is wrong: in one line, with file and line.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        ControllerFile::read(path).map(|controller| Self::of(path, controller))
-    }
-
-    /// Reads the text of a controller file; `path` is its name.
-    ///
-    /// # Errors
-    /// If it is wrong: in one line, with file and line.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        ControllerFile::parse(path, text).map(|controller| Self::of(path, controller))
-    }
-
-    fn of(path: &Path, controller: ControllerFile) -> Self {
-        Self {
-            name: path.display().to_string(),
-            controller,
-            force_limit_n: DRIVE_FORCE_LIMIT.default_number(),
-        }
-    }
-
     /// The controller within the limits of its motor, if it is made for this sample time.
     fn limited(&self, sample_time_s: f64) -> Result<ControllerSetup, Failure> {
         let limit = self.force_limit_n;
@@ -322,19 +271,6 @@ impl DriveReport {
     }
 }
 
-/// Tracking error and force of a drive. The slices belong together point by point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DriveCurves {
-    /// Unit of the error: m, or N in a creep test.
-    pub unit: &'static str,
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// Set point − measurement.
-    pub tracking_error: Vec<f64>,
-    /// Force on the indenter, N.
-    pub force_n: Vec<f64>,
-}
-
 /// Columns that a drive adds to the table of a run.
 pub(crate) fn drive_columns(drive: RigDrive) -> [&'static str; 2] {
     match drive {
@@ -350,7 +286,6 @@ pub(crate) struct DriveJudge {
     report: DriveReport,
     samples: u64,
     squares: f64,
-    curves: Decimated<2>,
 }
 
 impl DriveJudge {
@@ -360,7 +295,6 @@ impl DriveJudge {
         drive: RigDrive,
         sample_time_s: f64,
         preflight: DriveVerdict,
-        record: &Record,
     ) -> Result<Self, Failure> {
         Ok(Self {
             drive,
@@ -381,12 +315,11 @@ impl DriveJudge {
             },
             samples: 0,
             squares: 0.0,
-            curves: Decimated::of(record),
         })
     }
 
-    /// Takes a sample in; the values of its columns.
-    pub(crate) fn add(&mut self, sample: &KeptSample) -> [f64; 2] {
+    /// Takes a sample in: set point − measurement, and the values of its columns.
+    pub(crate) fn add(&mut self, sample: &KeptSample) -> (f64, [f64; 2]) {
         let set_point = set_point(self.drive, sample.time_s);
         let measured = match self.drive {
             RigDrive::Position(_) => sample.indenter_position_m,
@@ -401,97 +334,13 @@ impl DriveJudge {
         report.saturated_samples += u64::from(self.holder.limited);
         self.samples += 1;
         self.squares += error * error;
-        self.curves.add(sample.time_s, [error, force]);
-        [measured, force]
+        (error, [measured, force])
     }
 
-    /// The report and the curves.
-    pub(crate) fn finish(mut self) -> (DriveReport, DriveCurves) {
-        self.curves.finish();
+    pub(crate) fn finish(mut self) -> DriveReport {
         if self.samples > 0 {
             self.report.tracking_error_rms = (self.squares / self.samples as f64).sqrt();
         }
-        let [tracking_error, force_n] = self.curves.curves;
-        let curves = DriveCurves {
-            unit: match self.drive {
-                RigDrive::Position(_) => "m",
-                RigDrive::Force(_) => "N",
-            },
-            time_s: self.curves.time_s,
-            tracking_error,
-            force_n,
-        };
-        (self.report, curves)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use fracdiff::Seconds;
-    use fractional_control::PidParameters;
-    use haptic_loop::plant::{RampHold, RigConfig, RigContact};
-    use haptic_loop::units::{Metres, Newtons};
-    use nalgebra::Vector1;
-
-    #[test]
-    fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
-        let t = 1e-3;
-        let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
-        let own = Drive {
-            name: "own".to_owned(),
-            controller: ControllerSetup::new(gains, Seconds(t)).into(),
-            force_limit_n: 0.2,
-        };
-        let stable = LoopVerdict {
-            stable_beyond_gain: None,
-            stable: true,
-            phase_margin_rad: None,
-            crossover_rad_s: None,
-            gain_margin: None,
-            delay_margin_s: None,
-        };
-        let verdict = DriveVerdict {
-            free: None,
-            in_contact: stable,
-            holding_stiffness_n_per_m: None,
-        };
-        let record = Record::with_room_for(500).expect("room");
-        let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
-        for drive in [RigDrive::Position(ramp), RigDrive::Force(Newtons(0.1))] {
-            let config = RigConfig::new(drive, RigContact::COMPLIANT, Seconds(t));
-            let holder = own.holder(t).expect("a controller");
-            let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
-            let mut rig = super::SimulatedRig::Held(rig);
-            let mut judge = DriveJudge::new(&own, drive, t, verdict, &record).expect("a judge");
-            let mut peak: f64 = 0.0;
-            for tick in 0..500 {
-                let seen = rig.observe();
-                let reading = Device::<f64, 1>::read(&mut rig).expect("never fails");
-                let force_n = -300.0 * reading.position_m[0];
-                rig.write(testkit::device::safe(Vector1::new(force_n)))
-                    .expect("never fails");
-                let [_, judged] = judge.add(&KeptSample {
-                    tick,
-                    time_s: reading.time_s,
-                    position_m: reading.position_m[0],
-                    force_n,
-                    applied_force_n: force_n,
-                    indenter_position_m: seen.indenter_position_m[0],
-                    contact_force_n: seen.contact_force_n[0],
-                    limiters: 0,
-                });
-                let super::SimulatedRig::Held(held) = &rig else {
-                    unreachable!()
-                };
-                assert_eq!(judged.to_bits(), held.drive_force().to_bits(), "{tick}");
-                peak = peak.max(judged.abs());
-            }
-            let (report, curves) = judge.finish();
-            assert_eq!(report.drive_force_peak_n.to_bits(), peak.to_bits());
-            assert_eq!(curves.time_s.len(), 500);
-            // The ramp is steep, and the gain is large for a force: the limit acts at first.
-            assert!(report.saturated_samples > 0 && report.saturated_samples <= 500);
-        }
+        self.report
     }
 }

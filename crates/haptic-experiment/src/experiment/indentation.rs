@@ -6,6 +6,8 @@
 //!   masses and the damping of the rig, 7 N·s/m together, slow the start down.
 
 mod report;
+#[cfg(test)]
+mod tests;
 
 use super::metadata;
 use super::rendering::{Contact, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN, STRESS};
@@ -33,7 +35,7 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
-pub use report::{Quantity, Report, TheoryCurves};
+pub use report::Report;
 
 /// A one-sided virtual tissue that begins at 0.
 type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
@@ -99,7 +101,7 @@ impl Indentation {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report, TheoryCurves>, Failure> {
+    ) -> Result<Published<Report>, Failure> {
         let ran = self.record(request, supervisor)?;
         let reported = self.report(&ran)?;
         Ok(Published::new(reported, ran.folder))
@@ -164,15 +166,8 @@ impl Indentation {
         }
     }
 
-    /// The verdict on the controller that holds the indenter; `None` without one.
-    ///
-    /// # Errors
-    /// Bad parameters.
-    pub fn drive_verdict(&self) -> Result<Option<DriveVerdict>, Failure> {
-        self.drive_verdict_over(self.check()?)
-    }
-
-    fn drive_verdict_over(&self, samples: u64) -> Result<Option<DriveVerdict>, Failure> {
+    /// The verdict on the controller that holds the indenter over so many samples; `None` without one.
+    pub(super) fn drive_verdict(&self, samples: u64) -> Result<Option<DriveVerdict>, Failure> {
         let rendering = &self.rendering;
         let Some(own) = &rendering.drive else {
             return Ok(None);
@@ -254,7 +249,7 @@ impl Indentation {
             return run.run(&mut controller, supervisor);
         }
         let mut device = self.rig_behind_sensors()?;
-        if let Some(verdict) = self.drive_verdict_over(samples)? {
+        if let Some(verdict) = self.drive_verdict(samples)? {
             verdict.require_stable(rendering.preflight.force_unstable)?;
             note_findings(&mut metadata, "drive.preflight", &verdict);
         }

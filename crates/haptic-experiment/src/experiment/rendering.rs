@@ -108,34 +108,29 @@ impl Named for Precision {
 /// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
 pub struct Rendering {
-    /// The tissue.
-    pub material: ModelledTissue,
-    /// The piece of it.
-    pub specimen: Specimen,
+    pub(crate) material: ModelledTissue,
+    pub(crate) specimen: Specimen,
     /// The operator.
     pub scheme: Scheme,
     /// Number type of the loop.
-    pub precision: Precision,
+    pub(crate) precision: Precision,
     /// T, s.
     pub sample_time_s: f64,
-    /// Between indenter and renderer.
-    pub contact: Contact,
+    pub(crate) contact: Contact,
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
-    pub drive: Option<Drive>,
-    /// Between position and loop.
-    pub sensors: Sensors,
+    pub(crate) drive: Option<Drive>,
+    pub(crate) sensors: Sensors,
     /// Largest force, N.
-    pub force_limit_n: f64,
+    pub(crate) force_limit_n: f64,
     /// Largest rate of force, N/s.
-    pub force_rate_limit_n_per_s: f64,
+    pub(crate) force_rate_limit_n_per_s: f64,
     /// Further settings of the safety chain.
-    pub safety: Safety,
-    /// Pace of time.
-    pub pace: Pace,
+    pub(crate) safety: Safety,
+    pub(crate) pace: Pace,
     /// The serial device; `None` for the simulated rig.
-    pub remote: Option<RemoteDevice>,
+    pub(crate) remote: Option<RemoteDevice>,
     /// Request for the pre-flight.
-    pub preflight: PreflightRequest,
+    pub(crate) preflight: PreflightRequest,
 }
 
 impl Rendering {

@@ -7,7 +7,7 @@
 //! - *The hand* moves its own end, `x_h` = press + Σ sines, and holds the master by a spring and a damper.
 //! - *Devices, hand and environment* are stepped eight times a sample, the ports once.
 //! - *Impedances*: over the window at the end, forces and places of both sides at each frequency of the motion; beside them
-//!   the tissue's own and what the formula says is felt of it, see [`Teleoperation`](haptic_analysis::Teleoperation).
+//!   the tissue's own and what the formula says is felt of it, see [`Teleoperation`].
 //! - *Energy*: what the line has given to both devices, Σ f·Δx; never above 0 with a passive architecture.
 //!
 //! The log has the hand as the reference, the master as the position, the slave as the indenter, the force on the slave's
@@ -17,6 +17,8 @@ mod line;
 mod pair;
 mod report;
 mod side;
+#[cfg(test)]
+mod tests;
 
 use super::metadata;
 use super::reading::piece;
@@ -51,11 +53,10 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_loop::{ParameterError, SafetyChain};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
-pub use pair::{PairSink, PairTick, PlaceName, RemotePlace, SideTick};
-pub use report::{
-    FeltAt, LineCounts, TeleoperationCurves, TeleoperationReport, TeleoperationVerdict,
-};
-pub use side::{FarEnd, FarReport, SideCurves, Terms};
+pub(crate) use pair::PlaceName;
+pub use pair::RemotePlace;
+pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
+pub use side::{FarEnd, FarReport, Terms};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -128,44 +129,18 @@ parameters! {
 
 /// Of `[teleoperation]`.
 pub const TELEOPERATION: &[Parameter] = &joined::<39>(&[
-    &[
-        ARCHITECTURE,
-        HAND_COUPLER_STIFFNESS,
-        HAND_COUPLER_DISSIPATION,
-        HAND_COUPLER_ORDER,
-    ],
-    &[
-        WAVE_IMPEDANCE,
-        PLAYOUT,
-        LINE_DELAY,
-        LINE_JITTER,
-        LINE_LOSS,
-        LINE_DUPLICATION,
-        LINE_SEED,
-    ],
-    &[
-        SILENCE,
-        MASS,
-        DAMPING,
-        SLAVE_MASS,
-        SLAVE_DAMPING,
-        HAND_SPRING,
-        HAND_DAMPER,
-    ],
+    &[ARCHITECTURE, HAND_COUPLER_STIFFNESS],
+    &[HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER],
+    &[WAVE_IMPEDANCE, PLAYOUT, LINE_DELAY, LINE_JITTER],
+    &[LINE_LOSS, LINE_DUPLICATION, LINE_SEED],
+    &[SILENCE, MASS, DAMPING, SLAVE_MASS, SLAVE_DAMPING],
+    &[HAND_SPRING, HAND_DAMPER],
     &[PRESS, AMPLITUDE, LOW, HIGH, FREQUENCIES],
     &[PLACE, TISSUE, LIBRARY, AREA, THICKNESS],
-    &[
-        PLACE_STIFFNESS,
-        PLACE_DISSIPATION,
-        PLACE_ORDER,
-        PLACE_ONE_SIDED,
-    ],
-    &[
-        SCHEME,
-        SAMPLE_TIME,
-        TELEOPERATION_DURATION,
-        TELEOPERATION_WINDOW,
-    ],
+    &[PLACE_STIFFNESS, PLACE_DISSIPATION, PLACE_ORDER],
+    &[PLACE_ONE_SIDED],
+    &[SCHEME, SAMPLE_TIME, TELEOPERATION_DURATION],
+    &[TELEOPERATION_WINDOW],
     &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],
 ]);
 
@@ -192,7 +167,7 @@ impl Named for Architecture {
 
 /// The hand that holds the master.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HandModel {
+pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
     pub stiffness_n_per_m: f64,
     /// `b_h`, N·s/m, at least 0.
@@ -209,7 +184,7 @@ impl HandModel {
 
 /// Motion of the hand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HandMotion {
+pub(crate) struct HandMotion {
     /// Displacement that is reached in 1 s and held, m.
     pub press_m: f64,
     /// Sum of the amplitudes of all sines, m, at least 0; they rise in that time too.
@@ -223,8 +198,7 @@ impl HandMotion {
     pub(crate) const RISE_S: f64 = 1.0;
 
     /// So many frequencies from low to high, evenly in the logarithm, each with whole periods in the window.
-    #[must_use]
-    pub fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
+    pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
         let last = count.saturating_sub(1).max(1) as f64;
         let mut periods: Vec<u64> = (0..count)
             .map(|n| low_hz * (high_hz / low_hz).powf(n as f64 / last))
@@ -235,8 +209,7 @@ impl HandMotion {
     }
 
     /// Place and speed of the hand at a time, m and m/s.
-    #[must_use]
-    pub fn at(&self, time_s: f64) -> (f64, f64) {
+    pub(crate) fn at(&self, time_s: f64) -> (f64, f64) {
         // (1 − cos)/2 up to the rise time.
         let share = (time_s / Self::RISE_S).clamp(0.0, 1.0);
         let risen = 0.5 * (1.0 - (PI * share).cos());
@@ -264,45 +237,41 @@ impl HandMotion {
 #[derive(Clone, Debug)]
 pub struct TeleoperationExperiment {
     /// The device in the hand; its sample time is that of both ports.
-    pub master: MassDamperConfig,
+    pub(super) master: MassDamperConfig,
     /// The remote device, of the same sample time.
-    pub slave: MassDamperConfig,
-    /// The hand.
-    pub hand: HandModel,
-    /// Its motion.
-    pub motion: HandMotion,
-    /// What the slave touches.
-    pub place: RemotePlace,
+    pub(super) slave: MassDamperConfig,
+    pub(super) hand: HandModel,
+    pub(super) motion: HandMotion,
+    pub(super) place: RemotePlace,
     /// How the two are joined.
-    pub architecture: Architecture,
+    pub(super) architecture: Architecture,
     /// The coupler; not of waves.
-    pub coupler: CouplerGains,
+    pub(super) coupler: CouplerGains,
     /// μ of the coupler, 0 to 1.
-    pub order: Order,
+    pub(super) order: Order,
     /// b of the waves, N·s/m.
-    pub wave_impedance_n_s_per_m: f64,
+    pub(super) wave_impedance_n_s_per_m: f64,
     /// Samples over which waves and energy are played out; `None` for two and as many as jitter spreads.
-    pub playout_samples: Option<u32>,
+    pub(super) playout_samples: Option<u32>,
     /// Each way of the line.
-    pub channel: ChannelModel,
-    /// Seed of its chances.
-    pub seed: u64,
+    pub(super) channel: ChannelModel,
+    pub(super) seed: u64,
     /// Silence after which the force falls to zero, s.
-    pub silence_s: f64,
+    pub(super) silence_s: f64,
     /// The operators of coupler and tissue.
-    pub scheme: Scheme,
+    pub(super) scheme: Scheme,
     /// Length, s.
-    pub duration_s: f64,
+    pub(super) duration_s: f64,
     /// Window at the end over which impedances are taken, s.
-    pub window_s: f64,
+    pub(super) window_s: f64,
     /// Largest force on either device, N.
-    pub force_limit_n: f64,
+    pub(super) force_limit_n: f64,
     /// Largest rate of it, N/s; `None` for none.
-    pub force_rate_limit_n_per_s: Option<f64>,
+    pub(super) force_rate_limit_n_per_s: Option<f64>,
     /// A line that gives energy, or a force at its limit, is a failure.
     pub must_be_passive: bool,
     /// Further settings of both safety chains.
-    pub safety: Safety,
+    pub(super) safety: Safety,
     /// Pace of time.
     pub pace: Pace,
     /// Run a remote place that the analysis calls unstable for the slave.
@@ -397,13 +366,6 @@ impl TeleoperationExperiment {
 
     /// The law of a port.
     fn law(&self) -> Result<PortLaw<Operator<f64>>, Failure> {
-        let mu = self.order.get();
-        if !(0.0..=1.0).contains(&mu) {
-            return Err(Failure::bad_input(format_args!(
-                "order {mu} is not in [0, 1]: a coupler of a higher order pushes ahead of the motion",
-                mu = Shown(mu)
-            )));
-        }
         let operator = || {
             let built = (self.scheme).build(self.order, self.sample_time(), self.horizon());
             built.map_err(Failure::input)
@@ -427,7 +389,7 @@ impl TeleoperationExperiment {
     ///
     /// # Errors
     /// A parameter outside its range.
-    pub fn port(&self, side: HandSide) -> Result<Port<Operator<f64>>, Failure> {
+    pub(crate) fn port(&self, side: HandSide) -> Result<Port<Operator<f64>>, Failure> {
         let settings = Settings {
             side,
             sample_time: self.sample_time(),
@@ -447,8 +409,7 @@ impl TeleoperationExperiment {
     }
 
     /// The same for the analysis; `None` for time-domain passivity, which is no linear law.
-    #[must_use]
-    pub fn hands(&self) -> Option<Teleoperation> {
+    pub(crate) fn hands(&self) -> Option<Teleoperation> {
         let mass = |device: &MassDamperConfig| HandMass {
             mass_kg: device.mass.0,
             damping_n_s_per_m: device.damping.0,
@@ -515,20 +476,14 @@ impl TeleoperationExperiment {
 
 /// A parameter that a side or its loop refuses, with the key that sets it.
 fn parameter(error: ParameterError) -> Failure {
-    let ParameterError::Range(range) = &error else {
-        return advice::parameter(error);
-    };
-    let change = |key: Parameter| format!("change {key}");
-    let advice = match range.what {
-        "delay of the line" => change(LINE_DELAY),
-        "jitter" => change(LINE_JITTER),
-        "chance of a lost message" => change(LINE_LOSS),
-        "chance of a repeated message" => change(LINE_DUPLICATION),
-        "silence" => change(SILENCE),
-        "wave impedance" => change(WAVE_IMPEDANCE),
-        "coupler stiffness and dissipation together" => {
-            format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
-        }
+    let advice = match &error {
+        ParameterError::Range(range) => match range.what {
+            "delay of the line" => format!("change {LINE_DELAY}"),
+            "coupler stiffness and dissipation together" => {
+                format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
+            }
+            _ => return advice::parameter(error),
+        },
         _ => return advice::parameter(error),
     };
     Failure::input_with_advice(error, advice)

@@ -46,7 +46,7 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limits, SafetyChain};
-pub use report::{TouchCurves, TouchReport, TouchVerdict};
+pub use report::{TouchReport, TouchVerdict};
 pub use running::PostureVerdict;
 use shape::{Grip, HandPath, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
@@ -113,31 +113,17 @@ pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
 /// Of `[touch]`.
 pub const TOUCH: &[Parameter] = &joined::<36>(&[
-    &[
-        TOUCH_AXES,
-        TOUCH_SHAPE,
-        TOUCH_NORMAL,
-        TOUCH_SURFACE,
-        TOUCH_CENTRE,
-        TOUCH_RADIUS,
-    ],
+    &[TOUCH_AXES, TOUCH_SHAPE, TOUCH_NORMAL, TOUCH_SURFACE],
+    &[TOUCH_CENTRE, TOUCH_RADIUS],
     &[TOUCH_TISSUE, LIBRARY, AREA, THICKNESS],
     &[TOUCH_STIFFNESS, TOUCH_DISSIPATION, TOUCH_ORDER, SCHEME],
     &[TOUCH_MASS, TOUCH_DAMPING],
     LESS_THAN_IDEAL,
     &[TOUCH_HAND, TOUCH_HAND_STIFFNESS, TOUCH_WAY],
-    &[
-        TOUCH_CIRCLE_CENTRE,
-        TOUCH_CIRCLE_RADIUS,
-        TOUCH_CIRCLE_START,
-        TOUCH_CIRCLE_PERIOD,
-    ],
-    &[
-        SAMPLE_TIME,
-        TOUCH_DURATION,
-        FORCE_LIMIT,
-        TRIAL_FORCE_RATE_LIMIT,
-    ],
+    &[TOUCH_CIRCLE_CENTRE, TOUCH_CIRCLE_RADIUS],
+    &[TOUCH_CIRCLE_START, TOUCH_CIRCLE_PERIOD],
+    &[SAMPLE_TIME, TOUCH_DURATION, FORCE_LIMIT],
+    &[TRIAL_FORCE_RATE_LIMIT],
     &[TOUCH_BOX_LOW, TOUCH_BOX_HIGH, TOUCH_MUST_BE_PASSIVE],
 ]);
 
@@ -184,7 +170,6 @@ pub struct TouchExperiment {
     pub must_be_passive: bool,
     /// Further settings of the safety chain.
     safety: Safety,
-    /// Pace of time.
     pub(crate) pace: Pace,
     /// The device at a port, in whose hand the shape is then felt; `None` for the simulated one.
     pub(crate) remote: Option<RemoteDevice>,

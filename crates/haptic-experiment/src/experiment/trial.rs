@@ -27,8 +27,8 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
-pub(crate) use report::{Judged, Seen, Theory, Trial, incomparable, limited, six_digits};
-pub use report::{TrialCurves, TrialReport};
+pub use report::TrialReport;
+pub(crate) use report::{Judged, OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
 pub use setup::TrialSetup;
 pub(crate) use setup::{Parts, setup};
 use std::ops::{ControlFlow, RangeInclusive};
@@ -96,7 +96,6 @@ impl TrialPlan {
     };
 
     /// The same from rest, for a device that cannot be thrown.
-    #[must_use]
     pub(crate) const fn starting_at_rest(self) -> Self {
         Self {
             impact_m_per_s: 0.0,
@@ -108,7 +107,7 @@ impl TrialPlan {
     ///
     /// # Errors
     /// Anything outside its range.
-    pub fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
+    pub(crate) fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
         let t = sample_time.0;
         let samples = crate::run::schedule::samples(self.duration_s, t, &TRIAL_SAMPLES)?;
         if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {

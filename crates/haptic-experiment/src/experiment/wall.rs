@@ -2,8 +2,8 @@
 
 use super::reading::{remote, scheme};
 use super::trial::{
-    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialCurves, TrialReport, TrialSetup,
-    VirtualWall, encoder_step, incomparable, setup, six_digits, times, wall_at_start,
+    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup, VirtualWall,
+    encoder_step, incomparable, setup, six_digits, times, wall_at_start,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -57,28 +57,6 @@ pub const WALL: &[Parameter] = &joined::<17>(&[
 ]);
 
 /// A wall experiment.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-/// use haptic_experiment::{Imperfections, TrialPlan, TrialSetup, WallExperiment, dissertation_device};
-///
-/// let device = dissertation_device(Seconds(2e-3));
-/// let setup = TrialSetup::new(device, Imperfections::NONE.sensors, TrialPlan::DEFAULT);
-/// let wall = WallExperiment {
-///     setup,
-///     order: Order::new(0.5)?,
-///     model: None,
-///     scheme: "full".parse()?,
-///     stiffness_n_per_m: 1000.0,
-///     dissipation_n_s_mu_per_m: 20.0,
-///     one_sided: false,
-/// };
-/// let settling = wall.try_out()?;
-/// assert!(settling.stable);
-/// // 1 N into 1000 N/m, and B·D^0.5 of a wall at rest is small.
-/// assert!(settling.deflection_m.is_some_and(|x| x > 0.5e-3 && x < 1.1e-3));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct WallExperiment {
     /// Device, trial, safety and pace.
@@ -149,7 +127,7 @@ impl WallExperiment {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<WallReport, TrialCurves>, Failure> {
+    ) -> Result<Published<WallReport>, Failure> {
         self.published(request, supervisor)
     }
 
@@ -157,7 +135,7 @@ impl WallExperiment {
     ///
     /// # Errors
     /// Bad parameters.
-    pub fn try_out(&self) -> Result<Settling, Failure> {
+    pub(crate) fn try_out(&self) -> Result<Settling, Failure> {
         self.settled()
     }
 

@@ -7,6 +7,7 @@
 //! Groups that grow with n are equally wide on a logarithmic axis of time, and narrower than a pixel
 //! on both a logarithmic and a linear one.
 
+use super::{Curves, Origin};
 use crate::run::record::{Record, WHOLE_MOST, keeps_all};
 
 /// Groups are this share of the samples before them.
@@ -21,9 +22,9 @@ pub(crate) struct Decimated<const M: usize> {
     group: Vec<Point<M>>,
     group_end: u64,
     /// Time of each point, s.
-    pub(crate) time_s: Vec<f64>,
+    time_s: Vec<f64>,
     /// The curves at these times.
-    pub(crate) curves: [Vec<f64>; M],
+    curves: [Vec<f64>; M],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -75,9 +76,24 @@ impl<const M: usize> Decimated<M> {
         self.group_add(point);
     }
 
-    /// Ends the last group.
-    pub(crate) fn finish(&mut self) {
+    /// The curves under these names; one without a name is left out.
+    pub(crate) fn named(
+        mut self,
+        names: [&'static str; M],
+        origin: Origin,
+        title: String,
+        subtitle: String,
+    ) -> Curves {
         self.close();
+        let columns = names.into_iter().zip(self.curves);
+        Curves {
+            title,
+            subtitle,
+            origin,
+            time_s: self.time_s,
+            columns: columns.filter(|(name, _)| !name.is_empty()).collect(),
+            outline_m: Vec::new(),
+        }
     }
 
     /// The group holds first, last, then lowest and highest of each curve.
@@ -122,7 +138,7 @@ mod tests {
     fn thinned(samples: u64, dense: u64, curve: impl Fn(u64) -> f64) -> Decimated<1> {
         let mut thinned = Decimated::new(dense);
         (0..samples).for_each(|n| thinned.add(1e-3 * n as f64, [curve(n)]));
-        thinned.finish();
+        thinned.close();
         thinned
     }
 

@@ -35,7 +35,7 @@ use std::ops::Deref;
 /// assert_eq!(prostate.order().get(), 0.2154);
 /// // Elements in series are rendered by one operator, of the order of what carries the slow motion.
 /// let muscle = ModelledTissue::new(library.find("fish-muscle")?)?;
-/// assert_eq!((muscle.order().get(), muscle.rest_modulus_pa()), (0.6751, 0.0));
+/// assert_eq!((muscle.order().get(), muscle.spring_and_damper(1.0).0), (0.6751, 0.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -107,8 +107,7 @@ impl ModelledTissue {
     }
 
     /// E, Pa: what is left of the modulus at rest.
-    #[must_use]
-    pub const fn rest_modulus_pa(&self) -> f64 {
+    pub(crate) const fn rest_modulus_pa(&self) -> f64 {
         self.rest_modulus_pa
     }
 
@@ -146,12 +145,6 @@ impl ModelledTissue {
         }
     }
 
-    /// Strain under a step of stress σ₀ at t = 0; zero for t ≤ 0.
-    #[must_use]
-    pub fn creep_strain(&self, stress_pa: f64, time_s: f64) -> f64 {
-        creep(&self.material.model, stress_pa, &[time_s])[0]
-    }
-
     /// [`relaxation_stress`](Self::relaxation_stress) of ticks that come one after the other, at times n·T.
     pub(crate) fn relaxation(
         &self,
@@ -167,7 +160,7 @@ impl ModelledTissue {
         }
     }
 
-    /// [`creep_strain`](Self::creep_strain) likewise.
+    /// Strain under a step of stress σ₀ at t = 0, likewise; zero for t ≤ 0.
     pub(crate) fn creep(
         &self,
         stress_pa: f64,
@@ -533,6 +526,10 @@ mod tests {
     use haptic_tissue::{ModelKind, Source};
     use std::path::Path;
 
+    fn creep_strain(tissue: &ModelledTissue, stress_pa: f64, time_s: f64) -> f64 {
+        creep(&tissue.material.model, stress_pa, &[time_s])[0]
+    }
+
     fn tissue(series: &[f64]) -> ModelledTissue {
         let model = Model::from_parameters(ModelKind::Prony, series).expect("valid");
         let material = Material::new("gel", "a gel", model, Source::default());
@@ -576,7 +573,7 @@ mod tests {
                 .map(|c| c.parse().expect("number"))
                 .collect();
             let (alpha, z, value) = (cells[0], cells[1], cells[2]);
-            let have = pot(1.0, 1.0 / z, alpha).creep_strain(1.0, 1.0);
+            let have = creep_strain(&pot(1.0, 1.0 / z, alpha), 1.0, 1.0);
             assert!(
                 (have - (1.0 - value)).abs() < 1e-12,
                 "α {alpha} z {z}: {have}"
@@ -589,7 +586,10 @@ mod tests {
         let with = pot(1e-4, 8650.0, 0.2247);
         let without = pot(0.0, 8650.0, 0.2247);
         for t in [0.01, 1.0, 200.0] {
-            let (a, b) = (with.creep_strain(100.0, t), without.creep_strain(100.0, t));
+            let (a, b) = (
+                creep_strain(&with, 100.0, t),
+                creep_strain(&without, 100.0, t),
+            );
             assert!(relative_error(a, b) < 1e-6, "t {t}: {a} {b}");
         }
     }

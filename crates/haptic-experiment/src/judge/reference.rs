@@ -25,7 +25,6 @@ pub(crate) enum Reference {
 
 impl Reference {
     /// Those of the scheme itself where it has the full history, else Grünwald's.
-    #[must_use]
     pub(crate) fn of(scheme: Scheme) -> Self {
         match scheme {
             Scheme::Full { kernel, .. } => Self::Kernel(kernel),
@@ -71,6 +70,16 @@ enum Source<'a> {
     },
 }
 
+impl<'a> Source<'a> {
+    fn streamed(step: Step<'a>) -> Self {
+        Self::Streamed {
+            next_tick: 0,
+            last_m: f64::NAN,
+            step,
+        }
+    }
+}
+
 /// The next value of every tick, given its number and the position.
 pub(crate) type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
 
@@ -83,11 +92,21 @@ impl<'a> ReferenceSeries<'a> {
     ) -> Result<Self, Failure> {
         Ok(Self(match samples {
             Samples::Whole(samples) => Source::Whole(of_every_tick(samples, whole)?.into_iter()),
-            Samples::Logged(..) => Source::Streamed {
-                next_tick: 0,
-                last_m: f64::NAN,
-                step: step()?,
-            },
+            Samples::Logged(..) => Source::streamed(step()?),
+        }))
+    }
+
+    /// By the same step whether the run is in memory or not.
+    pub(crate) fn stepped(
+        samples: Samples<'_>,
+        mut step: impl FnMut(f64) -> f64 + 'a,
+    ) -> Result<Self, Failure> {
+        Ok(Self(match samples {
+            Samples::Whole(samples) => {
+                let all = |x: &[f64]| Ok(x.iter().map(|x| step(*x)).collect());
+                Source::Whole(of_every_tick(samples, all)?.into_iter())
+            }
+            Samples::Logged(..) => Source::streamed(Box::new(move |_, x| step(x))),
         }))
     }
 

@@ -11,7 +11,8 @@ use crate::run::realtime::RealtimeSummary;
 use crate::run::record::Record;
 use crate::run::remote::LinkSummary;
 use crate::run::tick::KeptSample;
-use serde::Serialize;
+use serde::ser::SerializeMap as _;
+use serde::{Serialize, Serializer};
 
 /// Percentiles of the time that a tick took, ns, the simulated rig included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -80,12 +81,9 @@ pub struct RunReport {
 }
 
 /// Files of a run beside its log, unless it was cut short.
-#[derive(Clone, Debug, Default)]
-pub struct Files {
+pub(crate) struct Files {
     /// The table.
     pub csv: Option<String>,
-    /// The picture.
-    pub figure: Option<String>,
     /// Why there is no table.
     pub unwritten: Option<String>,
 }
@@ -102,59 +100,36 @@ impl Files {
         if csv.is_none() {
             ran.folder.remove_stale_results();
         }
-        Self {
-            csv,
-            unwritten,
-            ..Self::default()
-        }
+        Self { csv, unwritten }
     }
 }
 
-/// Two relative errors, dimensionless, and the samples that each is the largest of. An error without meaning
-/// is null, its times too, and its reason says why.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+/// Two relative errors, dimensionless, and the samples that each is the largest of. In JSON each is a number and, with ends to its
+/// name, `_from_s`, `_to_s`, `_samples` and `_reason`; an error without meaning is null, its times too, and its reason says why.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Errors {
-    /// Commanded force against the full history of the position really recorded: the memory and the precision of
-    /// the operator. In a relaxation or creep test of each sample from 10 ms on; of a wall as a share of the
-    /// largest force.
-    pub max_relative_error: Option<f64>,
-    /// First sample of it, s.
-    pub max_relative_error_from_s: Option<f64>,
-    /// Last sample of it, s.
-    pub max_relative_error_to_s: Option<f64>,
-    /// Number of samples of it.
-    pub max_relative_error_samples: u64,
-    /// Why it is null.
-    pub max_relative_error_reason: Option<String>,
-    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a creep test, from
-    /// 1 s on; mean deflection of a wall over the window at the end.
-    pub closed_form_error: Option<f64>,
-    /// First sample of it, s.
-    pub closed_form_error_from_s: Option<f64>,
-    /// Last sample of it, s.
-    pub closed_form_error_to_s: Option<f64>,
-    /// Number of samples of it.
-    pub closed_form_error_samples: u64,
-    /// Why it is null.
-    pub closed_form_error_reason: Option<String>,
+    /// `max_relative_error`: commanded force against the full history of the position really recorded: the memory and the precision
+    /// of the operator. In a relaxation or creep test of each sample from 10 ms on; of a wall as a share of the largest force.
+    pub full_history: Compared,
+    /// `closed_form_error`: force in a relaxation, from 0.1 s after the ramp on; strain in a creep test, from 1 s on; mean
+    /// deflection of a wall over the window at the end.
+    pub closed_form: Compared,
 }
 
-impl Errors {
-    /// Of the comparison with the full history and of that with the closed form.
-    #[must_use]
-    pub fn new(full_history: Compared, closed_form: Compared) -> Self {
-        Self {
-            max_relative_error: full_history.largest,
-            max_relative_error_from_s: full_history.from_s,
-            max_relative_error_to_s: full_history.to_s,
-            max_relative_error_samples: full_history.samples,
-            max_relative_error_reason: full_history.reason,
-            closed_form_error: closed_form.largest,
-            closed_form_error_from_s: closed_form.from_s,
-            closed_form_error_to_s: closed_form.to_s,
-            closed_form_error_samples: closed_form.samples,
-            closed_form_error_reason: closed_form.reason,
+impl Serialize for Errors {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for (name, compared) in [
+            ("max_relative_error", &self.full_history),
+            ("closed_form_error", &self.closed_form),
+        ] {
+            map.serialize_entry(name, &compared.largest)?;
+            map.serialize_entry(&format!("{name}_from_s"), &compared.from_s)?;
+            map.serialize_entry(&format!("{name}_to_s"), &compared.to_s)?;
+            map.serialize_entry(&format!("{name}_samples"), &compared.samples)?;
+            map.serialize_entry(&format!("{name}_reason"), &compared.reason)?;
         }
+        map.end()
     }
 }
 
@@ -169,8 +144,7 @@ pub trait Summary: Serialize {
 
 impl RunReport {
     /// Of a run on this device; what happened to it is added to the warnings.
-    #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         ran: &Ran,
         device: String,
         sample_time_s: f64,
@@ -192,7 +166,7 @@ impl RunReport {
             logs: (ran.log.paths.iter())
                 .map(|path| path.display().to_string())
                 .collect(),
-            figure: files.figure,
+            figure: None,
             csv: files.csv,
             unwritten: files.unwritten,
             sample_time_s,
@@ -218,8 +192,7 @@ impl RunReport {
 
 impl TickTimes {
     /// Of a record.
-    #[must_use]
-    pub fn of(record: &Record) -> Option<Self> {
+    pub(crate) fn of(record: &Record) -> Option<Self> {
         (!record.tick_ns.is_empty()).then(|| Self {
             p50: record.tick_ns.value_at_quantile(0.5),
             p99: record.tick_ns.value_at_quantile(0.99),

@@ -175,7 +175,6 @@ pub struct Settling {
 
 impl Settling {
     /// The same, found to rest on friction.
-    #[must_use]
     pub(crate) fn by_friction(self) -> Self {
         Self {
             stable: false,
@@ -187,8 +186,6 @@ impl Settling {
     /// Why it is not stable, in words; `None` if it is.
     #[must_use]
     pub fn reason(&self) -> Option<String> {
-        let of = |have: Option<f64>, most: Option<f64>| Some((have?, most?));
-        let over = |pair: Option<(f64, f64)>| pair.filter(|(have, most)| have > most);
         let share = self.saturated_share.unwrap_or(0.0);
         match self.verdict {
             TrialVerdict::Stable => None,
@@ -203,20 +200,23 @@ impl Settling {
             TrialVerdict::Gone => Some(format!("the device was more than {GONE_M} m away")),
             TrialVerdict::Unfinished => Some("the trial did not reach its end".to_owned()),
             TrialVerdict::Unstable => {
-                let position =
-                    over(of(self.position_std_m, self.position_std_limit_m)).map(|(have, most)| {
-                        format!("the position varies by {have:.3e} m, more than {most:.3e} m")
-                    });
-                let force =
-                    over(of(self.force_std_n, self.force_std_limit_n)).map(|(have, most)| {
-                        format!("the force varies by {have:.3e} N, more than {most:.3e} N")
-                    });
-                let swing =
-                    over(of(self.force_range_n, self.force_range_limit_n)).map(|(have, most)| {
-                        format!("the force swings over {have:.3e} N, more than {most:.3e} N")
-                    });
-                let all: Vec<String> = position.into_iter().chain(force).chain(swing).collect();
-                Some(format!("at the end {}", all.join(", and ")))
+                let (position, force, range) = (
+                    (self.position_std_m, self.position_std_limit_m),
+                    (self.force_std_n, self.force_std_limit_n),
+                    (self.force_range_n, self.force_range_limit_n),
+                );
+                let all = [
+                    ("the position varies by", position, "m"),
+                    ("the force varies by", force, "N"),
+                    ("the force swings over", range, "N"),
+                ];
+                let over = all.into_iter().filter_map(|(what, (have, most), unit)| {
+                    let (have, most) = (have?, most?);
+                    (have > most)
+                        .then(|| format!("{what} {have:.3e} {unit}, more than {most:.3e} {unit}"))
+                });
+                let over: Vec<String> = over.collect();
+                Some(format!("at the end {}", over.join(", and ")))
             }
         }
     }

@@ -56,11 +56,11 @@ fn remedy(limiter: Limiters, on_device: bool) -> String {
 
 /// Sentences for the user.
 #[derive(Debug, Default)]
-pub struct Warnings(pub Vec<String>);
+pub(crate) struct Warnings(pub Vec<String>);
 
 impl Warnings {
     /// The operator remembers less than the experiment lasts, or is off for another reason.
-    pub fn operator(
+    pub(crate) fn operator(
         &mut self,
         memory_s: Option<f64>,
         duration_s: f64,
@@ -88,7 +88,7 @@ impl Warnings {
     }
 
     /// The safety chain acted, so the force is not the tissue's.
-    pub fn limited(&mut self, record: &Record) {
+    pub(crate) fn limited(&mut self, record: &Record) {
         self.limited_in(record.limited, record.limiters, record.link.is_some());
     }
 

@@ -160,7 +160,7 @@ fn a_touch_through_the_centre_is_compared_with_the_law_that_was_run() {
             .iter()
             .filter(|tick| (y(tick) - 0.01).abs() < 0.01 / 1024.0);
         assert!(core.count() > 0, "the centre was passed");
-        let error = report.errors.max_relative_error;
+        let error = report.errors.full_history.largest;
         assert!(
             error.is_some_and(|error| error < 1e-3),
             "{:?}",
@@ -181,7 +181,7 @@ fn a_finger_round_a_disc_is_held_against_the_full_history() {
     assert_eq!(report.run.samples, 5001);
     assert_eq!(report.run.limited_samples, 0);
     // The tolerance of the full memory is 1e-6 of its output.
-    let error = report.errors.max_relative_error.expect("compared");
+    let error = report.errors.full_history.largest.expect("compared");
     assert!(error < 2e-6, "{error:e}");
     let given = report.given_j.zip(report.given_most_j);
     assert!(given.is_some_and(|(all, most)| all < 0.0 && most < 1e-12));

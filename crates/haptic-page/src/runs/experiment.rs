@@ -3,11 +3,11 @@
 use super::channels::Channels;
 use super::form::{document, place, simulated};
 use super::going::{Drawn, Finished, Work};
-use haptic_experiment::experiment::teleoperation::TeleoperationCurves;
-use haptic_experiment::experiment::{TheoryCurves, TrialCurves};
-use haptic_experiment::judge::Published;
+use haptic_experiment::judge::{Curves, Published};
 use haptic_experiment::run::FolderRequest;
-use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
+use haptic_experiment::{
+    ExperimentFile, Failure, Pace, RealtimeOptions, Report, Summary, Supervisor, TrialReport,
+};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -65,34 +65,40 @@ fn run(
     Ok(match experiment {
         ExperimentFile::Relax(relaxation) => {
             let published = relaxation.run(request, supervisor)?;
-            let verdict = error_words(published.report.errors.closed_form_error);
+            let verdict = error_words(published.report.errors.closed_form.largest);
             result(&published, verdict, theory)
         }
         ExperimentFile::Creep(creep) => {
             let published = creep.run(request, supervisor)?;
-            let verdict = error_words(published.report.errors.closed_form_error);
+            let verdict = error_words(published.report.errors.closed_form.largest);
             result(&published, verdict, theory)
         }
         ExperimentFile::Wall(wall) => {
             let published = wall.run(request, supervisor)?;
             let verdict = words(published.report.trial.settling.verdict.words());
-            result(&published, verdict, of_trial)
+            result(&published, verdict, |report, curves| {
+                of_trial(&report.trial, curves)
+            })
         }
         ExperimentFile::Coupler(coupler) => {
             let published = coupler.run(request, supervisor)?;
             let verdict = words(published.report.trial.settling.verdict.words());
-            result(&published, verdict, of_trial)
+            result(&published, verdict, |report, curves| {
+                of_trial(&report.trial, curves)
+            })
         }
         ExperimentFile::Teleoperation(far) => {
             let published = far.run(request, supervisor)?;
             let verdict = words(published.report.verdict.words());
-            result(&published, verdict, of_teleoperation)
+            result(&published, verdict, |_, curves| {
+                named(curves, &curves.subtitle)
+            })
         }
         ExperimentFile::Touch(touch) => {
             let published = touch.run(request, supervisor)?;
             let verdict = words(published.report.verdict.words());
             // The log has all of it, in every axis.
-            result(&published, verdict, |_: &_| Value::Null)
+            result(&published, verdict, |_: &_, _: &_| Value::Null)
         }
     })
 }
@@ -112,53 +118,44 @@ fn error_words(error: Option<f64>) -> Option<String> {
     error.map(|error| format!("{:.2} % from the closed form", 1e2 * error))
 }
 
-fn result<R: Summary, C>(
-    published: &Published<R, C>,
+fn result<R: Summary>(
+    published: &Published<R>,
     verdict: Option<String>,
-    curves: impl Fn(&C) -> Value,
+    curves: impl Fn(&R, &Curves) -> Value,
 ) -> Finished {
+    let drawn = published.curves.as_ref();
     Finished {
         report: json!(published.report),
-        curves: published.curves.as_ref().map_or(Value::Null, curves),
+        curves: drawn.map_or(Value::Null, |drawn| curves(&published.report, drawn)),
         verdict,
         ended_early: published.report.run().ended_early.clone(),
     }
 }
 
-fn theory(curves: &TheoryCurves) -> Value {
-    json!({
-        "title": curves.title,
-        "quantity": curves.quantity.word(),
-        "label": curves.quantity.label(),
-        "time_s": curves.time_s,
-        "values": curves.values,
-        "closed_form": curves.closed_form,
-        "relative_error": curves.relative_error,
-    })
-}
-
-fn of_trial(curves: &TrialCurves) -> Value {
-    let mut curves_of_it = json!({
-        "title": curves.subtitle,
-        "time_s": curves.time_s,
-        "position_m": curves.position_m,
-        "force_n": curves.force_n,
-        "expected_deflection_m": curves.expected_deflection_m,
-    });
-    if let Some(object_m) = &curves.object_position_m {
-        curves_of_it["object_position_m"] = json!(object_m);
+/// Curves by their names, under this title.
+fn named(curves: &Curves, title: &str) -> Value {
+    let mut named = json!({ "title": title, "time_s": curves.time_s });
+    for (name, values) in &curves.columns {
+        named[name] = json!(values);
     }
-    curves_of_it
+    named
 }
 
-fn of_teleoperation(curves: &TeleoperationCurves) -> Value {
-    json!({
-        "title": curves.subtitle,
-        "time_s": curves.time_s,
-        "position_m": curves.master_m,
-        "far_position_m": curves.slave_m,
-        "force_n": curves.master_n,
-    })
+fn theory(report: &Report, curves: &Curves) -> Value {
+    let (quantity, label) = match report.final_strain {
+        Some(_) => ("strain", "strain"),
+        None => ("force", "force / N"),
+    };
+    let mut named = named(curves, &curves.title);
+    named["quantity"] = quantity.into();
+    named["label"] = label.into();
+    named
+}
+
+fn of_trial(report: &TrialReport, curves: &Curves) -> Value {
+    let mut named = named(curves, &curves.subtitle);
+    named["expected_deflection_m"] = json!(report.settling.expected_deflection_m);
+    named
 }
 
 #[cfg(test)]

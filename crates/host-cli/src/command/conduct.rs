@@ -8,10 +8,12 @@ use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::experiment::TouchVerdict;
 use haptic_experiment::experiment::teleoperation::TeleoperationVerdict;
-use haptic_experiment::judge::{Published, RunReport};
+use haptic_experiment::judge::{Curves, Published, RunReport};
 use haptic_experiment::parameters::{Range, range};
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
-use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
+use haptic_experiment::{
+    CouplerReport, ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor, WallReport,
+};
 use haptic_figure::{FigureError, Picture};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::ROLL_LEAST;
@@ -85,7 +87,8 @@ impl RunArguments {
                 conducted.by(of_theory, |to, by| own.run(to, by)).map(drop)
             }
             ExperimentFile::Wall(own) => {
-                let report = conducted.by(of_trial, |to, by| own.run(to, by))?;
+                let draw = |report: &WallReport, curves: &_| of_trial(&report.trial, curves);
+                let report = conducted.by(draw, |to, by| own.run(to, by))?;
                 if !own.setup.must_be_stable || report.trial.stable_by_both() {
                     return Ok(());
                 }
@@ -94,7 +97,8 @@ impl RunArguments {
                 Err(broken("must_be_stable", &what, "design a weaker one"))
             }
             ExperimentFile::Coupler(own) => {
-                let report = conducted.by(of_trial, |to, by| own.run(to, by))?;
+                let draw = |report: &CouplerReport, curves: &_| of_trial(&report.trial, curves);
+                let report = conducted.by(draw, |to, by| own.run(to, by))?;
                 if !own.setup.must_be_stable || report.stable_by_all() {
                     return Ok(());
                 }
@@ -176,10 +180,10 @@ struct Conducted<'a> {
 
 impl Conducted<'_> {
     /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
-    fn by<R: Summary, C>(
+    fn by<R: Summary>(
         &self,
-        draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
-        run: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Published<R, C>, Failure>,
+        draw: impl FnOnce(&R, &Curves) -> Result<Picture, FigureError>,
+        run: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Published<R>, Failure>,
     ) -> Result<R, Failure> {
         let stop = stop_on_interrupt()?;
         let bar = progress_bar(self.samples, self.output);
@@ -203,7 +207,7 @@ impl Conducted<'_> {
             curves,
             folder,
         } = result?;
-        let (picture, unsaved) = drawn(curves, &folder, draw);
+        let (picture, unsaved) = drawn(curves, &folder, |curves| draw(&report, curves));
         report.run_mut().figure = picture;
         for warning in &report.run().warnings {
             warn(warning);
@@ -216,10 +220,10 @@ impl Conducted<'_> {
 }
 
 /// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.
-pub(crate) fn drawn<C>(
-    curves: Option<C>,
+pub(crate) fn drawn(
+    curves: Option<Curves>,
     folder: &OutputFolder,
-    draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
+    draw: impl FnOnce(&Curves) -> Result<Picture, FigureError>,
 ) -> (Option<String>, Option<Failure>) {
     let picture = curves.map(|curves| save_picture(folder, draw(&curves)));
     match picture.transpose() {

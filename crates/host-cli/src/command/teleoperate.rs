@@ -8,7 +8,7 @@ use crate::parse::within;
 use crate::picture::of_side;
 use clap::Args;
 use haptic_experiment::document::Document;
-use haptic_experiment::experiment::teleoperation::{End, FarEnd, FarReport, SideCurves, Terms};
+use haptic_experiment::experiment::teleoperation::{End, FarEnd, FarReport, Terms};
 use haptic_experiment::judge::Published;
 use haptic_experiment::parameters::{SAMPLE_TIME, range};
 use haptic_experiment::{ExperimentFile, Failure, Supervisor, TeleoperationExperiment};
@@ -140,13 +140,13 @@ fn experiment(document: &Document) -> Result<TeleoperationExperiment, Failure> {
 }
 
 /// Draws and prints, and then tells what could not be written.
-fn shown(run: Published<FarReport, SideCurves>, output: Output) -> Result<FarReport, Failure> {
+fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure> {
     let Published {
         mut report,
         curves,
         folder,
     } = run;
-    let (picture, unsaved) = drawn(curves, &folder, of_side);
+    let (picture, unsaved) = drawn(curves, &folder, |curves| of_side(&report, curves));
     report.figure = picture;
     output.summary(&report)?;
     let unwritten = report.unwritten.as_ref();

@@ -28,7 +28,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LoopVerdict {
     /// No pole on or outside the unit circle, proved.
     pub stable: bool,
@@ -67,12 +67,8 @@ impl LoopVerdict {
                 .filter(|up| up.value < WITHIN && stable_at(up.value * (1.0 + BEYOND)))
                 .map(|up| up.value);
             return Self {
-                stable: false,
-                phase_margin_rad: None,
-                crossover_rad_s: None,
-                gain_margin: None,
-                delay_margin_s: None,
                 stable_beyond_gain: down.or(up),
+                ..Self::default()
             };
         }
         let first = closed.remembered(delay_s);
@@ -113,8 +109,7 @@ pub struct DriveVerdict {
 
 impl DriveVerdict {
     /// True if both loops are stable.
-    #[must_use]
-    pub fn stable(&self) -> bool {
+    pub(crate) fn stable(&self) -> bool {
         self.in_contact.stable && self.free.is_none_or(|free| free.stable)
     }
 
@@ -257,7 +252,6 @@ struct LatePort {
     /// x[n+1] = Φx[n] + Γ((1−h)T)·u[n] + Φ((1−h)T)Γ(hT)·u[n−1] + Γ_f f[n]
     /// ```
     port: TwoPort,
-    /// Whole samples beside that.
     samples: usize,
 }
 

@@ -2,14 +2,13 @@
 
 use super::{Indentation, Load};
 use crate::document::failure::Failure;
-use crate::experiment::drive::{DriveCurves, DriveJudge, DriveReport, drive_columns};
+use crate::experiment::drive::{DriveJudge, DriveReport, drive_columns};
 use crate::experiment::rendering::{Contact, Precision, Rendering};
-use crate::judge::Origin;
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
 use crate::judge::report::{Errors, Files, RunReport, Summary};
 use crate::judge::warnings::Warnings;
-use crate::judge::{LargestError, percent, relative_error};
+use crate::judge::{Curves, LargestError, Origin, percent, relative_error};
 use crate::run::Ran;
 use crate::run::folder::Table;
 use crate::run::samples::Samples;
@@ -75,67 +74,6 @@ impl Summary for Report {
     }
 }
 
-/// The quantity that is held against its closed form.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Force, N.
-    Force,
-    /// Strain, dimensionless.
-    Strain,
-}
-
-impl Quantity {
-    /// The word for it.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::Strain => "strain",
-        }
-    }
-
-    /// Its axis label, with the unit.
-    #[must_use]
-    pub const fn label(self) -> &'static str {
-        match self {
-            Self::Force => "force / N",
-            Self::Strain => "strain",
-        }
-    }
-}
-
-/// A run beside its closed form. The slices belong together point by point; long runs are thinned without losing a
-/// peak.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TheoryCurves {
-    /// One line: which experiment, of what, simulated or rendered.
-    pub title: String,
-    /// Name of the tissue.
-    pub tissue: String,
-    /// Its order α.
-    pub order: f64,
-    /// Name of the device.
-    pub device: String,
-    /// The operator.
-    pub scheme: String,
-    /// Motion or load of the tissue, in words.
-    pub remark: String,
-    /// Kind of the quantity.
-    pub quantity: Quantity,
-    /// Its origin.
-    pub origin: Origin,
-    /// Time since contact or since the load, s.
-    pub time_s: Vec<f64>,
-    /// The quantity, N or 1.
-    pub values: Vec<f64>,
-    /// The quantity in closed form.
-    pub closed_form: Vec<f64>,
-    /// Its relative error; NaN where it has no meaning.
-    pub relative_error: Vec<f64>,
-    /// Of the controller that held the indenter.
-    pub drive: Option<DriveCurves>,
-}
-
 /// A sample beside what theory says of it.
 #[derive(Clone, Copy, Debug)]
 struct TheorySample {
@@ -158,19 +96,15 @@ type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
 impl Indentation {
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
-    pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<TheoryCurves>), Failure> {
+    pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let (rendering, record, own) = (&self.rendering, &ran.record, self.drive()?);
-        let (quantity, from_s, unit, without_rig) = match self.load {
+        let is_strain = matches!(self.load, Load::Stress { .. });
+        let (from_s, unit, without_rig) = match self.load {
             Load::Strain { ramp_time_s, .. } => {
                 let from_s = ramp_time_s + AFTER_RAMP_S;
-                (Quantity::Force, from_s, " N", "the force with an ideal rig")
+                (from_s, " N", "the force with an ideal rig")
             }
-            Load::Stress { .. } => (
-                Quantity::Strain,
-                CREEP_FROM_S,
-                "",
-                "the strain without a rig",
-            ),
+            Load::Stress { .. } => (CREEP_FROM_S, "", "the strain without a rig"),
         };
         let mut theory = match self.load {
             Load::Strain { .. } => self.relaxed(ran)?,
@@ -183,13 +117,12 @@ impl Indentation {
             LargestError::new(from_s, without_rig, unit),
         ];
         let mut curves = Decimated::of(record);
-        let verdict = self.drive_verdict_over(record.samples)?;
-        let drive = (rendering.drive.as_ref().zip(verdict)).map(|(drive, verdict)| {
-            DriveJudge::new(drive, own, rendering.sample_time_s, verdict, record)
-        });
+        let verdict = self.drive_verdict(record.samples)?;
+        let drive = (rendering.drive.as_ref().zip(verdict))
+            .map(|(drive, verdict)| DriveJudge::new(drive, own, rendering.sample_time_s, verdict));
         let mut drive = drive.transpose()?;
         let whole = record.ended.is_none();
-        let mut csv = whole.then(|| table(ran, quantity, drive.is_some().then_some(own)));
+        let mut csv = whole.then(|| table(ran, is_strain, drive.is_some().then_some(own)));
         let mut last = None;
         Samples::of(record, &ran.log.paths).for_each(|sample| {
             let judged = theory(sample);
@@ -212,24 +145,31 @@ impl Indentation {
                 return Ok(());
             };
             let error = relative_error(value, closed_form);
-            curves.add(sample.time_s, [value, closed_form, error]);
-            let mut row = row(quantity, sample, &judged, error);
-            row.extend(driven.iter().flatten().copied().map(Some));
+            let (tracking_error, [_, force_n]) = driven.unwrap_or_default();
+            let values = [value, closed_form, error, tracking_error, force_n];
+            curves.add(sample.time_s, values);
+            let mut row = row(is_strain, sample, &judged, error);
+            row.extend(
+                driven
+                    .iter()
+                    .flat_map(|(_, columns)| columns)
+                    .copied()
+                    .map(Some),
+            );
             csv.row(row);
             Ok(())
         })?;
-        curves.finish();
         let files = Files::of_run(ran, csv);
         let final_over_theory = (last.map(|last| last.value / last.closed_form))
             .filter(|ratio: &f64| ratio.is_finite());
-        let (drive, drive_curves) = drive.map(DriveJudge::finish).unzip();
+        let drive = drive.map(DriveJudge::finish);
         let mut warnings = Warnings::default();
         let memory_s = rendering.memory_s();
         warnings.operator(
             memory_s,
             record.duration_s(),
             final_over_theory,
-            quantity.word(),
+            if is_strain { "strain" } else { "force" },
         );
         warnings.limited(record);
         warnings
@@ -247,35 +187,32 @@ impl Indentation {
                 files,
                 warnings,
             ),
-            errors: Errors::new(full_history, closed_form),
+            errors: Errors {
+                full_history,
+                closed_form,
+            },
             discretisation_error: discretisation.largest,
             rig_error: rig.largest,
             reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             memory_s,
             final_over_theory,
-            final_strain: last
-                .filter(|_| quantity == Quantity::Strain)
-                .map(|last| last.value),
+            final_strain: last.filter(|_| is_strain).map(|last| last.value),
             precision: rendering.precision_run(),
             contact: rendering.contact,
             drive,
         };
-        let curves = whole.then(|| self.drawn(&report, quantity, Origin::of(record), curves));
-        let curves = curves.map(|curves| TheoryCurves {
-            drive: drive_curves,
-            ..curves
-        });
-        Ok((report, curves))
-    }
-
-    fn drawn(
-        &self,
-        report: &Report,
-        quantity: Quantity,
-        origin: Origin,
-        curves: Decimated<3>,
-    ) -> TheoryCurves {
-        let [values, closed_form, relative_error] = curves.curves;
+        let held = report
+            .drive
+            .as_ref()
+            .map(|_| ["tracking_error", "drive_force_n"]);
+        let [tracking_error, force_n] = held.unwrap_or_default();
+        let names = [
+            "values",
+            "closed_form",
+            "relative_error",
+            tracking_error,
+            force_n,
+        ];
         let (what, remark) = match self.load {
             Load::Strain {
                 strain,
@@ -287,22 +224,10 @@ impl Indentation {
             }
             Load::Stress { stress_pa } => ("Creep", format!("{stress_pa} Pa from t = 0")),
         };
-        let tissue = &self.rendering.material.description;
-        TheoryCurves {
-            title: format!("{what} of {tissue}, {}", origin.word()),
-            tissue: report.tissue.clone(),
-            order: report.order,
-            device: report.run.device.clone(),
-            scheme: report.scheme.clone(),
-            remark,
-            quantity,
-            origin,
-            time_s: curves.time_s,
-            values,
-            closed_form,
-            relative_error,
-            drive: None,
-        }
+        let (tissue, origin) = (&rendering.material.description, Origin::of(record));
+        let title = format!("{what} of {tissue}, {}", origin.word());
+        let curves = whole.then(|| curves.named(names, origin, title, remark));
+        Ok((report, curves))
     }
 
     /// Closed form of the force of a relaxation, N; zero for creep, which has one of the strain.
@@ -483,7 +408,7 @@ fn pushes(depth: f64, force: f64) -> f64 {
 }
 
 /// Begins the CSV, under names that say where the force comes from.
-fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Table {
+fn table(ran: &Ran, is_strain: bool, drive: Option<RigDrive>) -> Table {
     let word = Origin::of(&ran.record).word();
     let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
     let drive = drive.map(drive_columns);
@@ -494,9 +419,9 @@ fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Table {
         &own_force,
         "full_history_force_n",
     ];
-    match quantity {
-        Quantity::Strain => names.extend([&own_strain, "closed_form_strain"]),
-        Quantity::Force => names.push("closed_form_force_n"),
+    match is_strain {
+        true => names.extend([&own_strain, "closed_form_strain"]),
+        false => names.push("closed_form_force_n"),
     }
     names.push("closed_form_error");
     names.extend(drive.iter().flatten());
@@ -505,7 +430,7 @@ fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Table {
 
 /// A row of it. A sample without a relative error has an empty cell.
 fn row(
-    quantity: Quantity,
+    is_strain: bool,
     sample: &KeptSample,
     judged: &TheorySample,
     error: f64,
@@ -518,7 +443,7 @@ fn row(
         Some(judged.full_history_force_n),
     ];
     // The force of a relaxation stands there already.
-    if quantity == Quantity::Strain {
+    if is_strain {
         row.push(Some(judged.value));
     }
     row.push(Some(judged.closed_form));

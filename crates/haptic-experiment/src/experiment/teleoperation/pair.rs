@@ -14,11 +14,10 @@ use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
 use haptic_teleoperation::{Channel, Port};
 use nalgebra::Vector1;
-use std::ops::ControlFlow;
 
 /// Kinds of remote places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PlaceName {
+pub(crate) enum PlaceName {
     /// A tissue of the library.
     Tissue,
     /// K + B·D^μ.
@@ -183,7 +182,7 @@ impl Body {
 
 /// One side in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SideTick {
+pub(crate) struct SideTick {
     /// Place of the device, m.
     pub position_m: f64,
     /// Force that its port wanted, N.
@@ -198,7 +197,7 @@ pub struct SideTick {
 
 /// A tick of both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairTick {
+pub(crate) struct PairTick {
     /// Its number.
     pub tick: u64,
     /// Its time, s.
@@ -212,9 +211,6 @@ pub struct PairTick {
     /// Energy that the damping of both devices has taken at least, J, up to this tick: it has to pay for the hold.
     pub damped_j: f64,
 }
-
-/// Receiver of each tick; it may end the simulation.
-pub type PairSink<'a> = &'a mut dyn FnMut(&PairTick) -> ControlFlow<()>;
 
 /// A port and its device.
 struct Side {
@@ -270,20 +266,6 @@ impl TeleoperationExperiment {
             sample_time: t.0,
             tick: 0,
         })
-    }
-
-    /// Runs it in virtual time without log or files; `true` if it reached its end with both sides at work.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub fn simulate(&self, sink: PairSink<'_>) -> Result<bool, Failure> {
-        let mut pair = self.pair()?;
-        for _ in 0..self.samples() {
-            if sink(&pair.tick()).is_break() || pair.ended().is_some() {
-                return Ok(false);
-            }
-        }
-        Ok(true)
     }
 }
 

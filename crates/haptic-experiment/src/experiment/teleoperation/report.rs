@@ -7,7 +7,7 @@ use crate::document::parameters::SAMPLE_TIME;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::{Files, RunReport, Summary};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Published, percent};
+use crate::judge::{Curves, Origin, Published, percent};
 use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::preflight::note_findings;
@@ -18,7 +18,6 @@ use haptic_log::record::TickMessage;
 use haptic_loop::Limiters;
 use serde::Serialize;
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 
 /// How a teleoperation went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -154,29 +153,6 @@ impl Summary for TeleoperationReport {
     }
 }
 
-/// What there is to draw of a teleoperation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TeleoperationCurves {
-    /// One line: line, laws, place, verdict.
-    pub subtitle: String,
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// Place of the hand, m.
-    pub hand_m: Vec<f64>,
-    /// Place of the master, m.
-    pub master_m: Vec<f64>,
-    /// Place of the slave, m.
-    pub slave_m: Vec<f64>,
-    /// Force on the master, N.
-    pub master_n: Vec<f64>,
-    /// Force on the slave, N.
-    pub slave_n: Vec<f64>,
-    /// Energy taken by the line, J.
-    pub taken_j: Vec<f64>,
-    /// What was felt.
-    pub felt: Vec<FeltAt>,
-}
-
 /// Columns of the table.
 const COLUMNS: [&str; 9] = [
     "time_s",
@@ -275,7 +251,7 @@ impl TeleoperationExperiment {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure> {
+    ) -> Result<Published<TeleoperationReport>, Failure> {
         self.check_waves()?;
         let pair = self.pair()?;
         let schedule = Schedule {
@@ -301,13 +277,12 @@ impl TeleoperationExperiment {
         let Hands {
             pair,
             judged,
-            mut curves,
+            curves,
             table,
             ..
         } = hands;
         let whole = ran.record.ended.is_none();
         let files = Files::of_run(&ran, table.filter(|_| whole));
-        curves.finish();
         let report = self.report(&ran, (&pair, &judged), files)?;
         let drawn = whole.then(|| self.drawn(&report, curves));
         Ok(Published::new((report, drawn), ran.folder))
@@ -390,47 +365,30 @@ impl TeleoperationExperiment {
         )
     }
 
-    fn drawn(&self, report: &TeleoperationReport, curves: Decimated<6>) -> TeleoperationCurves {
-        let [hand_m, master_m, slave_m, master_n, slave_n, taken_j] = curves.curves;
-        TeleoperationCurves {
-            subtitle: format!(
-                "{} · delay {} ms, jitter {} %, loss {} % · {}\n{}",
-                report.architecture,
-                percent(10.0 * self.channel.delay.0),
-                percent(self.channel.jitter),
-                percent(self.channel.loss),
-                report.place,
-                report.verdict.words()
-            ),
-            time_s: curves.time_s,
-            hand_m,
-            master_m,
-            slave_m,
-            master_n,
-            slave_n,
-            taken_j,
-            felt: report.felt.clone(),
-        }
-    }
-
-    /// Runs it in virtual time without log or files, and says what was felt.
-    ///
-    /// # Errors
-    /// A parameter outside its range, or a run that a fault or silence ended.
-    pub fn felt(&self) -> Result<Vec<FeltAt>, Failure> {
-        let mut judged = Judge::new(self);
-        let whole = self.simulate(&mut |tick| {
-            judged.see(tick);
-            ControlFlow::Continue(())
-        })?;
-        if !whole {
-            return Err(Failure::Run(anyhow::anyhow!(
-                "a side heard nothing for too long, or a fault ended the run"
-            )));
-        }
-        judged.felt(self)
+    fn drawn(&self, report: &TeleoperationReport, curves: Decimated<6>) -> Curves {
+        let subtitle = format!(
+            "{} · delay {} ms, jitter {} %, loss {} % · {}\n{}",
+            report.architecture,
+            percent(10.0 * self.channel.delay.0),
+            percent(self.channel.jitter),
+            percent(self.channel.loss),
+            report.place,
+            report.verdict.words()
+        );
+        let title = "A teleoperation, simulated".to_owned();
+        curves.named(DRAWN, Origin::Simulated, title, subtitle)
     }
 }
+
+/// Curves of hand, master and slave, of the forces on the two, and of the energy taken by the line.
+const DRAWN: [&str; 6] = [
+    "hand_m",
+    "position_m",
+    "far_position_m",
+    "force_n",
+    "far_force_n",
+    "taken_j",
+];
 
 /// Share of the samples in which a force may be at its limit.
 pub(super) const SATURATED_SHARE: f64 = 0.01;
@@ -439,7 +397,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Sums over a run.
 #[derive(Clone, Debug)]
-struct Judge {
+pub(super) struct Judge {
     /// Master, hand, slave, place: places and forces from outside.
     spectrum: Spectrum<4>,
     from_s: f64,
@@ -454,7 +412,7 @@ struct Judge {
 }
 
 impl Judge {
-    fn new(experiment: &TeleoperationExperiment) -> Self {
+    pub(super) fn new(experiment: &TeleoperationExperiment) -> Self {
         let t = experiment.sample_time().0;
         let omegas = experiment.motion.frequencies_hz.iter().map(|f| TAU * f);
         Self {
@@ -472,7 +430,7 @@ impl Judge {
         }
     }
 
-    fn see(&mut self, tick: &PairTick) {
+    pub(super) fn see(&mut self, tick: &PairTick) {
         self.samples += 1;
         let [master, slave] = tick.sides;
         for (n, side) in tick.sides.iter().enumerate() {
@@ -523,7 +481,10 @@ impl Judge {
     }
 
     /// What was felt, frequency by frequency.
-    fn felt(&self, experiment: &TeleoperationExperiment) -> Result<Vec<FeltAt>, Failure> {
+    pub(super) fn felt(
+        &self,
+        experiment: &TeleoperationExperiment,
+    ) -> Result<Vec<FeltAt>, Failure> {
         let hands = experiment.hands();
         let at = |(omega, &[master, hand, slave, place]): (f64, &[Complex<f64>; 4])| {
             let s = Complex::new(0.0, omega);

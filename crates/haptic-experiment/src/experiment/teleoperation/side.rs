@@ -8,9 +8,9 @@ use super::report::{SATURATED_SHARE, TeleoperationVerdict};
 use super::{HandMotion, TeleoperationExperiment};
 use crate::document::failure::Failure;
 use crate::document::parameters::{PATIENCE, SKIPPED_SHARE};
-use crate::judge::Published;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::Files;
+use crate::judge::{Origin, Published};
 use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::realtime::RealtimeOptions;
@@ -166,25 +166,6 @@ impl FarReport {
     }
 }
 
-/// What there is to draw of one side.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SideCurves {
-    /// Its heading.
-    pub title: String,
-    /// One line: laws and the other side.
-    pub subtitle: String,
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// Where the hand wants to be, m; not a number on the side without one.
-    pub reference_m: Vec<f64>,
-    /// Place of the device, m.
-    pub position_m: Vec<f64>,
-    /// Force on the device, N.
-    pub force_n: Vec<f64>,
-    /// Force of hand or place on it, N.
-    pub outside_n: Vec<f64>,
-}
-
 impl TeleoperationExperiment {
     /// Runs a side for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears the address of
     /// this side.
@@ -198,7 +179,7 @@ impl TeleoperationExperiment {
         terms: Terms,
         opened: &dyn Fn(SocketAddr),
         (request, supervisor): (&FolderRequest, Supervisor<'_>),
-    ) -> Result<Published<FarReport, SideCurves>, Failure> {
+    ) -> Result<Published<FarReport>, Failure> {
         let terms = terms.checked()?;
         let hand_side = end.side();
         self.check_duration()?;
@@ -315,12 +296,12 @@ impl TeleoperationExperiment {
         side: Side<'_>,
         (ended, silent_to_zero_s): (FarEnd, Option<f64>),
         (peer, folder): (String, OutputFolder),
-    ) -> Result<Published<FarReport, SideCurves>, Failure> {
+    ) -> Result<Published<FarReport>, Failure> {
         let Kept {
             mut recorder,
             mut record,
             table,
-            mut curves,
+            curves,
         } = side.kept;
         let whole = matches!(ended, FarEnd::Done | FarEnd::Late | FarEnd::OtherLeft);
         let peak_force_n = record.peak_force_n();
@@ -365,16 +346,11 @@ impl TeleoperationExperiment {
             dropped_samples: ran.record.dropped,
             unwritten: files.unwritten,
         };
-        curves.finish();
-        let [reference_m, position_m, force_n, outside_n] = curves.curves;
-        let curves = whole.then(|| SideCurves {
-            title: format!("A teleoperation, the {}", report.side),
-            subtitle: format!("{} · with {}", report.architecture, report.peer),
-            time_s: curves.time_s,
-            reference_m,
-            position_m,
-            force_n,
-            outside_n,
+        let curves = whole.then(|| {
+            let title = format!("A teleoperation, the {}", report.side);
+            let subtitle = format!("{} · with {}", report.architecture, report.peer);
+            let names = ["reference_m", "position_m", "force_n", "outside_n"];
+            curves.named(names, Origin::Simulated, title, subtitle)
         });
         Ok(Published::new((report, curves), ran.folder))
     }

@@ -10,7 +10,7 @@ use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
 use crate::judge::report::{Errors, Files, RunReport, Summary};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Origin, Reference};
+use crate::judge::{Compared, Curves, Origin, Reference};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::device_name;
@@ -96,27 +96,6 @@ impl Summary for TouchReport {
     }
 }
 
-/// A touch for whoever draws it: paths in the plane of the first two axes, depth and forces over time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TouchCurves {
-    /// One line about the run.
-    pub subtitle: String,
-    /// Where the force comes from.
-    pub origin: Origin,
-    /// Outline of the shape in that plane, m; empty if it is not there.
-    pub outline_m: Vec<(f64, f64)>,
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// The point that the hand goes to, m; not a number where nobody knows.
-    pub hand_m: [Vec<f64>; 2],
-    /// The device, m.
-    pub position_m: [Vec<f64>; 2],
-    /// Depth into the shape, m.
-    pub depth_m: Vec<f64>,
-    /// Force of each axis, N.
-    pub force_n: Vec<Vec<f64>>,
-}
-
 /// Curves of a touch: hand and device in the plane, depth, and the force of each axis.
 const CURVES: usize = 8;
 /// A share of the energy that went through the hand that is rounding.
@@ -126,33 +105,26 @@ const LIMITED: f64 = 0.01;
 /// Points of the outline of a disc.
 const OUTLINE: u32 = 180;
 
-/// Table and curves of a run that reached its end.
-struct Drawn {
-    files: Files,
-    curves: Decimated<CURVES>,
-}
-
 impl TouchExperiment {
     pub(super) fn publish<const D: usize>(
         &self,
         ran: &Ran,
         energy: Option<HandEnergy>,
         posture: PostureVerdict,
-    ) -> Result<(TouchReport, Option<TouchCurves>), Failure> {
+    ) -> Result<(TouchReport, Option<Curves>), Failure> {
         let record = &ran.record;
         let whole = record.ended.is_none();
         let verdict = self.verdict(record, energy);
-        let files;
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
-        if whole {
+        let files = if whole {
             compared = self.compare::<D>(record)?;
-            let drawn = self.draw::<D>(ran)?;
-            files = drawn.files;
-            curves = Some(self.curves(drawn.curves, Origin::of(record), verdict));
+            let (files, drawn) = self.draw::<D>(ran)?;
+            curves = Some(self.curves(drawn, Origin::of(record), verdict));
+            files
         } else {
-            files = Files::of_run(ran, None);
-        }
+            Files::of_run(ran, None)
+        };
         let run = RunReport::new(
             ran,
             device_name(self.remote.as_ref()),
@@ -167,10 +139,12 @@ impl TouchExperiment {
             order: self.look(0).order.get(),
             scheme: self.scheme.to_string(),
             run,
-            errors: Errors::new(
-                compared,
-                Compared::without_meaning("a hand on its way has no closed form".to_owned()),
-            ),
+            errors: Errors {
+                full_history: compared,
+                closed_form: Compared::without_meaning(
+                    "a hand on its way has no closed form".to_owned(),
+                ),
+            },
             verdict,
             verdict_reason: verdict.words(),
             largest_depth_m: record.farthest_m(),
@@ -320,7 +294,7 @@ impl TouchExperiment {
     }
 
     /// Writes the table of the log, and keeps what is to be drawn.
-    fn draw<const D: usize>(&self, ran: &Ran) -> Result<Drawn, Failure> {
+    fn draw<const D: usize>(&self, ran: &Ran) -> Result<(Files, Decimated<CURVES>), Failure> {
         let shape = self.shape.of::<D>()?;
         let fields = ["reference_m", "position_m", "force_n"];
         let columns = fields
@@ -350,40 +324,36 @@ impl TouchExperiment {
                 curves.add(tick.time_s, drawn(&tick, depth_m));
             }
         }
-        curves.finish();
-        Ok(Drawn {
-            files: Files::of_run(ran, Some(table)),
-            curves,
-        })
+        Ok((Files::of_run(ran, Some(table)), curves))
     }
 
-    fn curves(
-        &self,
-        curves: Decimated<CURVES>,
-        origin: Origin,
-        verdict: TouchVerdict,
-    ) -> TouchCurves {
-        let [hand_x, hand_y, x, y, depth_m, force @ ..] = curves.curves;
-        TouchCurves {
-            subtitle: format!(
-                "{} · {} · scheme {} · {} · {}",
-                self.shape.words(),
-                self.matter.words(),
-                self.scheme,
-                if self.remote.is_some() {
-                    format!("device {}", device_name(self.remote.as_ref()))
-                } else {
-                    self.path.words()
-                },
-                verdict.words()
-            ),
-            origin,
+    fn curves(&self, curves: Decimated<CURVES>, origin: Origin, verdict: TouchVerdict) -> Curves {
+        let hand = match &self.remote {
+            Some(_) => format!("device {}", device_name(self.remote.as_ref())),
+            None => self.path.words(),
+        };
+        let subtitle = format!(
+            "{} · {} · scheme {} · {hand} · {}",
+            self.shape.words(),
+            self.matter.words(),
+            self.scheme,
+            verdict.words()
+        );
+        let third = if self.axes == 3 { "force_z_n" } else { "" };
+        let names = [
+            "hand_x_m",
+            "hand_y_m",
+            "x_m",
+            "y_m",
+            "depth_m",
+            "force_x_n",
+            "force_y_n",
+            third,
+        ];
+        let title = format!("A touch, {}", origin.word());
+        Curves {
             outline_m: self.outline(),
-            time_s: curves.time_s,
-            hand_m: [hand_x, hand_y],
-            position_m: [x, y],
-            depth_m,
-            force_n: force.into_iter().take(self.axes).collect(),
+            ..curves.named(names, origin, title, subtitle)
         }
     }
 

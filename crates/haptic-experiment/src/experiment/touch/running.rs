@@ -2,7 +2,7 @@
 //! shape is felt in a real hand, or in that of an emulated board.
 
 use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
-use super::report::{TouchCurves, TouchReport};
+use super::report::TouchReport;
 use super::shape::{Grip, HandPath, TouchShape, Touched, per_axis};
 use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
@@ -51,7 +51,7 @@ impl TouchExperiment {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+    ) -> Result<Published<TouchReport>, Failure> {
         match self.axes {
             3 => self.run_in::<3>(request, supervisor),
             _ => self.run_in::<2>(request, supervisor),
@@ -97,7 +97,7 @@ impl TouchExperiment {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+    ) -> Result<Published<TouchReport>, Failure> {
         if let Some(remote) = &self.remote {
             return self.run_on::<D>(remote, request, supervisor);
         }
@@ -204,7 +204,7 @@ impl TouchExperiment {
         remote: &RemoteDevice,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+    ) -> Result<Published<TouchReport>, Failure> {
         self.check_on::<D>(remote)?;
         let (mut controller, samples) = self.loop_of::<D>()?;
         let shape = self.shape.of::<D>()?;

@@ -9,8 +9,7 @@ use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::settling::{Judge, Settling};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Reference};
-use crate::judge::{Origin, Published};
+use crate::judge::{Compared, Curves, Origin, Published, Reference};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, note_findings};
 use crate::run::record::Record;
@@ -59,27 +58,6 @@ impl TrialReport {
     }
 }
 
-/// A device that is pushed into a wall or a coupler.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrialCurves {
-    /// The word for what it is pushed into.
-    pub what: &'static str,
-    /// Law, device, operator, verdict.
-    pub subtitle: String,
-    /// Origin of the force.
-    pub origin: Origin,
-    /// Place of rest of the device, m; `None` where nothing holds the push.
-    pub expected_deflection_m: Option<f64>,
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// Position of the device, m.
-    pub position_m: Vec<f64>,
-    /// Place of the object behind a coupler, m.
-    pub object_position_m: Option<Vec<f64>>,
-    /// Force of wall or coupler, opposed to the motion of the device, N.
-    pub force_n: Vec<f64>,
-}
-
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 
@@ -96,7 +74,7 @@ pub(crate) struct Judged {
     pub(crate) trial: TrialReport,
     /// Place of the object at the end, m.
     pub(crate) object_m: Option<f64>,
-    pub(crate) curves: Option<TrialCurves>,
+    pub(crate) curves: Option<Curves>,
 }
 
 /// An experiment on a pushed device.
@@ -147,7 +125,7 @@ pub(crate) trait Trial: Clone {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<Self::Report, TrialCurves>, Failure> {
+    ) -> Result<Published<Self::Report>, Failure> {
         let ran = self.recorded(request, supervisor)?;
         let judged = self.judged(&ran)?;
         let reported = self.reported(&judged);
@@ -257,21 +235,13 @@ pub(crate) trait Trial: Clone {
             let compared = Comparison::of(ran, theory)?;
             (files, operator_error) = (compared.files, compared.error);
             object_m = compared.object_m;
-            let [position_m, object, force_n] = compared.curves.curves;
-            curves = Some(TrialCurves {
-                what: Self::KIND,
-                subtitle: format!(
-                    "{} · {}",
-                    self.law_in_words(),
-                    words(setup, scheme, &settling)
-                ),
-                origin: Origin::of(record),
-                expected_deflection_m: settling.expected_deflection_m,
-                time_s: compared.curves.time_s,
-                position_m,
-                object_position_m: object_m.map(|_| object),
-                force_n,
-            });
+            let object = object_m.map_or("", |_| "object_position_m");
+            let origin = Origin::of(record);
+            let title = format!("A trial of a {}, {}", Self::KIND, origin.word());
+            let law = self.law_in_words();
+            let subtitle = format!("{law} · {}", words(setup, scheme, &settling));
+            let names = ["position_m", object, "force_n"];
+            curves = Some((compared.curves).named(names, origin, title, subtitle));
         } else {
             files = Files::of_run(ran, None);
             operator_error = Compared::without_meaning("the run was cut short".to_owned());
@@ -283,7 +253,10 @@ pub(crate) trait Trial: Clone {
             order: order.get(),
             scheme: scheme.to_string(),
             run: RunReport::new(ran, device, t, files, warnings),
-            errors: Errors::new(operator_error, self.deflection_error(record, settling)),
+            errors: Errors {
+                full_history: operator_error,
+                closed_form: self.deflection_error(record, settling),
+            },
             reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             settling,
             analysis_agrees: agrees,
@@ -416,7 +389,6 @@ impl Comparison {
             table.row(row.into_iter().flatten().collect::<Vec<f64>>());
             Ok(())
         })?;
-        curves.finish();
         Ok(Self {
             files: Files::of_run(ran, Some(table)),
             curves,

@@ -64,8 +64,7 @@ pub(crate) struct Parts<E: Environment<f64, 1>> {
 
 impl TrialSetup {
     /// A trial of a simulated device in virtual time, that may end as it will, with the force limit alone.
-    #[must_use]
-    pub fn new(device: MassDamperConfig, sensors: Sensors, plan: TrialPlan) -> Self {
+    pub(crate) fn new(device: MassDamperConfig, sensors: Sensors, plan: TrialPlan) -> Self {
         Self {
             device,
             sensors,

@@ -23,11 +23,14 @@ fn the_force_stays_within_the_limit_of_its_norm() {
     let (run, errors) = (&report.run, &report.errors);
     assert!(run.limited_samples > 100, "{}", run.limited_samples);
     assert_eq!(
-        errors.max_relative_error_samples,
+        errors.full_history.samples,
         run.samples - run.limited_samples
     );
     assert!(
-        errors.max_relative_error.is_some_and(|error| error < 1e-5),
+        errors
+            .full_history
+            .largest
+            .is_some_and(|error| error < 1e-5),
         "{errors:?}"
     );
 }

@@ -1,18 +1,23 @@
 //! Two hands over a line: energy over random lines, motions and places, and what is felt against the formula.
 
-use fracdiff::{Order, Seconds};
-use haptic_experiment::experiment::teleoperation::{
-    HandModel, HandMotion, RemotePlace, TeleoperationVerdict,
+use super::pair::PairTick;
+use super::report::{FeltAt, Judge};
+use super::{
+    HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationReport,
+    TeleoperationVerdict,
 };
-use haptic_experiment::{ExperimentFile, Matter, ModelledTissue, Pace, Safety, TissuePiece};
-use haptic_experiment::{TeleoperationExperiment, TeleoperationReport};
+use crate::ExperimentFile;
+use crate::experiment::bounded_tests::conducted;
+use crate::judge::modelled_tissue::{Matter, ModelledTissue, TissuePiece};
+use crate::run::safety::Safety;
+use crate::run::schedule::Pace;
+use fracdiff::{Order, Seconds};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, SquareMetres};
 use haptic_teleoperation::{ChannelModel, CouplerGains};
 use haptic_tissue::Library;
-use std::ops::ControlFlow;
 use std::path::Path;
 use testkit::Random;
 
@@ -89,6 +94,22 @@ fn experiment(architecture: Architecture, place: RemotePlace) -> TeleoperationEx
     }
 }
 
+/// Runs it in virtual time without log or files; `true` if it reached its end with both sides at work.
+fn simulate(far: &TeleoperationExperiment, mut sink: impl FnMut(&PairTick)) -> bool {
+    let mut pair = far.pair().expect("in range");
+    (0..far.samples()).all(|_| {
+        sink(&pair.tick());
+        pair.ended().is_none()
+    })
+}
+
+/// What is felt in such a run.
+fn felt(far: &TeleoperationExperiment) -> Vec<FeltAt> {
+    let mut judged = Judge::new(far);
+    assert!(simulate(far, |tick| judged.see(tick)));
+    judged.felt(far).expect("in range")
+}
+
 /// A random place, hand and motion.
 fn random(random: &mut Random, tissues: &[RemotePlace]) -> TeleoperationExperiment {
     let wall = RemotePlace {
@@ -156,7 +177,7 @@ fn passive_lines_give_no_energy_and_no_force_is_beyond_its_limit() {
     for case in 0..cases() {
         let experiment = random(&mut Random(case), &tissues);
         let (mut exchanged, mut last) = (1e-6, [0.0; 2]);
-        let whole = experiment.simulate(&mut |tick| {
+        let whole = simulate(&experiment, |tick| {
             for (side, last) in tick.sides.iter().zip(&mut last) {
                 assert!(
                     side.force_n.abs() <= LIMIT_N,
@@ -175,9 +196,7 @@ fn passive_lines_give_no_energy_and_no_force_is_beyond_its_limit() {
                 tick.time_s,
                 tick.given_j
             );
-            ControlFlow::Continue(())
         });
-        let whole = whole.unwrap_or_else(|error| panic!("case {case}: {error}"));
         assert!(whole, "case {case}: a side was silent, or has a fault");
     }
     println!("largest share given: {largest:e}");
@@ -191,11 +210,7 @@ fn a_line_that_is_not_passive_is_seen_to_give_energy() {
     late.coupler.dissipation_n_s_mu_per_m = 0.0;
     late.channel.delay = Seconds(0.1);
     let mut most: f64 = 0.0;
-    let run = late.simulate(&mut |tick| {
-        most = most.max(tick.given_j);
-        ControlFlow::Continue(())
-    });
-    assert!(run.expect("in range"));
+    assert!(simulate(&late, |tick| most = most.max(tick.given_j)));
     assert!(most > 1e-5, "{most:e} J");
 }
 
@@ -215,7 +230,7 @@ fn what_is_felt_without_delay_is_what_the_formula_says_within_1_db() {
     ] {
         for place in &places {
             let experiment = experiment(architecture, place.clone());
-            let felt = experiment.felt().expect("in range");
+            let felt = felt(&experiment);
             // Up to a tenth of the sample rate.
             assert!(felt.last().is_some_and(|felt| felt.frequency_hz > 99.0));
             for felt in &felt {
@@ -234,15 +249,15 @@ fn what_is_felt_without_delay_is_what_the_formula_says_within_1_db() {
 #[test]
 fn time_domain_passivity_is_felt_as_position_position_where_it_need_not_act() {
     let library = Library::load(None).expect("the library");
-    let felt = |architecture| {
+    let of = |architecture| {
         let place = tissue(&library, "prostate-cancerous");
         let experiment = experiment(architecture, place);
-        (experiment.felt().expect("in range"), experiment.hands())
+        (felt(&experiment), experiment.hands())
     };
-    let (limited, hands) = felt(Architecture::TimeDomain);
+    let (limited, hands) = of(Architecture::TimeDomain);
     // The formula of its coupler is not its own, so it has none.
     assert!(hands.is_none());
-    let (free, _) = felt(Architecture::PositionPosition);
+    let (free, _) = of(Architecture::PositionPosition);
     for (limited, free) in limited.iter().zip(&free) {
         assert!(limited.formula_n_per_m.is_none() && limited.off_formula_db.is_none());
         let off = 20.0 * (limited.felt_n_per_m / free.felt_n_per_m).log10();
@@ -288,12 +303,9 @@ fn a_line_that_loses_everything_ends_with_both_forces_at_zero() {
         let mut deaf = experiment(architecture, wall.clone());
         deaf.channel.loss = 1.0;
         let mut last = [f64::NAN; 2];
-        let run = deaf.simulate(&mut |tick| {
-            last = tick.sides.map(|side| side.force_n);
-            ControlFlow::Continue(())
-        });
+        let run = simulate(&deaf, |tick| last = tick.sides.map(|side| side.force_n));
         // Never heard, so never at work.
-        assert!(run.expect("in range"), "{architecture}");
+        assert!(run, "{architecture}");
         assert_eq!(last.map(f64::to_bits), [0; 2], "{architecture}: {last:?}");
     }
 }
@@ -315,20 +327,10 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
 /// Runs it with log and report.
 fn reported(far: &TeleoperationExperiment) -> TeleoperationReport {
     let place = tempfile::tempdir().expect("a folder");
-    let request = haptic_experiment::run::FolderRequest {
-        out: Some(place.path().to_owned()),
-        stem: "run".to_owned(),
-        overwrite: true,
-        roll_bytes: None,
-        provenance: Default::default(),
-    };
-    let supervisor = haptic_experiment::Supervisor {
-        stop: &std::sync::atomic::AtomicBool::new(false),
-        progress: &|_| (),
-        live: None,
-        warn: &|_| {},
-    };
-    far.run(&request, supervisor).expect("runs").report
+    let run = conducted(place.path(), |request, supervisor| {
+        far.run(request, supervisor)
+    });
+    run.expect("runs").report
 }
 
 #[test]

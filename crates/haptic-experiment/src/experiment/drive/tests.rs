@@ -1,15 +1,22 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
+use super::{Drive, DriveJudge, DriveVerdict, LoopVerdict, SimulatedRig};
+use crate::document::failure::Failure;
+use crate::experiment::bounded_tests::conducted;
+use crate::experiment::indentation::{Indentation, Load, Report};
+use crate::experiment::rendering::{Contact, Rendering};
+use crate::judge::modelled_tissue::ModelledTissue;
+use crate::run::simulate::Instrumented as _;
+use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
 use fractional_control::{ControllerSetup, PidParameters};
-use haptic_experiment::run::FolderRequest;
-use haptic_experiment::{
-    Contact, Drive, Failure, Indentation, Load, ModelledTissue, Rendering, Report, Supervisor,
-};
 use haptic_log::record::TickMessage;
+use haptic_loop::Device;
+use haptic_loop::plant::{HeldRig, RampHold, RigConfig, RigContact, RigDrive};
+use haptic_loop::units::{Metres, Newtons};
+use nalgebra::Vector1;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie
 /// 6 dB. 200 rad/s, 60°, flat, 0.003 of a disturbance at 3 rad/s.
@@ -69,21 +76,9 @@ fn cancerous(drive: Drive, duration_s: f64) -> Indentation {
 
 /// Runs in a folder of its own.
 fn run(folder: &Path, relaxation: &Indentation) -> Result<Report, Failure> {
-    let stop = AtomicBool::new(false);
-    let supervisor = Supervisor {
-        stop: &stop,
-        progress: &|_| {},
-        live: None,
-        warn: &|_| {},
-    };
-    let request = FolderRequest {
-        out: Some(folder.to_owned()),
-        stem: "relax".to_owned(),
-        overwrite: false,
-        roll_bytes: None,
-        provenance: Default::default(),
-    };
-    let published = relaxation.run(&request, supervisor)?;
+    let published = conducted(folder, |request, supervisor| {
+        relaxation.run(request, supervisor)
+    })?;
     Ok(published.report)
 }
 
@@ -129,7 +124,7 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     assert!(held.drive_force_peak_n > report.run.peak_force_n);
     assert!(held.drive_force_peak_n < 2.0 * report.run.peak_force_n + 0.05);
     // The force is that of the full history of the position really recorded.
-    let error = report.errors.max_relative_error.expect("compared");
+    let error = report.errors.full_history.largest.expect("compared");
     assert!(error < 1e-5, "{error}");
     let log = std::fs::read(&report.run.log).expect("a log");
     for key in [
@@ -163,7 +158,7 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
         let relaxation = |drive| relaxation(rendering(tissue, drive), 0.1, 2.0);
         let verdict = |drive| {
             let own = relaxation(drive);
-            own.drive_verdict().expect("judged").expect("a drive")
+            (own.drive_verdict(2001).expect("judged")).expect("a drive")
         };
         let at_home = verdict(times(1.0));
         let edge = at_home.in_contact.gain_margin.expect("an edge");
@@ -224,7 +219,7 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
         load: Load::Stress { stress_pa: 100.0 },
         duration_s: 3.0,
     };
-    let verdict = creep.drive_verdict().expect("judged").expect("a drive");
+    let verdict = (creep.drive_verdict(3001).expect("judged")).expect("a drive");
     assert!(verdict.free.is_none() && verdict.stable(), "{verdict:?}");
     // The tissue has no spring of its own; what holds it in the judgement is named.
     assert!(verdict.holding_stiffness_n_per_m.is_some_and(|k| k > 0.0));
@@ -273,4 +268,59 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     );
     let slow = refused(&|rendering| rendering.sample_time_s = 2e-3);
     assert!(slow.contains("made for a sample time of 0.001 s"), "{slow}");
+}
+
+#[test]
+fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
+    let t = 1e-3;
+    let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
+    let own = Drive {
+        name: "own".to_owned(),
+        controller: ControllerSetup::new(gains, Seconds(t)).into(),
+        force_limit_n: 0.2,
+    };
+    let stable = LoopVerdict {
+        stable: true,
+        ..LoopVerdict::default()
+    };
+    let verdict = DriveVerdict {
+        free: None,
+        in_contact: stable,
+        holding_stiffness_n_per_m: None,
+    };
+    let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
+    for drive in [RigDrive::Position(ramp), RigDrive::Force(Newtons(0.1))] {
+        let config = RigConfig::new(drive, RigContact::COMPLIANT, Seconds(t));
+        let holder = own.holder(t).expect("a controller");
+        let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
+        let mut rig = SimulatedRig::Held(rig);
+        let mut judge = DriveJudge::new(&own, drive, t, verdict).expect("a judge");
+        let mut peak: f64 = 0.0;
+        for tick in 0..500 {
+            let seen = rig.observe();
+            let reading = Device::<f64, 1>::read(&mut rig).expect("never fails");
+            let force_n = -300.0 * reading.position_m[0];
+            rig.write(testkit::device::safe(Vector1::new(force_n)))
+                .expect("never fails");
+            let (_, [_, judged]) = judge.add(&KeptSample {
+                tick,
+                time_s: reading.time_s,
+                position_m: reading.position_m[0],
+                force_n,
+                applied_force_n: force_n,
+                indenter_position_m: seen.indenter_position_m,
+                contact_force_n: seen.contact_force_n,
+                limiters: 0,
+            });
+            let SimulatedRig::Held(held) = &rig else {
+                unreachable!()
+            };
+            assert_eq!(judged.to_bits(), held.drive_force().to_bits(), "{tick}");
+            peak = peak.max(judged.abs());
+        }
+        let report = judge.finish();
+        assert_eq!(report.drive_force_peak_n.to_bits(), peak.to_bits());
+        // The ramp is steep, and the gain is large for a force: the limit acts at first.
+        assert!(report.saturated_samples > 0 && report.saturated_samples <= 500);
+    }
 }

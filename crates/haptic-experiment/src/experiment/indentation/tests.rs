@@ -1,9 +1,11 @@
 //! Every model is rendered: relaxation and creep on the simulated rig against their closed forms.
 
+use super::{Indentation, Load};
+use crate::experiment::rendering::{Contact, Precision, Rendering};
+use crate::judge::modelled_tissue::ModelledTissue;
+use crate::judge::preflight::Preflight;
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
-use haptic_experiment::Dynamics;
-use haptic_experiment::judge::Preflight;
-use haptic_experiment::{Contact, Indentation, Load, ModelledTissue, Precision, Rendering};
+use haptic_analysis::Dynamics;
 use haptic_loop::units::Metres;
 use haptic_tissue::{Material, Model, ModelKind, SampledModel, Source};
 use std::ops::ControlFlow;
@@ -97,11 +99,9 @@ fn creep_of_each_model_is_its_closed_form() {
         let mut worst = 0.0;
         let mut sink = |sample: &haptic_log::record::TickMessage| {
             if sample.time_s >= 5.0 && sample.tick.is_multiple_of(100) {
-                let strain = creep
-                    .rendering
-                    .specimen
-                    .strain(Metres(sample.position_m[0]));
-                let want = creep.rendering.material.creep_strain(100.0, sample.time_s);
+                let strain = (creep.rendering.specimen).strain(Metres(sample.position_m[0]));
+                let model = &creep.rendering.material.model;
+                let want = 100.0 * model.creep_compliances(&[sample.time_s])[0];
                 worst = f64::max(worst, (strain / want - 1.0).abs());
             }
             ControlFlow::Continue(())
