@@ -30,10 +30,10 @@ pub use hand::{Architecture, HandHello, HandMessage, HandSample, HandSide, HandS
 pub use keys::{REPORT_KEYS, REQUEST_KEYS};
 pub use limits::{Guard, GuardKind, Limit, Limits, LoopMode, Tighter};
 pub use report::{
-    Alive, Capabilities, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys, MessageKey, Report,
-    State, Statistics, Status,
+    Ack, Alive, Capabilities, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys, MessageKey,
+    Outcome, Refusal, Report, State, Statistics, Status,
 };
-pub use request::{Ack, Outcome, Refusal, Request, Scope, Start};
+pub use request::{Request, Scope, Start};
 pub use sample::{
     AXES_MAX, BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, Sample, UNANSWERED,
 };
