@@ -28,10 +28,6 @@ const READ_BYTES: usize = 1 << 16;
 
 /// One thing in a log.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "nearly all are ticks, and a reader allocates nothing for one"
-)]
 #[non_exhaustive]
 pub enum Entry {
     /// A control tick.

@@ -47,6 +47,9 @@ pub(super) struct Finished {
     pub(super) ended_early: Option<String>,
 }
 
+/// What does a piece of work.
+type Run = dyn FnOnce(Attendant<'_>) -> Result<Finished, Failure> + Send;
+
 /// An experiment, which is drawn while it goes, or a question, which is answered at its end.
 pub(super) struct Work {
     pub(super) kind: String,
@@ -56,7 +59,7 @@ pub(super) struct Work {
     pub(super) steps: u64,
     /// `None` for a question.
     pub(super) drawn: Option<Drawn>,
-    pub(super) run: Box<dyn FnOnce(Attendant<'_>) -> Result<Finished, Failure> + Send>,
+    pub(super) run: Box<Run>,
 }
 
 /// Time between two words on how far a run is.
