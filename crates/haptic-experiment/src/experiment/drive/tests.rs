@@ -308,8 +308,8 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
                 position_m: reading.position_m[0],
                 force_n,
                 applied_force_n: force_n,
-                indenter_position_m: seen.indenter_position_m,
-                contact_force_n: seen.contact_force_n,
+                indenter_position_m: seen.indenter_position_m[0],
+                contact_force_n: seen.contact_force_n[0],
                 limiters: 0,
             });
             let SimulatedRig::Held(held) = &rig else {
