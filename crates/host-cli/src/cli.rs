@@ -1,6 +1,7 @@
 //! The command line: what may be typed, what it means, and how it ends.
 
 use crate::command;
+use crate::command::device::{changes, emulate};
 use crate::command::run::Experiment;
 use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
@@ -207,7 +208,16 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
     if error.kind() != ErrorKind::UnknownArgument {
         return None;
     }
-    let instead = options::instead_of(&argument, asked().get_name())?;
+    let (wanted, command) = (argument.trim_start_matches('-'), asked());
+    let of_device = match command.get_name() {
+        "set" => changes::key_like(wanted),
+        "emulate" => emulate::key_like(wanted),
+        _ => None,
+    };
+    let instead = match of_device {
+        Some(key) => format!("{key}=VALUE"),
+        None => options::instead_of(&argument, command.get_name())?,
+    };
     Some(format!(
         "{argument} is not an option of this command: write {instead}"
     ))

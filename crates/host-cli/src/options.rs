@@ -3,7 +3,6 @@
 //! An option is a key without its unit: `--sample-time 1ms` and `sample_time=1ms` are `sample_time_s = 0.001` in a file.
 
 use self::keys::Named;
-use crate::command::device::{changes, emulate};
 use crate::files::Files;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
@@ -40,14 +39,6 @@ pub(crate) const VALUES: &str = "KEY=VALUE";
 /// What to write in place of an option that a command does not have, if it takes its key: `stop_time=VALUE`.
 pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let wanted = option.trim_start_matches('-');
-    let of_device = match command {
-        "set" => changes::key_like(wanted),
-        "emulate" => emulate::key_like(wanted),
-        _ => None,
-    };
-    if let Some(key) = of_device {
-        return Some(format!("{key}=VALUE"));
-    }
     let all = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
     let kinds: Vec<&str> = match command {
         "run" => KINDS.to_vec(),

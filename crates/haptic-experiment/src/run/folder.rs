@@ -208,12 +208,7 @@ impl OutputFolder {
             .join(format!("{}-{suffix}.{extension}", self.stem))
     }
 
-    /// Begins a table beside a log: rows under a header made of their fields' names.
-    pub(crate) fn table_beside_log(&self, extension: &str) -> Table {
-        self.named_table_beside_log(extension, &[])
-    }
-
-    /// The same of rows without names of their own, lists or tuples, under these names.
+    /// Begins a table beside a log: rows, lists or tuples, under these names.
     pub(crate) fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> Table {
         self.table(extension, names, "the log is whole")
     }

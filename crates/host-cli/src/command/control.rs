@@ -6,14 +6,11 @@ mod draw;
 mod identify;
 mod loops;
 mod simulate;
+mod words;
 
 use crate::output::Output;
 use clap::Subcommand;
-use fractional_control::{ControlError, Crossing, Margins, PidParameters, Shape};
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
-use haptic_quantity::{Key, digits};
-use serde_json::{Value, json};
 
 /// The task.
 #[derive(Debug, Subcommand)]
@@ -40,142 +37,5 @@ impl Command {
             Self::Analyze(arguments) => arguments.run(output),
             Self::Identify(arguments) => arguments.run(output),
         }
-    }
-}
-
-/// What the tuning is asked for.
-const CROSSOVER: Key = Key("crossover_rad_s");
-const PHASE_MARGIN: Key = Key("phase_margin_rad");
-
-/// A refusal of the library: bad input, or a search that ended with nothing.
-fn refused(error: ControlError) -> Failure {
-    let text = in_degrees(&error);
-    match error {
-        ControlError::NotFound { .. } => Failure::Run(anyhow::anyhow!("{text}")),
-        _ => Failure::bad_input(text),
-    }
-}
-
-/// The text of an error with angles in degrees.
-fn in_degrees(error: &ControlError) -> String {
-    match *error {
-        ControlError::Range(range) if range.unit == "rad" => format!(
-            "{} {}° is not {}: give {PHASE_MARGIN}, as in 60deg",
-            range.what,
-            digits(range.value.to_degrees(), 4),
-            range.allowed.replace('π', "180°")
-        ),
-        ControlError::Range(range)
-            if range.what == "crossover" && range.allowed.contains("sample") =>
-        {
-            format!("{range}; shorten {SAMPLE_TIME} or lower {CROSSOVER}")
-        }
-        ControlError::Range(range) if range.what == "crossover" => {
-            format!("{range}: give {CROSSOVER}")
-        }
-        ControlError::Range(range) if range.what == "dead time" && range.unit == "samples" => {
-            format!(
-                "dead time of {} samples is not {}: lengthen {SAMPLE_TIME}, or shorten {DELAY} or the plant's dead time",
-                range.value, range.allowed
-            )
-        }
-        ControlError::Range(range)
-            if range.what == "dead time" && range.allowed.contains("record") =>
-        {
-            format!("{range}: give a smaller {DELAY}")
-        }
-        ControlError::Range(range) if range.what == "samples of the record" => {
-            format!("{range}: record for longer, or give --model with fewer terms")
-        }
-        ControlError::Contradiction {
-            first,
-            first_value,
-            second,
-            second_value,
-            remedy,
-        } => format!(
-            "{} {} contradicts {} {}: {remedy}",
-            Key(first),
-            with_unit(first, first_value),
-            Key(second),
-            with_unit(second, second_value)
-        ),
-        error => error.to_string(),
-    }
-}
-
-/// The value of a wish with its unit.
-fn with_unit(name: &str, value: f64) -> String {
-    match name {
-        "phase_margin_rad" => format!("{}°", digits(value.to_degrees(), 4)),
-        "crossover_rad_s" => format!("{} rad/s", digits(value, 4)),
-        _ => digits(value, 4),
-    }
-}
-
-/// Margins and peaks in a report.
-fn margins(margins: &Margins) -> Value {
-    let value = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.value);
-    let place = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.omega_rad_s);
-    json!({
-        "crossover_rad_s": place(margins.phase),
-        "crossovers": margins.crossovers,
-        "phase_margin_deg": value(margins.phase).map(f64::to_degrees),
-        "gain_up": value(margins.gain_up),
-        "gain_up_rad_s": place(margins.gain_up),
-        "gain_down": value(margins.gain_down),
-        "gain_down_rad_s": place(margins.gain_down),
-        "delay_margin_s": value(margins.delay_s),
-        "sensitivity_peak": margins.sensitivity.value,
-        "sensitivity_peak_rad_s": margins.sensitivity.omega_rad_s,
-        "complementary_peak": margins.complementary.value,
-        "complementary_peak_rad_s": margins.complementary.omega_rad_s,
-    })
-}
-
-/// The shape of a step in a report.
-fn shape(shape: &Shape, sample_time_s: f64) -> Value {
-    json!({
-        "overshoot": shape.overshoot,
-        "rise_time_s": shape.rise.map(|samples| samples * sample_time_s),
-        "settling_time_s": shape.settled.map(|samples| samples as f64 * sample_time_s),
-        "final_error": shape.final_error,
-    })
-}
-
-/// A PI^λD^μ in a report.
-fn pid(own: PidParameters) -> Value {
-    json!({
-        "proportional_gain": own.proportional,
-        "integral_gain_per_s_lambda": own.integral,
-        "integral_order": own.integral_order,
-        "derivative_gain_s_mu": own.derivative,
-        "derivative_order": own.derivative_order,
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use fractional_control::Plant;
-    use fractional_control::tuning::{Specification, tune};
-
-    #[test]
-    fn wishes_are_said_in_degrees() {
-        let plant: Plant = "1/(s+1)".parse().expect("valid");
-        let of = |wishes: Specification| in_degrees(&tune(&plant, None, &wishes).unwrap_err());
-        let wide = Specification::new(1.0, 200_f64.to_radians());
-        assert_eq!(
-            of(wide),
-            "phase margin 200° is not above 0 and below 180°: give `phase_margin_rad`, as in 60deg"
-        );
-        let peak = Specification {
-            sensitivity_peak: Some(0.9),
-            ..Specification::new(1.0, 60_f64.to_radians())
-        };
-        assert_eq!(
-            of(peak),
-            "`sensitivity_peak` 0.9 contradicts `phase_margin_rad` 60°: allow at least 1/(2 sin(margin/2))"
-        );
     }
 }

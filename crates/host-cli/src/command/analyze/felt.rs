@@ -1,6 +1,6 @@
 //! What is felt of a wall, `environment` and `transparency`, and what a coupler needs, `coupling`.
 
-use super::{HORIZON, logarithmic, path, path_result};
+use super::resolved::{HORIZON, logarithmic, path, path_result};
 use crate::files::Place;
 use crate::options::{Given, Options, WithFiles, keys};
 use crate::output::{Output, joined};

@@ -1,6 +1,6 @@
 //! A wall on a device: `stability`, `stability-region`, `passivity` and `sensitivity`.
 
-use super::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
+use super::resolved::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
 use crate::options::{Options, WithFiles, keys};
 use crate::output::{Output, joined};
 use crate::page::{Panel, Points, linear, logarithmic as axis, page};

@@ -1,6 +1,6 @@
 //! `analyze teleoperation`: two hands over a line, what is stable and what is felt.
 
-use super::logarithmic;
+use super::resolved::logarithmic;
 use crate::command::materials::library;
 use crate::options::{Given, WithFiles, keys};
 use crate::output::Output;

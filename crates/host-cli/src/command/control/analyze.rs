@@ -2,8 +2,8 @@
 
 use super::draw::{draw_loop, draw_plant};
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments};
-use super::{margins, refused};
-use crate::command::analyze::decibel;
+use super::words::{margins, refused};
+use crate::command::analyze::resolved::decibel;
 use crate::files::Files;
 use crate::output::Output;
 use clap::Args;

@@ -1,7 +1,7 @@
 //! Pictures of loops: runs, records, frequency responses, designs.
 
 use super::loops::NamedPlant;
-use crate::command::analyze::decibel;
+use crate::command::analyze::resolved::decibel;
 use crate::page::{Panel, Points, linear, logarithmic, page};
 use fractional_control::analysis::{Cause, LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};

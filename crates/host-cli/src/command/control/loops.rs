@@ -1,6 +1,6 @@
 //! Plant and controller, as the commands of `control` ask for them.
 
-use super::{in_degrees, refused};
+use super::words::{in_degrees, refused};
 use crate::output::warn;
 use crate::parse::{in_range, parse_scheme, within};
 use clap::Args;

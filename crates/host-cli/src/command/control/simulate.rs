@@ -2,7 +2,7 @@
 
 use super::draw::{draw_run, run_subtitle};
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
-use super::{in_degrees, refused, shape};
+use super::words::{in_degrees, refused, shape};
 use crate::files::{Files, Place};
 use crate::output::{Output, warn};
 use crate::parse::{number_within, within};

@@ -1,6 +1,6 @@
 //! `device flash`: program a board through probe-rs.
 
-use crate::command::device::PortArguments;
+use crate::command::device::port::PortArguments;
 use crate::output::{Output, note, warn};
 use crate::parse::one_of;
 use clap::Args;

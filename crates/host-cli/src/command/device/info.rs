@@ -1,6 +1,6 @@
 //! `device info` and `device list`.
 
-use super::PortArguments;
+use super::port::PortArguments;
 use super::settings::number;
 use crate::output::{Output, note};
 use crate::parse::whole;

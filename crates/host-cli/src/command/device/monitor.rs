@@ -1,8 +1,8 @@
 //! `device monitor`: watch a device, whatever happens to its line.
 
 use crate::command::conduct::{LiveArguments, stop_on_interrupt, target};
-use crate::command::device::PortArguments;
 use crate::command::device::info::fault_in_words;
+use crate::command::device::port::PortArguments;
 use crate::files::RunFiles;
 use crate::output::{Output, note, warn};
 use crate::parse::{whole, within};

@@ -1,8 +1,8 @@
 //! `device selftest`: what a device promises, tried, as a table.
 
 use crate::command::conduct::stop_on_interrupt;
-use crate::command::device::PortArguments;
 use crate::command::device::changes::watchdog_ms;
+use crate::command::device::port::PortArguments;
 use crate::output::{Output, note, warn};
 use crate::parse::{choice, within};
 use clap::Args;

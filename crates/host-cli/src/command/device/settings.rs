@@ -1,7 +1,7 @@
 //! `device get` and `device set`: the parameters of a device as a person and a script see them.
 
-use super::PortArguments;
 use super::changes::{self, Changes};
+use super::port::PortArguments;
 use crate::output::{Output, joined, warn};
 use clap::Args;
 use haptic_experiment::Failure;

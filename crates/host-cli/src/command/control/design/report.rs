@@ -1,7 +1,7 @@
 //! The report of a design: its numbers, and what they mean in sentences.
 
-use crate::command::analyze::decibel;
-use crate::command::control::{in_degrees, margins, pid, shape};
+use crate::command::analyze::resolved::decibel;
+use crate::command::control::words::{in_degrees, margins, pid, shape};
 use crate::output::joined;
 use fractional_control::design::{
     Candidate, ControlAnswer, ControlDesign, ROBUST_GAINS, Trial, Wish, WishName,

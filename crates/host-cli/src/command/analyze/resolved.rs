@@ -1,0 +1,265 @@
+//! The loop that an analysis is asked about, with units or without.
+
+use crate::options::Given;
+use crate::parse::sample_time_of;
+use fracdiff::{Order, Scheme};
+use haptic_analysis::{
+    AnalysisError, Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop,
+    SampledPlant,
+};
+use haptic_experiment::Failure;
+use haptic_experiment::parameters::analysis::{
+    ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
+    ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA,
+};
+use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
+use haptic_experiment::run::DeviceValues;
+use serde_json::{Value, json};
+
+const WITHOUT_UNITS: [Parameter; 4] = [ALPHA, BETA, DELTA, GAMMA];
+const WITH_UNITS: [Parameter; 5] = [
+    ANALYSED_MASS,
+    ANALYSED_DAMPING,
+    ANALYSED_HAND,
+    STIFFNESS,
+    DISSIPATION,
+];
+
+/// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
+pub(super) const HORIZON: f64 = 1e6;
+
+/// A loop that is ready to be analysed.
+#[derive(Debug)]
+pub(super) struct ResolvedLoop {
+    pub(super) parameters: Nondimensional,
+    pub(super) order: Order,
+    pub(super) operator: LoopOperator,
+    pub(super) scheme: Scheme,
+    /// Delay and lag.
+    pub(super) path: ForcePath,
+    /// T, s, if it was given.
+    pub(super) sample_time_s: Option<f64>,
+    /// m and T, where the loop was given with units.
+    pub(super) units: Option<(f64, f64)>,
+    /// True if δ (or b) was given at all.
+    pub(super) delta_given: bool,
+    /// The loop with units, as a result repeats it: who took a wrong unit sees it there.
+    pub(super) asked: Value,
+}
+
+/// The need for α and β (or K and B).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wall {
+    /// Both are needed.
+    Needed,
+    /// The analysis looks for them.
+    Sought,
+}
+
+/// Checks and gathers a loop, with units or without.
+pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure> {
+    let mu = given.order()?;
+    let file = given.device()?.map(|file| file.values);
+    let without_units = WITHOUT_UNITS.iter().any(|parameter| given.has(parameter));
+    let with_units = file.is_some() || WITH_UNITS.iter().any(|parameter| given.has(parameter));
+    if without_units && with_units {
+        return Err(Failure::bad_input(
+            "the loop is given both without units and with them: give either --alpha --beta --delta --gamma, or \
+             --mass --damping --hand-stiffness (or --device-model) --sample-time --stiffness --dissipation",
+        ));
+    }
+    let missing = |parameter: &Parameter| {
+        Failure::bad_input(format_args!(
+            "{parameter} is missing: give --alpha and --beta, or --mass, --sample-time, --stiffness and --dissipation"
+        ))
+    };
+    let needed = |parameter: &Parameter| match (given.number(parameter), wall) {
+        (Some(value), _) => Ok(value),
+        (None, Wall::Sought) => Ok(0.0),
+        (None, Wall::Needed) => Err(missing(parameter)),
+    };
+    let or = |parameter: &Parameter, of_file: fn(&DeviceValues) -> f64| {
+        given.number(parameter).or(file.as_ref().map(of_file))
+    };
+    let sample_time_s = given.number(&ANALYSED_SAMPLE_TIME);
+    let mut asked = json!({
+        "mass_kg": null,
+        "damping_n_s_per_m": null,
+        "hand_stiffness_n_per_m": null,
+        "sample_time_s": sample_time_s,
+        "stiffness_n_per_m": null,
+        "dissipation_n_s_mu_per_m": null,
+    });
+    let (parameters, units) = if with_units {
+        let mass = or(&ANALYSED_MASS, |file| file.mass_kg);
+        let mass = mass.ok_or_else(|| missing(&ANALYSED_MASS))?;
+        let t = sample_time_s.ok_or_else(|| missing(&ANALYSED_SAMPLE_TIME))?;
+        let damping = or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m).unwrap_or(0.0);
+        let hand = or(&ANALYSED_HAND, |file| file.hand_stiffness_n_per_m).unwrap_or(0.0);
+        asked["mass_kg"] = mass.into();
+        asked["damping_n_s_per_m"] = damping.into();
+        asked["hand_stiffness_n_per_m"] = hand.into();
+        asked["stiffness_n_per_m"] = json!(given.number(&STIFFNESS));
+        asked["dissipation_n_s_mu_per_m"] = json!(given.number(&DISSIPATION));
+        let device = Dynamics {
+            hand_stiffness_n_per_m: hand,
+            ..Dynamics::ideal(mass, damping)
+        };
+        let wall = Environment {
+            stiffness_n_per_m: needed(&STIFFNESS)?,
+            dissipation_n_s_mu_per_m: needed(&DISSIPATION)?,
+            order: mu,
+            sample_time_s: t,
+        };
+        (device.nondimensional(&wall), Some((mass, t)))
+    } else {
+        let without_units = Nondimensional {
+            alpha: needed(&ALPHA)?,
+            beta: needed(&BETA)?,
+            delta: given.number(&DELTA).unwrap_or(0.0),
+            gamma: given.number(&GAMMA).unwrap_or(0.0),
+        };
+        (without_units.checked(), None)
+    };
+    let parameters = parameters.map_err(|error| refused_parameter(error, with_units))?;
+    let scheme = given.scheme()?;
+    let sample_time = sample_time_of(scheme, sample_time_s)?;
+    Ok(ResolvedLoop {
+        parameters,
+        order: mu,
+        operator: LoopOperator::new(scheme, mu, sample_time, HORIZON).map_err(Failure::input)?,
+        scheme,
+        path: path(given, sample_time_s, file.as_ref())?,
+        sample_time_s,
+        units,
+        asked,
+        delta_given: given.has(&DELTA) || given.has(&ANALYSED_DAMPING) || file.is_some(),
+    })
+}
+
+impl ResolvedLoop {
+    /// The device as the loop sees it.
+    pub(super) fn plant(&self) -> Result<SampledPlant, Failure> {
+        let Nondimensional { delta, gamma, .. } = self.parameters;
+        SampledPlant::behind(delta, gamma, self.path).map_err(Failure::input)
+    }
+
+    /// The loop.
+    pub(super) fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
+        let Nondimensional { alpha, beta, .. } = self.parameters;
+        SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(Failure::input)
+    }
+
+    /// What a result says of the loop, the wall and device without units, and the way of the force.
+    pub(super) fn result(&self, without_units: Value) -> [Value; 4] {
+        let loop_ = json!({"order": self.order.get(), "scheme": self.scheme.to_string()});
+        let path = path_result(self.path, self.sample_time_s);
+        [loop_, self.asked.clone(), without_units, path]
+    }
+
+    /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).
+    pub(super) fn with_units(&self, alpha: Option<f64>, beta: Option<f64>) -> [Option<f64>; 2] {
+        let Some((m, t)) = self.units else {
+            return [None; 2];
+        };
+        let stiffness = alpha.map(|alpha| alpha * m / (t * t));
+        [
+            stiffness,
+            beta.map(|beta| beta * m / t.powf(2.0 - self.order.get())),
+        ]
+    }
+
+    /// The path in words: `delay 1.3 samples`, and the lag if there is one.
+    pub(super) fn path_words(&self) -> String {
+        // 1.3 ms / 1 ms is 1.2999999999999998.
+        let rounded = |samples: f64| (samples * 1e9).round() / 1e9;
+        let lag = match self.path.lag_samples() {
+            lag if lag > 0.0 => format!(", current lag {} samples", rounded(lag)),
+            _ => String::new(),
+        };
+        format!("delay {} samples{lag}", rounded(self.path.delay_samples()))
+    }
+}
+
+/// A parameter of the loop that is refused, with the options that set it.
+fn refused_parameter(error: AnalysisError, with_units: bool) -> Failure {
+    let AnalysisError::Range(range) = &error else {
+        return Failure::input(error);
+    };
+    let advice = match (range.what, with_units) {
+        ("mass", _) => "change --mass",
+        ("sample time", _) => "change --sample-time",
+        ("damping", _) => "change --damping",
+        ("hand stiffness", _) => "change --hand-stiffness",
+        ("stiffness", _) => "change --stiffness",
+        ("dissipation", _) => "change --dissipation",
+        ("alpha", true) => "it is K T^2/m, change --stiffness, --mass or --sample-time",
+        ("beta", true) => "it is B T^(2-mu)/m, change --dissipation, --mass or --sample-time",
+        ("delta", true) => "it is b T/m, change --damping, --mass or --sample-time",
+        ("gamma", true) => "it is k T^2/m, change --hand-stiffness, --mass or --sample-time",
+        ("alpha", false) => "change --alpha",
+        ("beta", false) => "change --beta",
+        ("delta", false) => "change --delta",
+        ("gamma", false) => "change --gamma",
+        _ => return Failure::input(error),
+    };
+    Failure::input_with_advice(error, advice)
+}
+
+/// Delay and lag of a loop in samples; `sample_time_s` is its own, if it was given. What is not given is of the device file.
+pub(super) fn path(
+    given: &Given,
+    sample_time_s: Option<f64>,
+    file: Option<&DeviceValues>,
+) -> Result<ForcePath, Failure> {
+    let in_samples = given.number(&DELAY_SAMPLES);
+    if in_samples.is_some() && given.has(&ANALYSED_DELAY) {
+        return Err(Failure::bad_input(
+            "the delay is given both in samples and in seconds: give either --delay-samples or --delay",
+        ));
+    }
+    let samples = |parameter: &Parameter, of_file: fn(&DeviceValues) -> f64| {
+        let time_s = given.number(parameter).or(file.map(of_file)).unwrap_or(0.0);
+        match sample_time_s {
+            Some(t) => Ok(time_s / t),
+            None if time_s == 0.0 => Ok(0.0),
+            None => Err(Failure::bad_input(format_args!(
+                "{parameter} {time_s} s is a time, and the loop has none: give --sample-time"
+            ))),
+        }
+    };
+    let delay = match in_samples {
+        Some(samples) => samples,
+        None => samples(&ANALYSED_DELAY, |file| file.delay_s)?,
+    };
+    let lag = samples(&ANALYSED_LAG, |file| file.current_lag_s)?;
+    ForcePath::new(delay, lag).map_err(|error| {
+        Failure::input_with_advice(error, "change --delay, --delay-samples or --current-lag")
+    })
+}
+
+/// Delay and lag in a result; times are null without a sample time.
+pub(super) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value {
+    json!({
+        "delay_samples": path.delay_samples(),
+        "delay_s": sample_time_s.map(|t| path.delay_samples() * t),
+        "current_lag_samples": path.lag_samples(),
+        "current_lag_s": sample_time_s.map(|t| path.lag_samples() * t),
+    })
+}
+
+/// Amplitude ratio in decibel.
+pub(crate) fn decibel(magnitude: f64) -> f64 {
+    20.0 * magnitude.log10()
+}
+
+/// `count` frequencies from `low` to `high`, equal steps of their logarithm.
+pub(super) fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+    let ratio = (high / low).ln();
+    let steps = count.saturating_sub(1).max(1) as f64;
+    // The last is exactly `high`.
+    (0..count).map(move |i| match i + 1 == count {
+        true => high,
+        false => low * (ratio * i as f64 / steps).exp(),
+    })
+}
