@@ -14,7 +14,6 @@ pub(crate) mod wall;
 
 use crate::document::parameters::{ON_DEVICE, Parameter, SAFETY};
 pub use drive::{DriveReport, DriveVerdict, LoopVerdict};
-use std::collections::BTreeMap;
 pub use touch::{PostureVerdict, TouchVerdict};
 
 /// Kinds of experiments, the names of their tables in files.
@@ -56,9 +55,4 @@ pub(crate) fn tables(kind: &str) -> Option<Vec<(&'static str, &'static [Paramete
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     Some(own.iter().copied().chain(common).collect())
-}
-
-/// What the log of a run of this kind says of it beside its document.
-pub(crate) fn metadata(kind: &str) -> BTreeMap<String, String> {
-    BTreeMap::from([("experiment".to_owned(), kind.to_owned())])
 }

@@ -24,7 +24,7 @@ use crate::document::parameters::{Parameter, Value};
 use crate::document::reader::Table;
 use crate::document::{Document, IN_LOG, choice, line};
 use crate::experiment::reading::with_devices;
-use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
+use crate::experiment::{coupler, indentation, teleoperation, touch, wall};
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use crate::{
@@ -117,8 +117,8 @@ impl ExperimentFile {
             .transpose()?;
         let drive = drive.as_ref();
         match kind {
-            "relax" => rendering::relax(&table, drive).map(Self::Relax),
-            "creep" => rendering::creep(&table, drive).map(Self::Creep),
+            "relax" => indentation::relax(&table, drive).map(Self::Relax),
+            "creep" => indentation::creep(&table, drive).map(Self::Creep),
             "coupler" => coupler::coupler(&table).map(Self::Coupler),
             "teleoperation" => {
                 let read = teleoperation::teleoperation(&table)?;

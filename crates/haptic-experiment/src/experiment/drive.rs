@@ -6,6 +6,7 @@
 //! ```
 //! The tissue is judged as ever: by the sum over the motion that was really made.
 
+mod judge;
 mod preflight;
 #[cfg(test)]
 mod tests;
@@ -18,16 +19,16 @@ use crate::document::parameters::range::FORCE_LIMITS;
 use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
 use crate::document::reader::Table;
 use crate::run::simulate::Instrumented;
-use crate::run::tick::KeptSample;
 use fracdiff::Real;
 use fracdiff::parameter::Shown;
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RigDrive};
 use haptic_loop::{Device, Reading, SafeForce};
+pub use judge::DriveReport;
+pub(crate) use judge::{DriveJudge, drive_columns};
 pub(crate) use preflight::TissueLaw;
 pub use preflight::{DriveVerdict, LoopVerdict};
-use serde::Serialize;
 use std::convert::Infallible;
 use std::fmt::Debug;
 
@@ -224,123 +225,5 @@ impl Instrumented for SimulatedRig {
                 }
             }
         }
-    }
-}
-
-/// The work of a drive.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DriveReport {
-    /// The controller.
-    pub controller: String,
-    /// `position` in a relaxation, `force` in a creep test: what the controller holds, and the unit of the errors, m or N.
-    pub quantity: &'static str,
-    /// Largest |set point − measurement|, m or N.
-    pub tracking_error_max: f64,
-    /// Root of the mean square of it, m or N.
-    pub tracking_error_rms: f64,
-    /// |set point − measurement| of the last sample, m or N.
-    pub tracking_error_final: f64,
-    /// Largest force on the indenter, N.
-    pub drive_force_peak_n: f64,
-    /// Its limit, N.
-    pub drive_force_limit_n: f64,
-    /// Samples in which the limit acted.
-    pub saturated_samples: u64,
-    /// The verdict before the run.
-    pub preflight: DriveVerdict,
-}
-
-impl DriveReport {
-    /// The drive was at its limit, or runs though the analysis calls it unstable.
-    pub(crate) fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        if self.saturated_samples > 0 {
-            warnings.push(format!(
-                "the drive was at its limit of {} N in {} samples: raise {DRIVE_FORCE_LIMIT}, or take a slower ramp or \
-                 another {CONTROLLER}",
-                self.drive_force_limit_n, self.saturated_samples
-            ));
-        }
-        if !self.preflight.stable() {
-            warnings.push(
-                "pre-flight: the loop of the drive is unstable by the analysis; run all the same"
-                    .to_owned(),
-            );
-        }
-        warnings
-    }
-}
-
-/// Columns that a drive adds to the table of a run.
-pub(crate) fn drive_columns(drive: RigDrive) -> [&'static str; 2] {
-    match drive {
-        RigDrive::Position(_) => ["indenter_position_m", "drive_force_n"],
-        RigDrive::Force(_) => ["contact_force_n", "drive_force_n"],
-    }
-}
-
-/// Judges sample by sample.
-pub(crate) struct DriveJudge {
-    drive: RigDrive,
-    holder: ControllerHolder,
-    report: DriveReport,
-    samples: u64,
-    squares: f64,
-}
-
-impl DriveJudge {
-    /// Of no sample yet.
-    pub(crate) fn new(
-        own: &Drive,
-        drive: RigDrive,
-        sample_time_s: f64,
-        preflight: DriveVerdict,
-    ) -> Result<Self, Failure> {
-        Ok(Self {
-            drive,
-            holder: own.holder(sample_time_s)?,
-            report: DriveReport {
-                controller: own.name.clone(),
-                quantity: match drive {
-                    RigDrive::Position(_) => "position",
-                    RigDrive::Force(_) => "force",
-                },
-                tracking_error_max: 0.0,
-                tracking_error_rms: 0.0,
-                tracking_error_final: 0.0,
-                drive_force_peak_n: 0.0,
-                drive_force_limit_n: own.force_limit_n,
-                saturated_samples: 0,
-                preflight,
-            },
-            samples: 0,
-            squares: 0.0,
-        })
-    }
-
-    /// Takes a sample in: set point − measurement, and the values of its columns.
-    pub(crate) fn add(&mut self, sample: &KeptSample) -> (f64, [f64; 2]) {
-        let set_point = set_point(self.drive, sample.time_s);
-        let measured = match self.drive {
-            RigDrive::Position(_) => sample.indenter_position_m,
-            RigDrive::Force(_) => sample.contact_force_n,
-        };
-        let force = self.holder.force(set_point, measured);
-        let error = set_point - measured;
-        let report = &mut self.report;
-        report.tracking_error_max = report.tracking_error_max.max(error.abs());
-        report.tracking_error_final = error.abs();
-        report.drive_force_peak_n = report.drive_force_peak_n.max(force.abs());
-        report.saturated_samples += u64::from(self.holder.limited);
-        self.samples += 1;
-        self.squares += error * error;
-        (error, [measured, force])
-    }
-
-    pub(crate) fn finish(mut self) -> DriveReport {
-        if self.samples > 0 {
-            self.report.tracking_error_rms = (self.squares / self.samples as f64).sqrt();
-        }
-        self.report
     }
 }

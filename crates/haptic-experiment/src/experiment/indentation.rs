@@ -9,13 +9,17 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-use super::metadata;
-use super::rendering::{Contact, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN, STRESS};
+use super::reading::metadata;
+use super::rendering::{
+    CREEP_DURATION, Contact, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN, STRESS,
+    rendering,
+};
 use crate::document::advice::parameter;
+use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
+use crate::document::reader::Table;
 use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
-use crate::judge::Published;
 use crate::judge::preflight::Preflight;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::note_findings;
@@ -91,20 +95,6 @@ impl Indentation {
             },
             duration_s: RELAX_DURATION.default_number(),
         }
-    }
-
-    /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report>, Failure> {
-        let ran = self.record(request, supervisor)?;
-        let reported = self.report(&ran)?;
-        Ok(Published::new(reported, ran.folder))
     }
 
     /// Runs the loop and writes the log.
@@ -434,4 +424,40 @@ impl Indentation {
             after_rise: true,
         })
     }
+}
+
+/// `[relax]`, with the table of a controller that holds the indenter.
+pub(crate) fn relax(
+    table: &Table<'_>,
+    drive: Option<&Table<'_>>,
+) -> Result<Indentation, FileError> {
+    let duration_s = table.number(&RELAX_DURATION)?;
+    let ramp_time_s = table.number(&RAMP_TIME)?;
+    if ramp_time_s >= duration_s {
+        let reason = format!("ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}");
+        return Err(table.fail_at("ramp_time_s", reason));
+    }
+    Ok(Indentation {
+        load: Load::Strain {
+            strain: table.number(&STRAIN)?,
+            ramp_time_s,
+        },
+        duration_s,
+        rendering: rendering(table, drive, duration_s)?,
+    })
+}
+
+/// `[creep]`, likewise.
+pub(crate) fn creep(
+    table: &Table<'_>,
+    drive: Option<&Table<'_>>,
+) -> Result<Indentation, FileError> {
+    let duration_s = table.number(&CREEP_DURATION)?;
+    Ok(Indentation {
+        load: Load::Stress {
+            stress_pa: table.number(&STRESS)?,
+        },
+        duration_s,
+        rendering: rendering(table, drive, duration_s)?,
+    })
 }

@@ -18,6 +18,7 @@ use haptic_loop::units::{
     Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, SquareMetres,
 };
 use haptic_tissue::{Library, Model};
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -203,4 +204,9 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
         material: Box::new(material.map_err(|error| wrong(error.to_string()))?),
         specimen: specimen.map_err(|error| table.fail(error.to_string()))?,
     })
+}
+
+/// What the log of a run of this kind says of it beside its document.
+pub(crate) fn metadata(kind: &str) -> BTreeMap<String, String> {
+    BTreeMap::from([("experiment".to_owned(), kind.to_owned())])
 }

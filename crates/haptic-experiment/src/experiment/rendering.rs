@@ -9,7 +9,6 @@ use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{DURATIONS, STRAINS, STRESSES};
 use crate::document::reader::Table;
 use crate::experiment::drive::{self, Drive};
-use crate::experiment::indentation::{Indentation, Load};
 use crate::judge::Reference;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::run::SAMPLES;
@@ -194,42 +193,6 @@ impl Rendering {
     }
 }
 
-/// `[relax]`, with the table of a controller that holds the indenter.
-pub(crate) fn relax(
-    table: &Table<'_>,
-    drive: Option<&Table<'_>>,
-) -> Result<Indentation, FileError> {
-    let duration_s = table.number(&RELAX_DURATION)?;
-    let ramp_time_s = table.number(&RAMP_TIME)?;
-    if ramp_time_s >= duration_s {
-        let reason = format!("ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}");
-        return Err(table.fail_at("ramp_time_s", reason));
-    }
-    Ok(Indentation {
-        load: Load::Strain {
-            strain: table.number(&STRAIN)?,
-            ramp_time_s,
-        },
-        duration_s,
-        rendering: rendering(table, drive, duration_s)?,
-    })
-}
-
-/// `[creep]`, likewise.
-pub(crate) fn creep(
-    table: &Table<'_>,
-    drive: Option<&Table<'_>>,
-) -> Result<Indentation, FileError> {
-    let duration_s = table.number(&CREEP_DURATION)?;
-    Ok(Indentation {
-        load: Load::Stress {
-            stress_pa: table.number(&STRESS)?,
-        },
-        duration_s,
-        rendering: rendering(table, drive, duration_s)?,
-    })
-}
-
 /// The safety chain and the pre-flight of a device, whose mass, damping, delay and lag its own keys say, and its device file.
 fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), FileError> {
     let mut safety = safety(table)?;
@@ -253,7 +216,8 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), 
     Ok((safety, preflight))
 }
 
-fn rendering(
+/// The rendering of `[relax]` or `[creep]`, with the table of a controller that holds the indenter.
+pub(super) fn rendering(
     table: &Table<'_>,
     held: Option<&Table<'_>>,
     duration_s: f64,

@@ -20,9 +20,10 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-use super::metadata;
-use super::reading::piece;
-use super::trial::{TRIAL_FORCE_RATE_LIMIT, force_and_rate, safe_force_limit};
+use super::reading::{metadata, piece};
+use super::trial::{
+    TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
+};
 use crate::document::advice;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -37,13 +38,14 @@ use crate::document::parameters::{
     AREA, DAMPING, FORCE_LIMIT, LIBRARY, MASS, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
 };
 use crate::document::reader::Table;
-use crate::judge::modelled_tissue::Matter;
+use crate::judge::preflight::Matter;
 use crate::run::SAMPLES;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
 use crate::run::schedule::{self, Pace};
 use crate::run::sensors::Imperfections;
+use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
@@ -53,8 +55,6 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_loop::{ParameterError, SafetyChain};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
-pub(crate) use pair::PlaceName;
-pub use pair::RemotePlace;
 pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
 pub use side::{FarEnd, FarReport, Terms};
 use std::collections::BTreeMap;
@@ -587,4 +587,59 @@ fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {
         return Err(table.fail_at("playout_s", reason));
     }
     Ok(Some(samples as u32))
+}
+
+/// Kinds of remote places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PlaceName {
+    /// A tissue of the library.
+    Tissue,
+    /// K + B·D^μ.
+    Wall,
+}
+
+impl Named for PlaceName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Tissue,
+            "tissue",
+            "A tissue of the library, to which the slave is joined",
+        ),
+        (Self::Wall, "wall", "A spring and a fractional damper"),
+    ];
+}
+
+/// What the slave touches, and is joined to, from its start on.
+#[derive(Clone, Debug)]
+pub struct RemotePlace {
+    /// A piece of tissue, or a wall.
+    pub matter: Matter,
+    /// It pushes but never pulls.
+    pub one_sided: bool,
+}
+
+impl RemotePlace {
+    /// Its law, stepped with `step` for so many steps.
+    fn law(&self, scheme: Scheme, step: Seconds, steps: u64) -> Result<VirtualWall, Failure> {
+        let look = self.matter.run_by(scheme, step, steps);
+        let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        wall_at_start(k, b, look.operator()?, self.one_sided).map_err(Failure::input)
+    }
+
+    /// Force for a place at a frequency, N/m; `None` where it is not linear.
+    #[must_use]
+    pub fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
+        (!self.one_sided).then(|| self.matter.stiffness(omega_rad_s))
+    }
+
+    /// In a few words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let words = self.matter.words();
+        match (&self.matter, self.one_sided) {
+            (Matter::Tissue(_), _) => words,
+            (Matter::Wall { .. }, false) => format!("wall of {words}"),
+            (Matter::Wall { .. }, true) => format!("one-sided wall of {words}"),
+        }
+    }
 }

@@ -32,7 +32,7 @@ use crate::document::parameters::{
     THICKNESS, TOUCH_AXES, WORKSPACE_LOW,
 };
 use crate::document::reader::Table;
-use crate::judge::modelled_tissue::Matter;
+use crate::judge::preflight::Matter;
 use crate::judge::preflight::Preflight;
 use crate::run::record::WHOLE_MOST;
 use crate::run::remote::{RemoteDevice, host_limits};
@@ -46,8 +46,7 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limits, SafetyChain};
-pub use report::{TouchReport, TouchVerdict};
-pub use running::PostureVerdict;
+pub use report::{PostureVerdict, TouchReport, TouchVerdict};
 use shape::{Grip, HandPath, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 

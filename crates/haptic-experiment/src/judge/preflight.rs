@@ -17,14 +17,94 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{CURRENT_LAG, DAMPING, DELAY, HAND_STIFFNESS, MASS, SAMPLE_TIME};
-use crate::judge::modelled_tissue::{loop_operator, memory, operator};
+use crate::judge::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
 use crate::judge::reference::{self, Reference, ReferenceSeries};
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
+use fracdiff::num_complex::Complex;
 use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Dynamics, Environment, LoopOperator, SampledLoop};
 use haptic_tissue::Model;
+
+/// What is touched: a piece of tissue, or K + B·D^μ.
+#[derive(Clone, Debug)]
+pub enum Matter {
+    /// A piece of tissue.
+    Tissue(TissuePiece),
+    /// K + B·D^μ.
+    Wall {
+        /// K, N/m, at least 0.
+        stiffness_n_per_m: f64,
+        /// B, N·s^μ/m, at least 0.
+        dissipation_n_s_mu_per_m: f64,
+        /// μ, 0 to 2.
+        order: Order,
+    },
+}
+
+impl Matter {
+    /// As it is run by an operator of this scheme, for so many samples.
+    pub(crate) fn run_by(&self, scheme: Scheme, t: Seconds, samples: u64) -> Preflight<'_> {
+        let (model, order, (stiffness_n_per_m, dissipation_n_s_mu_per_m)) = match self {
+            Self::Tissue(piece) => {
+                let material = &piece.material;
+                (
+                    material.composed(),
+                    material.order(),
+                    piece.spring_and_damper(),
+                )
+            }
+            Self::Wall {
+                stiffness_n_per_m: k,
+                dissipation_n_s_mu_per_m: b,
+                order,
+            } => (None, *order, (*k, *b)),
+        };
+        Preflight {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order,
+            model,
+            scheme,
+            sample_time_s: t.0,
+            samples,
+        }
+    }
+
+    /// Force for a place at a frequency, N/m.
+    pub(crate) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega_rad_s);
+        match self {
+            Self::Tissue(piece) => piece.material.model.modulus(s) * piece.shape_m(),
+            Self::Wall {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order,
+            } => s.powf(order.get()) * *dissipation_n_s_mu_per_m + *stiffness_n_per_m,
+        }
+    }
+
+    /// In a few words.
+    pub(crate) fn words(&self) -> String {
+        match self {
+            Self::Tissue(piece) => piece.material.name.clone(),
+            Self::Wall {
+                stiffness_n_per_m: k,
+                dissipation_n_s_mu_per_m: b,
+                order,
+            } => format!("{k} N/m and {b} N·s^{order}/m"),
+        }
+    }
+
+    /// The text of the file of a tissue.
+    pub(crate) fn file(&self) -> Option<String> {
+        match self {
+            Self::Tissue(piece) => Some(piece.material.to_toml()),
+            Self::Wall { .. } => None,
+        }
+    }
+}
 
 /// A loop that is to be looked at.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! From the run of an indentation and its theory to files, a report and curves.
 
 use super::{Indentation, Load};
+use crate::Supervisor;
 use crate::document::failure::Failure;
 use crate::experiment::drive::{DriveJudge, DriveReport, drive_columns};
 use crate::experiment::rendering::{Contact, Precision, Rendering};
@@ -8,9 +9,9 @@ use crate::judge::decimated::Decimated;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
 use crate::judge::report::{Errors, Files, RunReport, Summary};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, LargestError, Origin, percent, relative_error};
+use crate::judge::{Curves, LargestError, Origin, Published, percent, relative_error};
 use crate::run::Ran;
-use crate::run::folder::Table;
+use crate::run::folder::{FolderRequest, Table};
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
@@ -95,6 +96,20 @@ struct TheorySample {
 type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
 impl Indentation {
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report>, Failure> {
+        let ran = self.record(request, supervisor)?;
+        let reported = self.report(&ran)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
     pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let (rendering, record, own) = (&self.rendering, &ran.record, self.drive()?);

@@ -2,73 +2,15 @@
 
 use super::{HandModel, HandMotion, TeleoperationExperiment, parameter};
 use crate::document::failure::Failure;
-use crate::document::named::Named;
-use crate::experiment::trial::{VirtualWall, wall_at_start};
-use crate::judge::modelled_tissue::Matter;
+use crate::experiment::trial::VirtualWall;
 use crate::run::ending::Ending;
-use fracdiff::num_complex::Complex;
-use fracdiff::{Operator, Scheme, Seconds};
+use fracdiff::{Operator, Seconds};
 use haptic_link::HandSide;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
 use haptic_teleoperation::{Channel, Port};
 use nalgebra::Vector1;
-
-/// Kinds of remote places.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum PlaceName {
-    /// A tissue of the library.
-    Tissue,
-    /// K + B·D^μ.
-    Wall,
-}
-
-impl Named for PlaceName {
-    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (
-            Self::Tissue,
-            "tissue",
-            "A tissue of the library, to which the slave is joined",
-        ),
-        (Self::Wall, "wall", "A spring and a fractional damper"),
-    ];
-}
-
-/// What the slave touches, and is joined to, from its start on.
-#[derive(Clone, Debug)]
-pub struct RemotePlace {
-    /// A piece of tissue, or a wall.
-    pub matter: Matter,
-    /// It pushes but never pulls.
-    pub one_sided: bool,
-}
-
-impl RemotePlace {
-    /// Its law, stepped with `step` for so many steps.
-    fn law(&self, scheme: Scheme, step: Seconds, steps: u64) -> Result<VirtualWall, Failure> {
-        let look = self.matter.run_by(scheme, step, steps);
-        let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
-        wall_at_start(k, b, look.operator()?, self.one_sided).map_err(Failure::input)
-    }
-
-    /// Force for a place at a frequency, N/m; `None` where it is not linear.
-    #[must_use]
-    pub fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
-        (!self.one_sided).then(|| self.matter.stiffness(omega_rad_s))
-    }
-
-    /// In a few words.
-    #[must_use]
-    pub fn words(&self) -> String {
-        let words = self.matter.words();
-        match (&self.matter, self.one_sided) {
-            (Matter::Tissue(_), _) => words,
-            (Matter::Wall { .. }, false) => format!("wall of {words}"),
-            (Matter::Wall { .. }, true) => format!("one-sided wall of {words}"),
-        }
-    }
-}
 
 /// What holds or touches a device.
 enum World {

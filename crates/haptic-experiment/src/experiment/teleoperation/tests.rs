@@ -8,7 +8,8 @@ use super::{
 };
 use crate::ExperimentFile;
 use crate::experiment::bounded_tests::conducted;
-use crate::judge::modelled_tissue::{Matter, ModelledTissue, TissuePiece};
+use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use crate::judge::preflight::Matter;
 use crate::run::safety::Safety;
 use crate::run::schedule::Pace;
 use fracdiff::{Order, Seconds};

@@ -2,7 +2,6 @@
 
 use super::TouchExperiment;
 use super::device::{HandEnergy, depth};
-use super::running::PostureVerdict;
 use super::shape::TouchShape;
 use crate::document::failure::Failure;
 use crate::document::parameters::{GUARD, RISE_TIME, SAMPLE_TIME};
@@ -390,4 +389,15 @@ fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
         axis(force, 1),
         axis(force, 2),
     ]
+}
+
+/// Mass that is felt along the normal, in the postures that come up, and the worst of them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PostureVerdict {
+    /// Least 1/(nᵀ M⁻¹ n), kg.
+    pub effective_mass_least_kg: f64,
+    /// Largest, kg.
+    pub effective_mass_most_kg: f64,
+    /// The one of them that the pre-flight is of: unstable before stable, then of the smaller margin, kg.
+    pub judged_mass_kg: f64,
 }

@@ -2,7 +2,7 @@
 //! shape is felt in a real hand, or in that of an emulated board.
 
 use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
-use super::report::TouchReport;
+use super::report::{PostureVerdict, TouchReport};
 use super::shape::{Grip, HandPath, TouchShape, Touched, per_axis};
 use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
@@ -11,7 +11,7 @@ use super::{
 use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE, LOOP};
-use crate::experiment::metadata;
+use crate::experiment::reading::metadata;
 use crate::judge::Published;
 use crate::judge::preflight::Preflight;
 use crate::run::device::LinkedName;
@@ -29,7 +29,6 @@ use haptic_loop::plant::{Axes, MassMatrix, Sensed};
 use haptic_loop::units::Kilograms;
 use haptic_loop::{Contact, Controller, SpringDamper};
 use nalgebra::SVector;
-use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// A loop made of good parameters.
@@ -257,17 +256,6 @@ impl TouchExperiment {
             held(&lightest, push_n),
         )
     }
-}
-
-/// Mass that is felt along the normal, in the postures that come up, and the worst of them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PostureVerdict {
-    /// Least 1/(nᵀ M⁻¹ n), kg.
-    pub effective_mass_least_kg: f64,
-    /// Largest, kg.
-    pub effective_mass_most_kg: f64,
-    /// The one of them that the pre-flight is of: unstable before stable, then of the smaller margin, kg.
-    pub judged_mass_kg: f64,
 }
 
 /// The loop in the lightest and the heaviest posture.

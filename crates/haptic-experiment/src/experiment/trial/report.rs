@@ -3,7 +3,7 @@
 use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
-use crate::experiment::metadata;
+use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{Errors, Files, RunReport};
