@@ -32,7 +32,7 @@ fn info_says_what_is_in_a_log() {
     for (label, value) in [
         ("samples", "3001"),
         ("complete", "yes"),
-        ("order", "0.2247"),
+        ("strain", "0.05"),
     ] {
         assert_eq!(row(&text.stdout, label), value);
     }

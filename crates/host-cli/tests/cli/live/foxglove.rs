@@ -3,7 +3,7 @@
 use super::{PATIENCE, run, stderr};
 use haptic_experiment::run::Recorder;
 use haptic_log::live::Foxglove;
-use haptic_log::record::{Entry, LogReader, TickMessage, Value};
+use haptic_log::record::{Entry, LogReader, TickMessage, Value as Logged};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -135,9 +135,9 @@ fn cdr(tick: &TickMessage) -> Vec<u8> {
     let mut bytes = Vec::new();
     for column in TickMessage::columns(1) {
         let number = match column.value(tick) {
-            Value::Count(count) => count.to_le_bytes().to_vec(),
-            Value::Number(number) => number.to_le_bytes().to_vec(),
-            Value::Bits(bits) => vec![bits],
+            Logged::Count(count) => count.to_le_bytes().to_vec(),
+            Logged::Number(number) => number.to_le_bytes().to_vec(),
+            Logged::Bits(bits) => vec![bits],
         };
         bytes.resize(bytes.len().next_multiple_of(number.len()), 0);
         bytes.extend(number);
