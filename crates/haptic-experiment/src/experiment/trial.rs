@@ -16,7 +16,7 @@ use crate::document::parameters::range::{
 };
 use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
-use crate::judge::settling::{Criterion, Judge, Scales, Tolerance};
+use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use crate::run::simulate::simulate;
@@ -25,12 +25,13 @@ use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
+use haptic_loop::{Controller, Device, Environment, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
 pub use report::TrialReport;
 pub(crate) use report::{Judged, OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
 pub use setup::TrialSetup;
 pub(crate) use setup::{Parts, setup};
+use std::convert::Infallible;
 use std::ops::{ControlFlow, RangeInclusive};
 
 parameters! {
@@ -134,6 +135,34 @@ impl TrialPlan {
             )));
         }
         Ok(samples)
+    }
+
+    /// Tries a law on a device, both of one's own, in virtual time. The device is pushed and thrown as its own model does it; `stiffness_n_per_m`
+    /// is the spring that it meets at rest, with which the deflection is expected.
+    ///
+    /// # Errors
+    /// A parameter of the plan outside its range.
+    pub fn try_law<E, V>(
+        &self,
+        controller: &mut Controller<f64, 1, E>,
+        device: &mut V,
+        sample_time: Seconds,
+        stiffness_n_per_m: f64,
+    ) -> Result<Settling, Failure>
+    where
+        E: Environment<f64, 1>,
+        V: Device<f64, 1, Error = Infallible>,
+    {
+        let samples = self.samples(sample_time)?;
+        let mut judge = self.judge((stiffness_n_per_m, 0.0), 0.0, sample_time.0);
+        let mut engaged = controller.engage(device);
+        let whole = (0..samples).all(|_| {
+            let Ok(sample) = engaged.tick();
+            let (reading, force) = (&sample.reading, sample.force.newtons());
+            let goes_on = judge.see(reading.time_s, reading.position_m[0], force[0]);
+            goes_on && engaged.controller().safety().fault().is_none()
+        });
+        Ok(judge.settling(whole, Some(self.push_n / stiffness_n_per_m)))
     }
 
     /// The judge of a wall of K N/m (with the hand), B·T^(−μ) N/m, behind these sensors.

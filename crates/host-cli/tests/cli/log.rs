@@ -29,11 +29,7 @@ fn info_says_what_is_in_a_log() {
     assert_eq!(info["gaps"], Value::Array(Vec::new()));
     assert_eq!(info["complete"], Value::from(true));
     let text = place.run("log info run/relax.mcap").succeeded();
-    for (label, value) in [
-        ("samples", "3001"),
-        ("complete", "yes"),
-        ("strain", "0.05"),
-    ] {
+    for (label, value) in [("samples", "3001"), ("complete", "yes"), ("strain", "0.05")] {
         assert_eq!(row(&text.stdout, label), value);
     }
 }
