@@ -35,7 +35,8 @@ use fractional_haptics::haptic_loop::units::{
 };
 use fractional_haptics::haptic_loop::{
     Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, Limits,
-    PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper, Tissue, Workspace,
+    PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper,
+    Tissue, Workspace,
 };
 use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
 use nalgebra::SVector;

@@ -25,19 +25,20 @@ pub(crate) fn answer<'py>(
         Question::ZWidth(zwidth) if zwidth.remote.is_some() => Interrupted::Awaited,
         _ => Interrupted::Forgotten,
     };
-    let report =
-        conduct(py, progress, interrupted, move |conduct| {
-            let (stop, add) = (conduct.stop(), |steps| conduct.add(steps));
-            let report =
-                match &question {
-                    Question::ZWidth(zwidth) => (zwidth.run(&add, stop, &|_| ()))
-                        .map(|report| serde_json::to_string(&report)),
-                    Question::Design(design) => (design.answer(stop, &add))
-                        .map(|report| serde_json::to_string(&report)),
-                    Question::Coupler(design) => (design.answer(stop, &add))
-                        .map(|report| serde_json::to_string(&report)),
-                };
-            report.map_err(|failure| failed(&failure))?.or_refused()
-        })?;
+    let report = conduct(py, progress, interrupted, move |conduct| {
+        let (stop, add) = (conduct.stop(), |steps| conduct.add(steps));
+        let report = match &question {
+            Question::ZWidth(zwidth) => {
+                (zwidth.run(&add, stop, &|_| ())).map(|report| serde_json::to_string(&report))
+            }
+            Question::Design(design) => {
+                (design.answer(stop, &add)).map(|report| serde_json::to_string(&report))
+            }
+            Question::Coupler(design) => {
+                (design.answer(stop, &add)).map(|report| serde_json::to_string(&report))
+            }
+        };
+        report.map_err(|failure| failed(&failure))?.or_refused()
+    })?;
     read_json(py, &report)
 }

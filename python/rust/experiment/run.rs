@@ -59,7 +59,6 @@ struct Closed(Arc<AtomicBool>);
 impl Live for Closed {
     fn tick(&mut self, _: &TickMessage) {}
 
-
     fn event(&mut self, _: &EventMessage) {}
 
     fn finish(self: Box<Self>) -> Option<String> {
