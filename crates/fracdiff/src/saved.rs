@@ -51,7 +51,7 @@ where
 pub(crate) fn below<'de, D: Deserializer<'de>, const MOST: usize>(
     deserializer: D,
 ) -> Result<usize, D::Error> {
-    let place = u32::deserialize(deserializer)? as usize;
+    let place = usize::deserialize(deserializer)?;
     if place < MOST.max(1) {
         Ok(place)
     } else {

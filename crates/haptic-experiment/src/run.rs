@@ -156,11 +156,13 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
 pub(crate) fn recorder(
     request: &FolderRequest,
     folder: &OutputFolder,
-    mut metadata: BTreeMap<String, String>,
+    own: BTreeMap<String, String>,
     waits: bool,
     supervisor: Supervisor<'_>,
 ) -> Result<Recorder, Failure> {
-    metadata.extend(request.provenance.clone());
+    // What a run did goes before what its document asked for.
+    let mut metadata = request.provenance.clone();
+    metadata.extend(own);
     let (log, live) = (folder.file("mcap"), supervisor.live_streams());
     let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
     let mut recorder = started.inspect_err(|_| folder.discard())?;

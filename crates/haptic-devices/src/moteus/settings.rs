@@ -204,6 +204,11 @@ mod tests {
                 "/dev/x,radius=-0.5mm",
                 "radius = \"-0.5mm\" is not in [0.001, 1] m, or the negative of it",
             ),
+            (
+                "/dev/x,radius=0",
+                "radius = \"0\" is not in [0.001, 1] m, or the negative of it",
+            ),
+            ("/dev/x,id=0", "id = \"0\" is not in [1, 126]"),
             ("/dev/x,id=127", "id = \"127\" is not in [1, 126]"),
             ("/dev/x,id=1.5", "id = \"1.5\" is not in [1, 126]"),
             ("/dev/x,lost=1", "lost = \"1\" is not in [2, 1000]"),

@@ -17,6 +17,7 @@ use super::rendering::{
 use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
+use crate::document::named::Named as _;
 use crate::document::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
 use crate::document::reader::Table;
 use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
@@ -206,10 +207,19 @@ impl Indentation {
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
         let (rendering, samples, drive) = (&self.rendering, self.check()?, self.drive()?);
-        let mut metadata = metadata(match self.load {
+        let kind = match self.load {
             Load::Strain { .. } => "relax",
             Load::Stress { .. } => "creep",
-        });
+        };
+        let mut metadata = metadata(kind, rendering.pace);
+        let (stiffness, dissipation) = rendering.material.spring_and_damper(1.0);
+        let ran = [
+            ("precision", rendering.precision_run().name().to_owned()),
+            ("rendered_modulus_pa", stiffness.to_string()),
+            ("rendered_viscosity_pa_s_mu", dissipation.to_string()),
+            ("rendered_order", rendering.material.order().to_string()),
+        ];
+        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
         metadata.insert("tissue_file".to_owned(), rendering.material.to_toml());
         if let Some(own) = &rendering.drive {
             metadata.insert("drive.file".to_owned(), own.controller.to_toml());

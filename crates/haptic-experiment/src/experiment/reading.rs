@@ -8,6 +8,7 @@ use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteDevice;
+use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
@@ -207,6 +208,7 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
 }
 
 /// What the log of a run of this kind says of it beside its document.
-pub(crate) fn metadata(kind: &str) -> BTreeMap<String, String> {
-    BTreeMap::from([("experiment".to_owned(), kind.to_owned())])
+pub(crate) fn metadata(kind: &str, pace: Pace) -> BTreeMap<String, String> {
+    let own = [("experiment", kind.to_owned()), ("pace", pace.to_string())];
+    own.map(|(key, value)| (key.to_owned(), value)).into()
 }

@@ -467,7 +467,7 @@ impl TeleoperationExperiment {
 
     /// Of the log of a run, or of a side of one.
     fn metadata(&self) -> BTreeMap<String, String> {
-        let mut metadata = metadata("teleoperation");
+        let mut metadata = metadata("teleoperation", self.pace);
         let file = self.place.matter.file();
         metadata.extend(file.map(|file| ("tissue_file".to_owned(), file)));
         metadata

@@ -132,7 +132,7 @@ pub struct LogReader<R> {
     ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
     /// Of all ticks, as of the first.
-    axes: Option<usize>,
+    pub(super) axes: Option<usize>,
     /// Log time and device time of the newest message given out, ns.
     newest: Option<(u64, u64)>,
     footer_seen: bool,

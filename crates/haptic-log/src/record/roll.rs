@@ -257,7 +257,10 @@ impl LogFiles {
             return Ok(false);
         };
         self.before = self.condition();
+        // All files of a log have the axes of the first.
+        let axes = self.reader.axes;
         self.reader = LogReader::open(&file)?;
+        self.reader.axes = axes;
         self.read += 1;
         Ok(true)
     }

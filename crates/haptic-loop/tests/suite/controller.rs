@@ -188,3 +188,35 @@ fn the_first_fault_stays_and_every_code_is_its_own() {
     state.trip(Fault::EmergencyStop);
     assert_eq!(state.fault(), Some(Fault::HostSilent));
 }
+
+#[test]
+fn a_jump_is_slewed_and_then_limited() {
+    let mut state = SafetyState::default();
+    for tick in 1..=20 {
+        let (force, limiters) = chain().apply(&mut state, &vector![0.0], &vector![100.0]);
+        assert_eq!(force.newtons()[0], f64::from(tick.min(10)));
+        assert!(limiters.contains(Limiters::RATE));
+        assert_eq!(
+            limiters.contains(Limiters::MAGNITUDE),
+            tick > 10,
+            "tick {tick}"
+        );
+    }
+}
+
+#[test]
+fn a_stop_ramps_the_force_to_zero_and_keeps_it_there() {
+    let mut device = Scripted::new(vec![0.02; 40]);
+    let mut controller = Controller::new(damper(), chain());
+    let mut engaged = controller.engage(&mut device);
+    for tick in 0..40 {
+        if tick == 10 {
+            engaged.controller_mut().stop();
+        }
+        engaged.tick().expect("infallible");
+    }
+    drop(engaged);
+    assert!(controller.safety().is_at_rest());
+    let steps = device.forces.windows(2).map(|f| (f[1] - f[0]).abs());
+    assert!(steps.fold(0.0, f64::max) <= 1.0 + 1e-12);
+}

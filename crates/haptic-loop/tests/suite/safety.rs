@@ -277,3 +277,17 @@ fn bad_ranges_of_place_and_speed_are_refused() {
         })));
     }
 }
+
+#[test]
+fn the_start_is_over_with_the_sample_that_has_the_whole_force() {
+    // Quarters are exact.
+    let chain = chain(Limits {
+        rise_time: Some(Seconds(4e-3)),
+        ..BARE
+    });
+    let mut state = SafetyState::default();
+    for (share, bits) in [(0.0, 16), (0.25, 16), (0.5, 16), (0.75, 16), (1.0, 0)] {
+        let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![2.0]);
+        assert_eq!((force.newtons()[0], limiters.bits()), (2.0 * share, bits));
+    }
+}

@@ -6,8 +6,8 @@ mod transactions;
 
 use crate::line::{Bench, START, spring};
 use haptic_link::{
-    Alive, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape, Report, Request,
-    SimulationKind, Start, State, Status, encode,
+    Alive, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
+    Request, SimulationKind, Start, State, Status, encode,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceOperator, Incoming, LinkError};
@@ -332,4 +332,19 @@ fn a_round_trip_longer_than_the_time_between_two_keep_alives_is_measured() {
     }
     // What is said of an older question is not how far the device is.
     assert_eq!(measured, vec![(13_000, false); 17]);
+}
+
+#[test]
+fn parameters_cannot_change_under_a_closed_loop() {
+    let mut bench = armed();
+    let (mut other, values) = spring();
+    other.stiffness_n_per_m = 900.0;
+    let before = bench.done(Request::GetConfiguration);
+    assert_eq!(bench.set(other, &values), Err(Refusal::State(State::Armed)));
+    bench.done(Request::Start(START));
+    assert_eq!(
+        bench.set(other, &values),
+        Err(Refusal::State(State::Running))
+    );
+    assert_eq!(bench.done(Request::GetConfiguration), before);
 }

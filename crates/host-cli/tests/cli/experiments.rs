@@ -326,3 +326,25 @@ fn an_unstable_drive_is_refused_unless_it_is_forced() {
     let forced = forced.succeeded_with_warnings();
     says(&forced.stderr, &["the loop of the drive is unstable"]);
 }
+
+/// The table: commanded force against the full history, and against the closed form.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn relaxations_meet_their_figures() {
+    for (options, most, closed_form) in [
+        ("", 1e-5, 5e-3),
+        ("precision=f32", 1e-4, 5e-3),
+        ("--contact rigid --scheme piecewise-linear", 1e-5, 1e-6),
+    ] {
+        let report = Place::new().json(&format!("relax --out run {options}"));
+        assert_eq!(number(&report, "samples"), 200_001.0);
+        // An error of exactly 0 would mean that something was compared with itself.
+        for (key, most) in [
+            ("max_relative_error", most),
+            ("closed_form_error", closed_form),
+        ] {
+            let error = number(&report, key);
+            assert!(error > 0.0 && error <= most, "{options}: {key}: {error:e}");
+        }
+    }
+}

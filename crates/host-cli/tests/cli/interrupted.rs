@@ -503,3 +503,13 @@ fn so_does_a_run_on_a_device() {
         (Place::new(), Some(device), line.to_owned())
     });
 }
+
+#[test]
+fn creep_stops_at_ctrl_c_too() {
+    let place = Place::new();
+    let line = "creep --realtime --out run --quiet";
+    let ended = run_and_signal(&place, line, "run/creep.mcap.part", "INT").failed(1);
+    assert_eq!(ended.stdout, "", "{ended}");
+    assert_eq!(place.files(), ["run/", "run/creep.mcap"]);
+    place.run("log check run/creep.mcap").succeeded();
+}

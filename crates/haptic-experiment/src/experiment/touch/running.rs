@@ -168,7 +168,11 @@ impl TouchExperiment {
             TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),
         };
         let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        let mut metadata = metadata("touch");
+        let mut metadata = metadata("touch", self.pace);
+        if self.remote.is_some() {
+            // What the document says of a simulated hand is not used.
+            metadata.insert("hand".to_owned(), "real".to_owned());
+        }
         metadata.insert(key.to_owned(), numbers.join(" "));
         metadata.extend(
             self.matter

@@ -144,8 +144,11 @@ pub(crate) trait Trial: Clone {
             samples,
             ..
         } = self.parts()?;
-        let (setup, preflight, mut metadata) =
-            (self.setup(), self.subject(samples), metadata(Self::KIND));
+        let (setup, preflight) = (self.setup(), self.subject(samples));
+        let mut metadata = metadata(Self::KIND, setup.pace);
+        // A serial device is not thrown.
+        let impact = setup.plan().impact_m_per_s.to_string();
+        metadata.insert("impact_m_per_s".to_owned(), impact);
         let dynamics = setup.dynamics();
         let schedule = Schedule {
             samples,

@@ -206,7 +206,8 @@ const NO_VALUE: &str = "no value: give a number in every row";
 fn missing_row(text: &str, delimiter: u8) -> Option<u64> {
     let is_blank = |c: char| c.is_whitespace() || c == char::from(delimiter);
     let is_empty = |line: &str| line.trim_matches(is_blank).is_empty();
-    let mut lines = (1..).zip(text.lines());
+    let comment = |line: &str| line.trim_start().starts_with('#');
+    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !comment(line));
     lines.find(|(_, line)| !is_empty(line))?;
     let (missing, _) = lines.find(|(_, line)| is_empty(line))?;
     lines.any(|(_, line)| !is_empty(line)).then_some(missing)
