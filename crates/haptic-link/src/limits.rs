@@ -197,22 +197,25 @@ macro_rules! rows {
     }),*] };
 }
 
+/// Once in memory, whoever reads it.
+static TABLE: [Limit; 11] = rows! {
+    ForceLimit force_n [f32::MIN_POSITIVE, f32::MAX] Less;
+    ForceRateLimit force_rate_n_per_s [f32::MIN_POSITIVE, f32::MAX] Less;
+    StartForce start_force_n [0.0, f32::MAX] LessUnlessOff;
+    RiseTime rise_time_s [0.0, 60.0] More;
+    SpeedHard speed_hard_m_per_s [1e-6, 1e3] LessUnlessOff;
+    VelocityBandwidth velocity_bandwidth_hz [0.1, 1e4] More;
+    StopTime stop_time_s [1e-3, 1.0] Less;
+    BrakeForce brake_force_n [0.0, 10.0] Less;
+    DeviceMass device_mass_kg [1e-6, 1e3] LessUnlessOff;
+    StuckForce stuck_force_n [0.0, f32::MAX] LessUnlessOff;
+    Jump jump_m [1e-6, 1.0] LessUnlessOff;
+};
+
 impl Limits {
     /// Each number that is a limit by itself. Workspace, speed zone, braking, stuck time and guard depend on one another:
     /// see [`tightened`](Self::tightened).
-    pub const TABLE: [Limit; 11] = rows! {
-        ForceLimit force_n [f32::MIN_POSITIVE, f32::MAX] Less;
-        ForceRateLimit force_rate_n_per_s [f32::MIN_POSITIVE, f32::MAX] Less;
-        StartForce start_force_n [0.0, f32::MAX] LessUnlessOff;
-        RiseTime rise_time_s [0.0, 60.0] More;
-        SpeedHard speed_hard_m_per_s [1e-6, 1e3] LessUnlessOff;
-        VelocityBandwidth velocity_bandwidth_hz [0.1, 1e4] More;
-        StopTime stop_time_s [1e-3, 1.0] Less;
-        BrakeForce brake_force_n [0.0, 10.0] Less;
-        DeviceMass device_mass_kg [1e-6, 1e3] LessUnlessOff;
-        StuckForce stuck_force_n [0.0, f32::MAX] LessUnlessOff;
-        Jump jump_m [1e-6, 1.0] LessUnlessOff;
-    };
+    pub const TABLE: &'static [Limit; 11] = &TABLE;
 
     /// These limits, each replaced by the one of `set` where that is tighter; and the first that was looser.
     ///
@@ -226,7 +229,7 @@ impl Limits {
     pub fn tightened(&self, set: &Self) -> (Self, Option<Field>) {
         let mut looser = None;
         let (mut tight, mut of_set) = (*self, *set);
-        for limit in &Self::TABLE {
+        for limit in Self::TABLE {
             let (value, set) = ((limit.of)(&mut tight), *(limit.of)(&mut of_set));
             let is_tight = limit.is_tight(*value, set);
             keep(value, set, is_tight, limit.field, &mut looser);

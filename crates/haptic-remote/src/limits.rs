@@ -54,7 +54,7 @@ pub(super) fn chain_limits(
     fields: &mut Fields,
 ) -> Limits {
     let mut numbers = *limits;
-    for limit in &haptic_link::Limits::TABLE {
+    for limit in haptic_link::Limits::TABLE {
         let value = *(limit.of)(&mut numbers);
         let most = match limit.field {
             Field::ForceLimit => capabilities.force_max_n,
