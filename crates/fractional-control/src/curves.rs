@@ -122,19 +122,11 @@ impl ControllerParameters {
     }
 }
 
-/// The core of a full memory as it runs: `c_j = k_j + Σ_q w_q e^(−j·s_q)`.
+/// The core of a full memory as it runs.
 fn memory_factor(design: &Design<TAPS, MODES>) -> Factor {
-    let modes = design.modes();
-    let taps = (0..TAPS as u64).map(|lag| {
-        let covered = modes.iter();
-        let covered: f64 = covered
-            .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))
-            .sum();
-        design.core_weight(lag) - covered
-    });
-    let decays = modes.iter();
-    let decays = decays.map(|mode| (mode.weight, -libm::expm1(-mode.rate)));
-    Factor::Memory(taps.collect(), decays.collect())
+    let modes = design.modes().iter();
+    let modes = modes.map(|mode| (mode.weight, mode.decay()));
+    Factor::Memory(design.corrections().into(), modes.collect())
 }
 
 /// `Σ k_i T^(−μ_i)(1 − w)^(μ_i)·f_i` over the power of 1 − w that running sums need.

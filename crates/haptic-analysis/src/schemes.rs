@@ -137,20 +137,12 @@ fn design(
     Ok(design.map_err(fracdiff::SchemeError::from)?)
 }
 
-/// `c_j = k_j + Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.
+/// The core of a full memory as it runs.
 fn taps_and_modes<const TAPS: usize, const MODES: usize>(design: &Design<TAPS, MODES>) -> Modes {
-    let taps = (0..TAPS as u64).map(|lag| {
-        let modes = design.modes().iter();
-        let covered: f64 = modes
-            .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))
-            .sum();
-        design.core_weight(lag) - covered
-    });
+    let modes = design.modes().iter();
     Modes {
-        taps: Polynomial::new(taps.collect()),
-        modes: (design.modes().iter())
-            .map(|mode| (mode.weight, -libm::expm1(-mode.rate)))
-            .collect(),
+        taps: Polynomial::new(design.corrections().into()),
+        modes: modes.map(|mode| (mode.weight, mode.decay())).collect(),
     }
 }
 

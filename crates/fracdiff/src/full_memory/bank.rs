@@ -79,13 +79,12 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
         let rate = sample_time.rate_to_the(design.order())?;
         let modes = design.modes();
         let mut bank = Bank::empty(rate, F::from_f64(rate * design.head()[0]));
-        for (index, correction) in bank.corrections.iter_mut().enumerate().take(TAPS - 1) {
-            let lag = index + 1;
-            let left = design.head()[lag] - design.mode_sum(lag as f64);
+        let later = design.corrections();
+        for (correction, left) in bank.corrections.iter_mut().zip(&later[1..]) {
             *correction = F::from_f64(rate * left);
         }
         for (q, mode) in modes.iter().enumerate() {
-            bank.decays[q] = F::from_f64(-libm::expm1(-mode.rate));
+            bank.decays[q] = F::from_f64(mode.decay());
             bank.weights[q] = F::from_f64(rate * mode.weight * libm::exp(-mode.rate));
         }
         bank.use_modes(modes.len(), design.integer());

@@ -276,6 +276,13 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             .sum()
     }
 
+    /// The core as it runs, `c_j = k_j + Σ_q w_q e^(−j·s_q)`, has the modes from lag 0 on: `k_j`, of lags 0 to
+    /// TAPS − 1, is what they leave of the true weight.
+    #[must_use]
+    pub fn corrections(&self) -> [f64; TAPS] {
+        core::array::from_fn(|lag| self.head[lag] - self.mode_sum(lag as f64))
+    }
+
     /// Differences (> 0) or sums (< 0) around the core.
     pub(super) fn integer(&self) -> i32 {
         self.integer

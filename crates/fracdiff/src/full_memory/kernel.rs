@@ -135,6 +135,14 @@ pub struct Mode {
     pub weight: f64,
 }
 
+impl Mode {
+    /// `1 − e^(−s_q)`: the share of its state that the mode loses in a sample.
+    #[must_use]
+    pub fn decay(&self) -> f64 {
+        -libm::expm1(-self.rate)
+    }
+}
+
 /// Nodes s = e^(kh) of the trapezoid rule that matter between the taps and the horizon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grid {
