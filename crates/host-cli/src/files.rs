@@ -20,7 +20,7 @@ pub(crate) const PROGRAM: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"))
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Files")]
 pub(crate) struct Files {
-    /// Folder for tables, pictures and files to go on with
+    /// Folder for tables, pictures and experiment files
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the files of an earlier answer in the folder

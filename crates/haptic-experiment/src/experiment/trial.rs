@@ -37,11 +37,11 @@ use std::ops::{ControlFlow, RangeInclusive};
 parameters! {
     /// Impact of a trial, m/s.
     IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
-        "Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]");
+        "Speed at which the device hits the wall, m/s [default: 0.1; a serial device is only pushed]");
     /// Push of a trial, N.
     PUSH = number("push_n", 1.0, "1N", FORCES_ABOVE_0, "Constant push into the wall");
     /// Window of a trial, s.
-    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Window at the end to judge");
+    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Time at the end that is judged");
     /// Force limit of a trial, N.
     TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
     /// Rate limit of a trial, N/s.

@@ -15,17 +15,17 @@ use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
 pub(crate) const LONG_ABOUT: &str = "\
-From a device and a wish to a wall: the largest stiffness K and dissipation B for each order, and the order that does best. \
+Finds the wall that meets a wish on a device: stiffness K and dissipation B for each order, and the best order. \
 The analysis finds them, with the device's delay and current lag; the best is then tried on the simulated device, with friction and encoder too.
 
 Wishes:
   stiffest-wall   the largest K
   most-damping    the largest effective damping at --frequency
   tissue          does a specimen of --tissue fit, and how much larger may it be? If it does not, which order comes closest at --frequency?
-  coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at --frequency, absolutely stable by Llewellyn's criterion and \
-with a gain margin of 2 in the sampled loop. --require passive asks for passivity with every hand and object instead
+  coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at --frequency, meets Llewellyn's criterion and \
+has a gain margin of 2 in the sampled loop. --require passive asks for passivity with every hand and object instead
 
-Without a device file or friction, delay, current_lag, encoder_resolution or sensor_noise the device is ideal; the report then also shows the best \
+Unless a device file or friction, delay, current_lag, encoder_resolution or sensor_noise is given, the device is ideal; the report then also shows the best \
 wall on the laboratory device. --force-noise-limit bounds the force noise that encoder and sensor cause.
 
 --out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no candidate is found or the best does not come to rest.";

@@ -22,15 +22,15 @@ use std::path::PathBuf;
 use std::time::SystemTime;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Fits fractional models to a measured record, tells how sure each parameter is and which model the record supports, and writes \
+Fits fractional models to a measured record, reports how certain each parameter is and which model the record supports, and writes \
 a tissue file for relax --tissue.
 
 DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: time_s, relaxation_modulus_pa, creep_compliance_per_pa, \
 strain, stress_pa, force_n, position_m, omega_rad_s, storage_modulus_pa, loss_modulus_pa, and those of rheometers and testing \
-machines, as Time [s], G' (kPa), Storage Modulus. Lines that begin with # are skipped.
+machines, such as Time [s], G' (kPa), Storage Modulus. Lines that begin with # are skipped.
 
 The fit is least squares: in the logarithm of modulus or compliance for relaxation, creep and oscillation, in the stress for \
-any other motion, with its strain as it was.";
+any other motion.";
 
 /// The model that was asked for; none for the simplest that the record supports.
 type Chosen = Option<ModelKind>;

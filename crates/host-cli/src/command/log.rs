@@ -18,19 +18,19 @@ use std::path::{Path, PathBuf};
 /// Tasks with a log.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Say what is in a log: samples, times, conditions, events; exit code 0 for a damaged one too, `check` judges
+    /// Describe a log, even a damaged one: samples, times, conditions, events
     #[command(after_help = "Example: host-cli log info results/relax-0001/relax.mcap")]
     Info {
         /// The log
         log: PathBuf,
     },
-    /// Verify a log: no damage, no sample missing or impossible, at most 1 % stale; exit code 4 if not
+    /// Check a log: exit code 4 if it is damaged, samples are missing or impossible, or over 1 % are stale
     #[command(after_help = "Example: host-cli log check results/relax-0001/relax.mcap")]
     Check {
         /// The log
         log: PathBuf,
     },
-    /// Save what a cut or damaged log still holds into a new one; exit code 4 if anything is missing
+    /// Save the contents of a cut or damaged log as a new one; exit code 4 if anything is missing
     #[command(
         after_help = "Example: host-cli log recover relax.mcap.part saved.mcap\n\
                       The damaged log is left as it is."
@@ -47,7 +47,7 @@ pub(crate) enum Command {
         #[arg(long)]
         overwrite: bool,
     },
-    /// Turn a log into CSV, one row a tick
+    /// Turn a log into CSV, one row per tick
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
     Export {
         /// The log

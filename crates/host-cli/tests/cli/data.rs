@@ -222,7 +222,7 @@ fn the_long_help_of_a_command_is_all_of_it() {
     let place = Place::new();
     for (line, words) in cases(
         "
-        run --help => [coupler], to be given: | object_stiffness_n_per_m = 500, from 0 to 1e8
+        run --help => [coupler], required: | object_stiffness_n_per_m = 500, from 0 to 1e8
         device emulate --help => the firmware's state machine | line_seed
         identify --help => relaxation | Usage: host-cli identify
         ",

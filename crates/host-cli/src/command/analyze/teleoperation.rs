@@ -30,10 +30,10 @@ const DELAY_MOST_S: f64 = 1.0;
 const ORDERS: u32 = 20;
 
 pub(super) const LONG_ABOUT: &str = "\
-Is a teleoperation stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and held forces)? Up to \
-which delay? And what does the hand feel of a remote tissue?
+Judges whether a teleoperation is stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and the hold), \
+up to which delay, and what the hand feels of a remote tissue.
 
---best finds, for each order, the coupler that feels closest to the tissue from --low to --high and is absolutely stable at this delay. The error is the \
+--best finds, for each order, the coupler that feels closest to the tissue from --low to --high and meets the criterion at this delay. The error is the \
 rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
 
 time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";

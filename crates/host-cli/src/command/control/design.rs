@@ -66,7 +66,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
-    /// Crossover in rad/s or Hz: about 1.6/rise time
+    /// Crossover in rad/s or Hz: about 1.3/rise time
     #[arg(long, value_parser = within::<AngularFrequency>(range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY")]
     crossover: AngularFrequency,
     /// Phase margin, as in 60deg

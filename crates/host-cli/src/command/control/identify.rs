@@ -22,11 +22,11 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
-Fits a fractional transfer function, coefficients and orders together, to a CSV record that begins at rest, with time in equal steps. \
+Fits a fractional transfer function, coefficients and orders together, to a CSV record that begins at rest and has equal time steps. \
 Writes a plant file for the other commands of control.
 
-Without --model it tries whole orders up to four poles, and one and two powers of s with free orders, and takes the least BIC. Warnings \
-name what the function leaves unexplained, and the numbers that the record does not determine.";
+Without --model it tries integer orders with up to four poles, and one or two powers of s with free orders, and takes the simplest function whose BIC is \
+close to the lowest. Warnings say what the function does not explain, and which numbers the record does not determine.";
 
 /// Arguments of `control identify`.
 #[derive(Debug, Args)]
