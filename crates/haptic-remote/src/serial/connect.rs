@@ -298,28 +298,26 @@ pub(super) fn greet(
 ) -> Result<(Hello, u32), SerialError> {
     let began = Instant::now();
     let nonce = RandomState::new().build_hasher().finish() as u32;
-    let mut silent = LinkError::Gone;
     for &baud in bauds.iter().cycle() {
         if began.elapsed() >= GREETING {
             break;
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
         port.set_baud_rate(baud);
-        match take_turn(port, conversation, nonce) {
-            Ok(hello) => return Ok((hello, baud)),
-            Err(error @ LinkError::NoAnswer { .. }) => silent = error,
-            Err(error) => return Err(error.into()),
+        if let Some(hello) = take_turn(port, conversation, nonce)? {
+            return Ok((hello, baud));
         }
     }
-    Err(silent.into())
+    // By what came in any of the turns: in the last a busy machine may have had no time to listen.
+    Err(conversation.no_answer().into())
 }
 
-/// One turn at the speed that is set.
+/// One turn at the speed that is set: the answer, if there was one.
 fn take_turn(
     port: &mut dyn Line,
     conversation: &mut Conversation,
     nonce: u32,
-) -> Result<Hello, LinkError> {
+) -> Result<Option<Hello>, LinkError> {
     let began = Instant::now();
     let now_us = |began: Instant| began.elapsed().as_micros() as u64;
     let mut line = [0; FRAME_MAX];
@@ -338,13 +336,13 @@ fn take_turn(
             if let Some(Incoming::Answer(Report::Hello(hello))) =
                 conversation.receive(byte, now_us(began))
             {
-                return Ok(hello);
+                return Ok(Some(hello));
             }
         }
         let length = conversation.due(now_us(began), &mut line)?;
         send(port, &line[..length])?;
     }
-    Err(conversation.no_answer())
+    Ok(None)
 }
 
 fn send(port: &mut dyn Line, bytes: &[u8]) -> Result<(), LinkError> {
