@@ -294,31 +294,6 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
     );
 }
 
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_host_that_falls_silent_stops_the_device() {
-    let Some(images) = built() else { return };
-    let mut board = Board::start(&images.path(Image::Device), images.size().stack);
-    board.ask(Request::Hello { nonce: 1 });
-    let configuration = Configuration {
-        limits: Limits {
-            watchdog_ms: 200,
-            late_ticks: 0,
-            ..Limits::DEFAULT
-        },
-        ..configuration(shape(OperatorForm::Taps, 0, 1), SimulationKind::MassDamper)
-    };
-    board.configure(&configuration, &[0.0]);
-    board.done(Request::Arm { faults: 0 });
-    std::thread::sleep(std::time::Duration::from_millis(600));
-    let status = board.status();
-    assert_eq!(status.state, State::Fault);
-    assert_eq!(status.fault, haptic_loop::Fault::HostSilent.code());
-    board.done(Request::Arm {
-        faults: status.faults,
-    });
-}
-
 /// Sends a configuration and its coefficients, and makes them take effect.
 impl Board {
     fn configure(&mut self, configuration: &Configuration, values: &[f32]) {

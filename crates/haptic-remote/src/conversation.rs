@@ -173,8 +173,7 @@ impl Conversation {
     /// [`LinkError::NoAnswer`] after the last try; an echo or another version once it has answered a hello.
     pub fn due(&mut self, now_us: u64, line: &mut [u8]) -> Result<usize, LinkError> {
         if let Some(mut outstanding) = self.outstanding.take() {
-            let stranger = self.stranger(&outstanding.request);
-            if let Some(stranger) = stranger {
+            if let Some(stranger) = self.stranger(&outstanding.request) {
                 return Err(stranger);
             }
             if now_us.saturating_sub(outstanding.sent_us) < self.retry_us {
@@ -182,8 +181,8 @@ impl Conversation {
             } else if outstanding.sequences.push(self.sequence).is_err() {
                 return Err(self.unanswered(&outstanding));
             } else {
-                let line = self.receiver.counters();
-                outstanding.before.get_or_insert(line);
+                let before = self.receiver.counters();
+                outstanding.before.get_or_insert(before);
                 self.retries = self.retries.wrapping_add(1);
                 let length = self.tell(&outstanding.request, line);
                 outstanding.sent_us = now_us;

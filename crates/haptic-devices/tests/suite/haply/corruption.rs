@@ -1,7 +1,7 @@
 //! One byte lost, added or changed, anywhere: a fault within 5 ticks or no harm, and never more force than allowed.
 
-use super::wire::{Damage, FORCE_N, Running, TICK_US, Way, stroking};
-use haptic_devices::haply::{TORQUE_MAX_NM, Version, configuration};
+use super::wire::{Damage, FORCE_N, Running, TICK_US, Way, stroked};
+use haptic_devices::haply::{TORQUE_MAX_NM, Version};
 use haptic_emulator::AtLine as _;
 use haptic_emulator::haply::Board;
 use haptic_link::State;
@@ -32,10 +32,7 @@ fn cases() -> u32 {
 
 /// Boards that a hand strokes, in many places of the stroke.
 fn boards(version: Version) -> Vec<(Board, u64)> {
-    let mut board = stroking(version);
-    for byte in configuration(&version.model()) {
-        board.receive(byte, 0, &mut Vec::new());
-    }
+    let mut board = stroked(version, 0);
     let phases = (0..32).map(|phase| {
         let now_us = 1_000_000 + phase * 15_625;
         board.advance(now_us);

@@ -1,6 +1,6 @@
 //! Faults, silence and stops.
 
-use super::{armed, fault, host_loop, started};
+use super::{armed, fault, started};
 use crate::line::{Bench, START};
 use haptic_link::{BatchItem, Field, Refusal, Report, Request, Start, State};
 use haptic_loop::Fault;
@@ -68,11 +68,23 @@ fn stop_and_disarm_work_in_every_state() {
 }
 
 #[test]
-fn a_force_that_is_not_finite_latches_a_fault() {
-    let mut bench = host_loop(|_| f32::NAN);
-    bench.run_ms(10);
-    assert_eq!(fault(&bench), Some(Fault::NonFiniteForce));
-    assert_eq!(bench.force_n(), 0.0);
+fn a_board_that_cannot_measure_lets_go_at_once_and_can_be_armed_when_it_is_mended() {
+    let mut bench = started(START);
+    bench.run_ms(100);
+    assert!(bench.force_n() < -0.5);
+    let broken = |bench: &mut Bench, broken| {
+        bench.device.borrow_mut().hardware_mut().broken = broken;
+        bench.run_ms(1);
+    };
+    broken(&mut bench, true);
+    assert_eq!((bench.state(), bench.force_n()), (State::Fault, 0.0));
+    assert_eq!(bench.fault(), Some(Fault::EmergencyStop));
+    bench.run_ms(1);
+    let persists = Refusal::FaultPersists(Fault::EmergencyStop.code());
+    assert_eq!(bench.refused(Request::Arm { faults: 1 }), persists);
+    broken(&mut bench, false);
+    bench.done(Request::Arm { faults: 1 });
+    assert_eq!(bench.state(), State::Armed);
 }
 
 #[test]
