@@ -50,7 +50,6 @@ impl Direction {
         }
     }
 
-    /// Bytes before the message.
     const fn header_bytes(self) -> usize {
         match self {
             Self::FromHost => 9,

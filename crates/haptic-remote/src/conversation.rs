@@ -43,7 +43,6 @@ pub enum Incoming {
     Rebooted,
 }
 
-/// A request that waits for its answer.
 #[derive(Clone, Debug, PartialEq)]
 struct Outstanding {
     request: Request,
@@ -77,14 +76,11 @@ pub struct HostCounters {
     pub retries: u32,
 }
 
-/// The host's half: one outstanding request at a time, keep-alives in between.
-///
-/// Times are µs of any clock that does not go back.
+/// The host's half: one outstanding request at a time, keep-alives in between. Times are µs of any monotonic clock.
 #[derive(Debug)]
 pub struct Conversation {
     receiver: Receiver<Report>,
     tracker: SequenceTracker,
-    /// Of the next frame.
     sequence: u32,
     /// The number that the device gave; 0 before.
     connection: u32,
@@ -140,8 +136,8 @@ impl Conversation {
         length
     }
 
-    /// Frames a request and waits for its answer; one that is outstanding is given up. The same once more, as at another speed of the
-    /// line, goes on with what has come since its second try.
+    /// Frames a request and waits for its answer, instead of the outstanding one. The same once more, as at another
+    /// baud rate, goes on with what has come since its second try.
     pub fn ask(&mut self, request: Request, now_us: u64, line: &mut [u8]) -> usize {
         let again = self.outstanding.take().filter(|o| o.request == request);
         let mut sequences = heapless::Vec::new();
@@ -288,7 +284,6 @@ impl Conversation {
         }
     }
 
-    /// When a keep-alive was sent that is among the last, µs.
     const fn sent_us(&self, token: u32) -> u64 {
         self.tokens_us[token as usize % TOKENS]
     }
@@ -320,7 +315,6 @@ impl Conversation {
         before.is_none_or(|before| tick < before)
     }
 
-    /// True if a report answers the outstanding request.
     fn is_answer(&self, report: &Report) -> bool {
         let Some(outstanding) = &self.outstanding else {
             return false;

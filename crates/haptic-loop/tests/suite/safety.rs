@@ -2,7 +2,6 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod motion;
-mod random;
 
 use crate::{T, chain};
 use fracdiff::Seconds;
@@ -13,6 +12,7 @@ use haptic_loop::{
     Fault, Limiters, Limits, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck, Workspace,
 };
 use nalgebra::{SVector, vector};
+use proptest::prelude::*;
 
 /// 10 N on each axis, 1 N a tick, everything else off.
 const BARE: Limits = Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
@@ -289,5 +289,51 @@ fn bad_ranges_of_place_and_speed_are_refused() {
             soft: MetresPerSecond(soft),
             hard: MetresPerSecond(hard),
         })));
+    }
+}
+
+/// The chain of one axis as it was before it knew more than force and rate.
+fn first_chain(last: &mut f64, wanted: f64, released: bool) {
+    let wanted = if released { 0.0 } else { wanted };
+    let slewed = wanted.max(*last - 1.0).min(*last + 1.0);
+    *last = slewed.clamp(-10.0, 10.0);
+}
+
+/// Any number, or one of the size of a force or position, or one that hardly moves.
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        any::<f64>(),
+        -30.0..30.0,
+        -0.1..0.1,
+        -1e-3..1e-3,
+        Just(f64::NAN),
+        Just(f64::INFINITY),
+        Just(5e-324),
+        Just(0.0),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn force_and_rate_alone_on_one_axis_are_what_they_always_were(
+        ticks in proptest::collection::vec((number(), any::<u8>()), 1..200),
+    ) {
+        let chain = SafetyChain::new(BARE.force, BARE.rate, T).expect("valid");
+        let mut state = SafetyState::default();
+        let (mut last, mut fault, mut stopped) = (0.0, false, false);
+        for (wanted, event) in ticks {
+            fault |= !f64::is_finite(wanted);
+            if event == 0 {
+                state.stop();
+                stopped = true;
+            }
+            first_chain(&mut last, wanted, fault || stopped);
+            let (force, _) = chain.apply(&mut state, &vector![f64::NAN], &vector![wanted]);
+            prop_assert_eq!(force.newtons()[0].to_bits(), last.to_bits());
+            if event < 100 {
+                state.clear();
+                (fault, stopped) = (false, false);
+            }
+        }
     }
 }

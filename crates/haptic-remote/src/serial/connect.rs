@@ -60,12 +60,12 @@ pub struct ConnectOptions<'a> {
 }
 
 impl SerialLink {
-    /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with
-    /// growing pauses, 50 ms to 1 s, until the patience is over or `stop` is set.
+    /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with growing pauses,
+    /// 50 ms to 1 s, until the patience is over or `stop` is set.
     ///
     /// # Errors
-    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another
-    /// protocol version.
+    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another protocol
+    /// version.
     pub fn connect(path: &str, options: ConnectOptions<'_>) -> Result<Self, SerialError> {
         let began = Instant::now();
         let mut pause = Duration::from_millis(50);
@@ -161,7 +161,6 @@ impl SerialLink {
         Ok(link)
     }
 
-    /// Keys, rest, capabilities.
     fn introduce(&mut self) -> Result<(), SerialError> {
         let keys = match self.ask(Request::GetKeys)? {
             Report::Keys(keys) => Some(keys),
@@ -223,7 +222,6 @@ fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
     false
 }
 
-/// State that both threads share, before either runs.
 /// Refuses abilities that are no numbers: nothing could be judged by them.
 fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
     let Capabilities {
@@ -288,9 +286,6 @@ pub const GREETING: Duration = Duration::from_millis(3500);
 const TURN: Duration = Duration::from_millis(350);
 
 /// Greets until somebody answers; the first answer, and the speed at which it came.
-///
-/// # Errors
-/// No answer, an echo, another version of the protocol; a port that is gone.
 pub(super) fn greet(
     port: &mut dyn Line,
     conversation: &mut Conversation,

@@ -1,4 +1,4 @@
-//! Random schedules of faults, stops and missing ticks: no force comes out of its envelope.
+//! Random schedules of faults, stops, missing ticks and wild numbers: no force leaves its limits, its norm, its rate or its envelope.
 
 use fracdiff::{Real, Seconds};
 use haptic_loop::units::{
@@ -104,6 +104,35 @@ fn norm<const D: usize>(force: &[f64; D]) -> f64 {
     force.iter().map(|axis| axis * axis).sum::<f64>().sqrt()
 }
 
+const WILD: [f64; 6] = [f64::NAN, f64::INFINITY, 1e38, -1e300, 5e-324, 0.0];
+
+/// The force is within limits and norm, and one step from the last in both; energy bounding and the way to zero may take it away
+/// faster, not turn it round.
+fn keeps_its_limits<F: Real, const D: usize>(
+    (now, before): (&[f64; D], &[f64; D]),
+    limits: &Limits,
+    (step_n, released): (f64, bool),
+    tolerance: f64,
+) {
+    let told = || format!("{before:?} {now:?} {limits:?}");
+    let most = F::from_f64(limits.force.0).to_f64();
+    assert!(now.iter().all(|f| f.abs() <= most), "{}", told());
+    assert!(
+        limits.norm.is_none_or(|most| norm(now) <= most.0),
+        "{}",
+        told()
+    );
+    let bounding = matches!(limits.guard, Some(Guard::EnergyBounding(_)));
+    let change: [f64; D] = core::array::from_fn(|axis| {
+        let (now, before) = (now[axis], before[axis]);
+        let taken = bounding && now.abs() <= before.abs() && now * before >= 0.0;
+        if taken { 0.0 } else { now - before }
+    });
+    let slewed = norm(&change) <= step_n + tolerance * (step_n + norm(now).max(norm(before)));
+    let falls = released && norm(now) <= norm(before);
+    assert!(slewed || falls, "{}", told());
+}
+
 /// A device whose position sticks, jumps and gets lost, and a world that wants any force, stops, faults and falls silent.
 struct World<F, const D: usize> {
     state: SafetyState<F, D>,
@@ -141,7 +170,7 @@ impl<F: Real, const D: usize> World<F, D> {
             2 => self.sticks = !self.sticks,
             3 => self.offset = random.between(-0.05, 0.05),
             4 => return (20.0 * random.share()) as u64,
-            5 => self.wanted[0] = random.one_of(&[f64::NAN, f64::INFINITY, 1e38]),
+            5 => self.wanted[0] = random.one_of(&WILD),
             6..16 => self.wanted = any_vector(random, 2.0 * limits.force.0),
             16..20 if self.state.is_at_rest() => {
                 self.state.clear();
@@ -160,7 +189,7 @@ impl<F: Real, const D: usize> World<F, D> {
         }
         let mut position = self.read;
         if random.chance(1.0 / 2000.0) {
-            position[0] = f64::NAN;
+            position[0] = random.one_of(&WILD);
         }
         SVector::from(position.map(F::from_f64))
     }
@@ -184,7 +213,14 @@ fn schedule<F: Real, const D: usize>(seed: u64) -> u64 {
     let chain = SafetyChain::<F>::from_limits(&limits, Seconds(t)).expect("acceptable");
     let mass = limits.device_mass.map_or(0.065, |mass| mass.0);
     let ticks = (limits.stop_time.0 / t * (1.0 - 1e-6)).ceil().max(1.0);
-    let tolerance = 1e-9 + if size_of::<F>() == 4 { 1e-5 } else { 0.0 };
+    let single = size_of::<F>() == 4;
+    let tolerance = 1e-9 + if single { 1e-5 } else { 0.0 };
+    let rounding = 40.0
+        * if single {
+            f64::from(f32::EPSILON)
+        } else {
+            f64::EPSILON
+        };
     let mut world = World::<F, D>::new(&mut random);
     let (mut sent, mut faults) = ([0.0; D], 0);
     for _ in 0..200 + (400.0 * random.share()) as u32 {
@@ -194,11 +230,10 @@ fn schedule<F: Real, const D: usize>(seed: u64) -> u64 {
         let wanted = SVector::from(world.wanted.map(F::from_f64));
         let (force, _) = chain.apply(&mut world.state, &position, &wanted);
         let now: [f64; D] = force.newtons().map(F::to_f64).into();
-        assert!(
-            now.iter()
-                .all(|f| f.is_finite() && f.abs() <= limits.force.0 * (1.0 + tolerance))
-        );
-        if world.stopped || world.state.fault().is_some() {
+        let released = world.stopped || world.state.fault().is_some();
+        let step = (limits.rate.0 * t, released);
+        keeps_its_limits::<F, D>((&now, &sent), &limits, step, rounding);
+        if released {
             faults += u64::from(world.envelope.is_none());
             let known = world.envelope.get_or_insert_with(|| Envelope {
                 from_n: norm(&sent).max(limits.brake_force.0),
