@@ -100,7 +100,6 @@ fn check(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) {
     checks.range("lag of the actuator", lag, slow, lags, "s");
 }
 
-/// Energy bounding, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounding<F> {
     /// ρ₁b/T, N/m.

@@ -86,7 +86,6 @@ pub struct MassDamper<const D: usize> {
     tick: u64,
 }
 
-/// State of one axis.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
     position: f64,
@@ -294,7 +293,6 @@ impl Step {
 /// Longest delay of a plant's force, in samples.
 pub const MAX_DELAY_SAMPLES: usize = 64;
 
-/// The newest sample and those up to [`MAX_DELAY_SAMPLES`] before it.
 const LENGTH: usize = MAX_DELAY_SAMPLES + 1;
 
 /// A delay of d + η samples, 0 ≤ η < 1: `(d, η)`.

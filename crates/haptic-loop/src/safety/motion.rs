@@ -7,7 +7,6 @@ use crate::error::{Checks, ParameterError};
 use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
-/// The limits of motion, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MotionLimits<F> {
     /// 1/T.
@@ -218,7 +217,6 @@ impl<F: Real> MotionLimits<F> {
         }
     }
 
-    /// The workspace of an axis.
     #[inline]
     #[cfg_attr(
         not(feature = "std"),
