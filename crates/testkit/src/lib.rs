@@ -30,6 +30,20 @@ pub fn cases<T: FromStr<Err: Debug>>(usual: T) -> T {
     std::env::var("CAMPAIGN_CASES").map_or(usual, |cases| cases.parse().expect("CAMPAIGN_CASES"))
 }
 
+/// The rows of a table, cells between ` | `, `\n` for the end of a line. Empty rows and remarks, `# …`, do not count.
+///
+/// # Panics
+/// If a row has another number of cells.
+pub fn table<const N: usize>(text: &str) -> impl Iterator<Item = [String; N]> {
+    let rows = text.lines().map(str::trim);
+    let rows = rows.filter(|row| !row.is_empty() && !row.starts_with("# "));
+    rows.map(|row| {
+        let cells = row.split(" | ").map(|cell| cell.replace("\\n", "\n"));
+        let cells: Vec<String> = cells.collect();
+        cells.try_into().unwrap_or_else(|_| panic!("{row}"))
+    })
+}
+
 /// |have − want| ≤ tolerance.
 ///
 /// # Panics
