@@ -1,10 +1,8 @@
 //! The characteristic function on the unit circle, with bounds over any interval.
-//!
 //! ```text
 //! F(w)·D(w) = A·D + S·(αD + βN),   P = N/D,   S = w^(d+1)(n₁ + n₀w + …),   w = e^(−jθ)
 //! ```
 //! With a simulated object [`Behind`] a coupler α(1 − w) + βP, as [`CoupledLoop`](crate::CoupledLoop) says,
-//!
 //! ```text
 //! F·D = A·e·D + (A·u + S·e)·(αvD + βN),   v = 1 − w,   e/u the object
 //! ```

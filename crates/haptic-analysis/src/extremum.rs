@@ -20,7 +20,6 @@ const SECTIONS: usize = 40;
 /// Values closer than this, relative, are the same maximum.
 const TIE: f64 = 1e-14;
 
-/// The place of a function's largest value, and that value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Maximum {
     pub(crate) theta: f64,

@@ -1,5 +1,4 @@
-//! The coupled port against 50 digits (`tests/golden/make_coupling_golden.py`), brute force and
-//! Corollary 2.
+//! The coupled port against 50 digits (`tests/golden/make_coupling_golden.py`), brute force and Corollary 2.
 
 use fracdiff::{ExactDifference, FrequencyResponse, MuirPolynomial, Scheme, Seconds};
 use haptic_analysis::{Coupler, LeastDamping};

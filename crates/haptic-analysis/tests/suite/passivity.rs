@@ -1,5 +1,4 @@
-//! Theorem 1 against brute force, closed forms and Corollary 1; the largest K and B against the
-//! theorem itself.
+//! Theorem 1 against brute force, closed forms and Corollary 1; the largest K and B against the theorem itself.
 
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse, MuirPolynomial, Scheme, Seconds, TustinMuir};

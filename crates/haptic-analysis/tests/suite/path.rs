@@ -148,8 +148,7 @@ fn matrices_that_cannot_be_sampled_are_refused_in_one_line() {
     }
 }
 
-/// Two masses coupled by a spring and a damper, the force on the first, the encoder on the second: a
-/// device with a soft drive.
+/// Two masses coupled by a spring and a damper, the force on the first, the encoder on the second: a device with a soft drive.
 #[test]
 fn a_plant_of_four_states_is_judged_as_its_eigenvalues_say() {
     let (m1, m2, k, b) = (0.05, 0.03, 4000.0, 2.0);

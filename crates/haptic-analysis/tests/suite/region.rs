@@ -178,8 +178,7 @@ fn detached_parts_are_found() {
     assert_eq!(area.polygons.len(), 3);
     for polygon in &area.polygons {
         assert!(polygon.area > 0.0);
-        // Its boundary has a stable loop to its left, and only there; but for the corners, where
-        // both sides are.
+        // Its boundary has a stable loop to its left, and only there; but for the corners, where both sides are.
         let count = polygon.points.len();
         let (mut tried, mut wrong) = (0, 0);
         for index in 0..count {
