@@ -8,7 +8,6 @@ use std::path::Path;
 pub const TEXT_MOST: u64 = 1 << 20;
 
 /// Opens a file to read.
-///
 /// # Errors
 /// Those of the system; what is not a regular file, as a pipe, where nobody may ever write.
 pub fn open_file(path: &Path) -> io::Result<File> {
@@ -20,7 +19,6 @@ pub fn open_file(path: &Path) -> io::Result<File> {
 }
 
 /// The text of a file, if it is not longer than [`TEXT_MOST`].
-///
 /// # Errors
 /// Those of [`open_file`]; a longer file.
 pub fn read_text(path: &Path) -> io::Result<String> {

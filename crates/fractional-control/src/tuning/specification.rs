@@ -172,7 +172,6 @@ impl Specification {
         0.5 / libm::sin(0.5 * self.phase_margin_rad)
     }
 
-    /// Refuses what nothing can meet.
     pub(crate) fn check(
         &self,
         plant: &Plant,
@@ -263,7 +262,6 @@ pub const GAINS: [f64; 5] = [
 
 /// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples` samples each. The command is that for the
 /// nominal plant times the gain.
-///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn steps(

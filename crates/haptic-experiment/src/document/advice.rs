@@ -100,37 +100,22 @@ mod tests {
 
     #[test]
     fn the_option_of_the_parameter_is_named_and_no_other() {
-        let good = Limits::default();
-        for (limits, option) in [
+        type Change = fn(&mut Limits);
+        let wrong: [(Change, &str); 3] = [
+            (|limits| limits.stop_time = Seconds(2.0), "`stop_time_s`"),
+            (|limits| limits.force = Newtons(-1.0), "`force_limit_n`"),
             (
-                Limits {
-                    stop_time: Seconds(2.0),
-                    ..good
-                },
-                "`stop_time_s`",
-            ),
-            (
-                Limits {
-                    force: Newtons(-1.0),
-                    ..good
-                },
-                "`force_limit_n`",
-            ),
-            (
-                Limits {
-                    brake_force: Newtons(20.0),
-                    ..good
-                },
+                |limits| limits.brake_force = Newtons(20.0),
                 "`brake_force_n`",
             ),
-        ] {
+        ];
+        for (change, option) in wrong {
+            let mut limits = Limits::default();
+            change(&mut limits);
             let refused = SafetyChain::<f64>::from_limits(&limits, Seconds(1e-3));
             let text = parameter(refused.expect_err("is none")).to_string();
-            let options: Vec<&str> = text
-                .split(' ')
-                .filter(|word| word.starts_with('`'))
-                .collect();
-            assert_eq!(options, [option], "{text}");
+            let options = text.split(' ').filter(|word| word.starts_with('`'));
+            assert_eq!(options.collect::<Vec<_>>(), [option], "{text}");
         }
     }
 

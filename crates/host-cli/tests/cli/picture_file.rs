@@ -70,25 +70,22 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
     fs::remove_file(&saved.svg).expect("removes");
     fs::write(saved_png, "precious").expect("writes");
     let error = save(&picture, &stem, false).expect_err("refuses");
-    assert!(
-        matches!(error, PictureFileError::File(NewFileError::Exists(_))),
-        "{error}"
-    );
-    assert!(!saved.svg.exists(), "both files or neither");
+    let exists = matches!(error, PictureFileError::File(NewFileError::Exists(_)));
+    assert!(exists, "{error}");
+    // Both files or neither, and no leftovers.
+    assert!(!saved.svg.exists());
     assert_eq!(fs::read(saved_png).expect("reads"), b"precious");
-    assert_eq!(
-        fs::read_dir(folder.path()).expect("lists").count(),
-        1,
-        "leftovers"
-    );
+    assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
 
     save(&picture, &stem, true).expect("overwrites");
-    let png = fs::read(saved_png).expect("reads");
-    assert!(png.starts_with(PNG_SIGNATURE));
-    let nowhere = folder.path().join("missing").join("relax");
-    let error = save(&picture, &nowhere, false).expect_err("refuses");
     assert!(
-        error.to_string().contains("check that the folder exists"),
-        "{error}"
+        fs::read(saved_png)
+            .expect("reads")
+            .starts_with(PNG_SIGNATURE)
     );
+    let nowhere = folder.path().join("missing").join("relax");
+    let said = save(&picture, &nowhere, false)
+        .expect_err("refuses")
+        .to_string();
+    assert!(said.contains("check that the folder exists"), "{said}");
 }
