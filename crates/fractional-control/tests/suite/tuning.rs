@@ -265,7 +265,7 @@ fn a_wish_that_is_out_of_reach_is_told_with_what_was_reached() {
         tune(&plant, slow, &base)
             .expect_err("too slow")
             .to_string()
-            .contains("sample faster")
+            .contains("samples a period")
     );
     let far = Specification {
         crossover_rad_s: 5.0,

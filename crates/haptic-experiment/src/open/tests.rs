@@ -123,7 +123,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (
         "[wall]\n",
         "[wall]\ndelay_s = 1\n",
-        "lab/wall.toml:1: force delay 1 s",
+        "lab/wall.toml:1: delay 1 s",
     ),
     ("[wall]", "[wall", "lab/wall.toml:1: "),
     (
