@@ -1,6 +1,6 @@
 //! Each kind of plant against the others, and what is said of bad files.
 
-use super::{PlantFile, PlantModel};
+use super::{PlantFile, PlantModel, read_response};
 use num_complex::Complex;
 use std::path::Path;
 
@@ -45,6 +45,22 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
             );
         }
     }
+}
+
+#[test]
+fn a_response_may_have_semicolons_and_decimal_commas() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("r.csv");
+    let read = |rows: &str| {
+        std::fs::write(&file, rows).expect("writes");
+        read_response(&file).expect("a response")
+    };
+    let points = read("omega_rad_s,real,imaginary\n0.5,1.25,-2\n1,1,-1\n");
+    assert_eq!(points[0], (0.5, Complex::new(1.25, -2.0)));
+    assert_eq!(
+        read("omega_rad_s;real;imaginary\n0,5;1,25;-2\n1;1;-1\n"),
+        points
+    );
 }
 
 #[test]
@@ -125,7 +141,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         ("omega_rad_s,gain\n", "no column of the phase"),
         (
             "omega_rad_s,gain,phase_deg\n1,x,3\n",
-            "line 2: \"x\" is not a finite number",
+            "line 2, column gain: \"x\" is not a finite number",
         ),
         (
             "omega_rad_s,gain,phase_deg\n1,1,3\n",
