@@ -11,8 +11,9 @@ use haptic_quantity::{Frequency, Time};
 use std::time::Duration;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Measures how late this machine starts the ticks of a loop, and says for each rate whether it is fit: no tick a whole period late, and 999 of 1000 \
-within a tenth of the period. Then it says what to change.
+Measures how late this machine starts the ticks of a loop, and says for each rate whether it is \
+fit: no tick a whole period late, and 999 of 1000 within a tenth of the period. Then it says what \
+to change.
 
 Run it while the machine does its usual work, for more than a minute: rare delays do not show in seconds.";
 

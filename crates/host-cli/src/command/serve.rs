@@ -20,16 +20,20 @@ const PORT: u16 = 8765;
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) const LONG_ABOUT: &str = "\
-Opens a page in the browser, served by this program. Three views: Feel, a virtual tissue under mouse, finger or arrow keys, its loop at 1 kHz \
-on a simulated device; Design, what is stable and passive; Runs, logs of a folder and new ones.
+Opens a page in the browser, served by this program. Three views: Feel, a virtual tissue under \
+mouse, finger or arrow keys, its loop at 1 kHz on a simulated device; Design, what is stable and \
+passive; Runs, logs of a folder and new ones.
 
-The address has a token that is new each time: only who has it gets in. Nothing listens but 127.0.0.1, and the page asks nobody else for \
-anything. For a computer elsewhere: ssh -L 8765:127.0.0.1:8765 HOST, then the same address.
+The address has a token that is new each time: only who has it gets in. Nothing listens but \
+127.0.0.1, and the page asks nobody else for anything. For a computer elsewhere: \
+ssh -L 8765:127.0.0.1:8765 HOST, then the same address.
 
---device-model sets the simulated device: its friction, delay, lag, encoder and noise, and mass and damping for a page that asks for none by itself. \
-A hand in the file is not used: the hand is the pointer.
+--device-model sets the simulated device: its friction, delay, lag, encoder and noise, and mass \
+and damping for a page that asks for none by itself. A hand in the file is not used: the hand is \
+the pointer.
 
-One page holds the controls, others watch. The space bar stops: force zero first. Ctrl-C here does the same, closes the page's socket, and ends.";
+One page holds the controls, others watch. The space bar stops: force zero first. Ctrl-C here does \
+the same, closes the page's socket, and ends.";
 
 /// Arguments of `serve`.
 #[derive(Debug, Args)]
@@ -84,7 +88,7 @@ impl Arguments {
             && let Err(error) = open::that_detached(address)
         {
             warn(&format!(
-                "no browser was opened ({error}): copy the address into one, or give --no-browser"
+                "no browser was opened ({error}): copy the address into one"
             ));
         }
         while !stop.load(Ordering::Relaxed) {

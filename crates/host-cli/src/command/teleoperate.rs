@@ -19,12 +19,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Runs one side of a teleoperation on a simulated device, by the clock. The other side runs in another process; they exchange UDP datagrams. \
-The side that listens is the slave, in the remote tissue or wall; the side that connects is the master, in the hand. Both need the same \
+Runs one side of a teleoperation on a simulated device, by the clock. The other side runs in \
+another process; they exchange UDP datagrams. The side that listens is the slave, in the remote \
+tissue or wall; the side that connects is the master, in the hand. Both need the same \
 [teleoperation] file; a partner with other values is refused.
 
-Late, repeated and foreign messages are refused and counted. If the partner is silent for silence_s, or this machine skips more than \
---skipped-most of the ticks, the force ramps to zero within stop_time_s and the exit code is 1. Ctrl-C does the same and tells the partner.
+Late, repeated and foreign messages are refused and counted. If the partner is silent for \
+silence_s, or this machine skips more than --skipped-most of the ticks, the force ramps to zero \
+within stop_time_s and the exit code is 1. Ctrl-C does the same and tells the partner.
 
 The line gave energy if the sum of both sides' given_j is above 0.";
 
@@ -123,8 +125,7 @@ impl Arguments {
             (_, Some(text)) => Ok(End::Connect(address(text, "--connect")?)),
             (Some(text), None) => Ok(End::Listen(address(text, "--listen")?)),
             (None, None) => Err(Failure::bad_input(
-                "this side is missing: give --listen ADDRESS:PORT to be the slave, or --connect ADDRESS:PORT to be the master, as \
-                 127.0.0.1:4810",
+                "this side is missing: give --listen or --connect, as 127.0.0.1:4810",
             )),
         }
     }
@@ -168,14 +169,13 @@ fn ended_well(
         FarEnd::Done | FarEnd::OtherLeft => match against.filter(|_| experiment.must_be_passive) {
             None => Ok(()),
             Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
-                "must_be_passive: {} after {}; take must_be_passive out of the file to allow it; the force is zero",
+                "must_be_passive: {} after {}; omit must_be_passive to allow it; the force is zero",
                 verdict.words(),
                 written("duration_s", report.duration_s)
             ))),
         },
         FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
-            "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or \
-             allow it with --skipped-most; the force is zero",
+            "{} of {} ticks were skipped, more than {} %: lengthen {SAMPLE_TIME}; the force is zero",
             report.skipped,
             report.ticks,
             digits(100.0 * terms.skipped_most, 4)
