@@ -186,10 +186,16 @@ impl Specification {
         let allowed = "inside the band that was measured";
         range("crossover", omega, inside, allowed, "rad/s")?;
         if let Some(sampling) = sampling {
-            let nyquist = PI / sampling.sample_time.0;
-            positive("sample time", sampling.sample_time.0, "s")?;
-            let allowed = "below a third of half the sample rate: sample faster";
-            range("crossover", omega, omega < nyquist / 3.0, allowed, "rad/s")?;
+            let t = positive("sample time", sampling.sample_time.0, "s")?;
+            if omega >= PI / t / 3.0 {
+                return Err(ControlError::Contradiction {
+                    first: "crossover_rad_s",
+                    first_value: omega,
+                    second: "sample_time_s",
+                    second_value: t,
+                    remedy: "take more than six samples a period",
+                });
+            }
         }
         self.check_bounds(omega)
     }

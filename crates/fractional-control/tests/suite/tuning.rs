@@ -212,7 +212,7 @@ fn a_wish_that_is_out_of_reach_is_told_with_what_was_reached() {
         rule: Rule::Bdf2,
     });
     let refused = tune(&plant, slow, &base).expect_err("too slow").to_string();
-    assert!(refused.contains("sample faster"), "{refused}");
+    assert!(refused.contains("samples a period"), "{refused}");
     let far = Specification {
         crossover_rad_s: 5.0,
         noise: bound(10.0, 1e-3),

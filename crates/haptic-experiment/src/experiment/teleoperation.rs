@@ -24,7 +24,7 @@ use super::reading::{metadata, piece};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
 };
-use crate::document::advice;
+use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
@@ -50,9 +50,9 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
 use haptic_link::{Architecture, HandSide};
+use haptic_loop::SafetyChain;
 use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-use haptic_loop::{ParameterError, SafetyChain};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
 pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
@@ -472,21 +472,6 @@ impl TeleoperationExperiment {
         metadata.extend(file.map(|file| ("tissue_file".to_owned(), file)));
         metadata
     }
-}
-
-/// A parameter that a side or its loop refuses, with the key that sets it.
-fn parameter(error: ParameterError) -> Failure {
-    let advice = match &error {
-        ParameterError::Range(range) => match range.what {
-            "delay of the line" => format!("change {LINE_DELAY}"),
-            "coupler stiffness and dissipation together" => {
-                format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
-            }
-            _ => return advice::parameter(error),
-        },
-        _ => return advice::parameter(error),
-    };
-    Failure::input_with_advice(error, advice)
 }
 
 /// `[teleoperation]`: devices, hand, motion, remote place, laws, line.

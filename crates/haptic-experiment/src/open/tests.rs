@@ -56,7 +56,7 @@ const WRONG: &str = r#"
     [wall]\n | [wall]\nguard = "on"\n | 2: guard = "on" is not one of off, observer, energy-bounding
     damping_n_s_per_m = 3.5\n | damping_n_s_per_m = 0\nguard = "energy-bounding"\n | 1: damping of the device 0 N·s/m is not above 0
     [wall]\n | [wall]\nduration_s = 0.1\n | 1: window 0.4 s is not in [0.02, 0.1] s
-    [wall]\n | [wall]\ndelay_s = 1\n | 1: force delay 1 s
+    [wall]\n | [wall]\ndelay_s = 1\n | 1: delay 1 s
     [wall] | [wall | 1: 
     * |  | 1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler]
     * | wall = 3 | 1: `wall` is not a table: write [wall]

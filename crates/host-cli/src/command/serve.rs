@@ -84,7 +84,7 @@ impl Arguments {
             && let Err(error) = open::that_detached(address)
         {
             warn(&format!(
-                "no browser was opened ({error}): copy the address into one, or give --no-browser"
+                "no browser was opened ({error}): copy the address into one"
             ));
         }
         while !stop.load(Ordering::Relaxed) {

@@ -123,8 +123,7 @@ impl Arguments {
             (_, Some(text)) => Ok(End::Connect(address(text, "--connect")?)),
             (Some(text), None) => Ok(End::Listen(address(text, "--listen")?)),
             (None, None) => Err(Failure::bad_input(
-                "this side is missing: give --listen ADDRESS:PORT to be the slave, or --connect ADDRESS:PORT to be the master, as \
-                 127.0.0.1:4810",
+                "this side is missing: give --listen or --connect, as 127.0.0.1:4810",
             )),
         }
     }
@@ -168,14 +167,13 @@ fn ended_well(
         FarEnd::Done | FarEnd::OtherLeft => match against.filter(|_| experiment.must_be_passive) {
             None => Ok(()),
             Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
-                "must_be_passive: {} after {}; take must_be_passive out of the file to allow it; the force is zero",
+                "must_be_passive: {} after {}; omit must_be_passive to allow it; the force is zero",
                 verdict.words(),
                 written("duration_s", report.duration_s)
             ))),
         },
         FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
-            "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or \
-             allow it with --skipped-most; the force is zero",
+            "{} of {} ticks were skipped, more than {} %: lengthen {SAMPLE_TIME}; the force is zero",
             report.skipped,
             report.ticks,
             digits(100.0 * terms.skipped_most, 4)

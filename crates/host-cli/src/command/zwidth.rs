@@ -22,7 +22,8 @@ friction keeps the device at rest.
 
 Each point also shows the largest stiffness by the analysis. Ctrl-C keeps the points found so far.";
 
-pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
+pub(crate) const EXAMPLES: &str = "Examples:\n  \
+                  host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s";
 
 /// The result, and where it was written.
@@ -62,25 +63,20 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
 /// Says what the points do not tell.
 fn warn_of(report: &ZWidthReport) {
     let points = report.orders.iter().flat_map(|order| &order.boundary);
-    let at_end = |p: &BoundaryPoint| p.alpha >= 0.999 * report.alpha_searched;
-    if points.clone().any(at_end) {
+    let searched = report.alpha_searched;
+    if points.clone().any(|point| point.alpha >= 0.999 * searched) {
         warn(&format!(
-            "some walls were stable up to alpha = {}, where the search ends: their limit is higher",
-            report.alpha_searched
+            "some walls were stable up to alpha = {searched}, where the search ends"
         ));
     }
     let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);
     if report.device != "sim" && analysed.all(|found| found.is_none()) {
-        warn(
-            "no analysis, as nobody knows delay and lag of this device: host-cli device measure --out device.toml finds \
-             them, host-cli analyze stability-region --device-model device.toml tells the stiffest wall",
-        );
+        warn("no analysis: this device's delay and lag are unknown; see host-cli device measure");
     }
     if report.disagreements > 0 {
         warn(&format!(
-            "trial and analysis disagree by more than 5 % of the wall at {} of {} points, marked !: the analysis knows \
-                 neither friction, encoder, force limit nor a wall that only pushes, and a trial does not see \
-                 what settles or grows more slowly than it lasts (duration_s)",
+            "trial and analysis differ by more than 5 % at {} of {} points, marked !: the analysis \
+             knows no friction, encoder, force limit or one-sided wall, the trial only its duration_s",
             report.disagreements,
             points.count()
         ));

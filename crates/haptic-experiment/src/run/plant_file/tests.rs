@@ -1,6 +1,6 @@
 //! Each kind of plant against the others, and what is said of bad files.
 
-use super::{PlantFile, PlantModel};
+use super::{PlantFile, PlantModel, read_response};
 use num_complex::Complex;
 use std::path::Path;
 
@@ -48,6 +48,22 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
 }
 
 #[test]
+fn a_response_may_have_semicolons_and_decimal_commas() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("r.csv");
+    let read = |rows: &str| {
+        std::fs::write(&file, rows).expect("writes");
+        read_response(&file).expect("a response")
+    };
+    let points = read("omega_rad_s,real,imaginary\n0.5,1.25,-2\n1,1,-1\n");
+    assert_eq!(points[0], (0.5, Complex::new(1.25, -2.0)));
+    assert_eq!(
+        read("omega_rad_s;real;imaginary\n0,5;1,25;-2\n1;1;-1\n"),
+        points
+    );
+}
+
+#[test]
 fn a_function_reads_back_to_the_same() {
     let model = "exp(-0.5s)/(0.8s^2.2+0.5s^0.9+1)".parse();
     let mut file = PlantFile::new(model.expect("valid"));
@@ -80,7 +96,7 @@ const WRONG: &str = r#"
 const WRONG_ROWS: &str = r#"
     omega,gain,phase_deg\n | no column of the frequency
     omega_rad_s,gain\n | no column of the phase
-    omega_rad_s,gain,phase_deg\n1,x,3\n | line 2: "x" is not a finite number
+    omega_rad_s,gain,phase_deg\n1,x,3\n | line 2, column gain: "x" is not a finite number
     omega_rad_s,gain,phase_deg\n1,1,3\n | number of frequencies 1 is not at least 3
 "#;
 

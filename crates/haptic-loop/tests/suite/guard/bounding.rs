@@ -254,10 +254,7 @@ fn what_a_guard_cannot_promise_is_refused() {
             format!("{lag} 0.129 s is not from 0 to 64 sample times"),
         ),
         (late(0.0, 0.0, nan), format!("{lag} NaN")),
-        (
-            EnergyBounding { noise, ..none },
-            "noise for the guard".to_owned(),
-        ),
+        (EnergyBounding { noise, ..none }, "device noise".to_owned()),
         (
             EnergyBounding { forget, ..none },
             "time in which the guard forgets".to_owned(),

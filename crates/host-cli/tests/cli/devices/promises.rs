@@ -125,7 +125,7 @@ fn a_z_width_can_be_found_on_a_device() {
     }
     // A person is told what is missing beside them, and where it is to be had.
     let shown = device.place.run(&SEARCH.replace(" --quiet", ""));
-    let words = ["no analysis, as nobody knows", "--device-model device.toml"];
+    let words = ["no analysis", "host-cli device measure"];
     says(&shown.succeeded_with_warnings().stderr, &words);
 }
 
