@@ -466,8 +466,18 @@ impl TeleoperationExperiment {
     }
 
     /// Of the log of a run, or of a side of one.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let mut metadata = metadata("teleoperation", self.pace);
+    fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
+        let choice = (pace, self.scheme);
+        let mut metadata = metadata("teleoperation", choice, None, &self.safety);
+        let frequencies: Vec<String> =
+            (self.motion.frequencies_hz.iter().map(f64::to_string)).collect();
+        let ran = [
+            (SLAVE_MASS.key, self.slave.mass.0.to_string()),
+            (SLAVE_DAMPING.key, self.slave.damping.0.to_string()),
+            ("frequencies_hz", frequencies.join(" ")),
+            ("playout_samples", self.playout().to_string()),
+        ];
+        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
         let file = self.place.matter.file();
         metadata.extend(file.map(|file| ("tissue_file".to_owned(), file)));
         metadata
