@@ -93,7 +93,7 @@ impl RunArguments {
                     return Ok(());
                 }
                 let words = report.trial.settling.verdict.words();
-                let what = format!("the wall is not stable by both trial ({words}) and analysis");
+                let what = format!("trial ({words}) and analysis do not both call the wall stable");
                 Err(broken("must_be_stable", &what, "design a weaker one"))
             }
             ExperimentFile::Coupler(own) => {
@@ -104,7 +104,7 @@ impl RunArguments {
                 }
                 let words = report.trial.settling.verdict.words();
                 let what = format!(
-                    "the coupler is not stable by trial ({words}), analysis and Llewellyn's criterion"
+                    "trial ({words}), analysis and Llewellyn's criterion do not all accept the coupler"
                 );
                 Err(broken("must_be_stable", &what, "design a weaker one"))
             }

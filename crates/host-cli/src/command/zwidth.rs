@@ -54,7 +54,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         files,
     })?;
     place.close(match report.ended_early {
-        Some(failure) => Err(failure.and("the points that were done are kept")),
+        Some(failure) => Err(failure.and("the points found so far are kept")),
         None => Ok(()),
     })
 }
@@ -65,22 +65,22 @@ fn warn_of(report: &ZWidthReport) {
     let at_end = |p: &BoundaryPoint| p.alpha >= 0.999 * report.alpha_searched;
     if points.clone().any(at_end) {
         warn(&format!(
-            "some walls were stable up to alpha = {}, where the search ends: their limit is higher",
+            "some walls were stable up to alpha = {}, where the search ends; their real limit is higher",
             report.alpha_searched
         ));
     }
     let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);
     if report.device != "sim" && analysed.all(|found| found.is_none()) {
         warn(
-            "no analysis, as nobody knows delay and lag of this device: host-cli device measure --out device.toml finds \
-             them, host-cli analyze stability-region --device-model device.toml tells the stiffest wall",
+            "no analysis, because delay and lag of this device are unknown: host-cli device measure --out device.toml finds \
+             them, and host-cli analyze stability-region --device-model device.toml the stiffest wall",
         );
     }
     if report.disagreements > 0 {
         warn(&format!(
-            "trial and analysis disagree by more than 5 % of the wall at {} of {} points, marked !: the analysis knows \
-                 neither friction, encoder, force limit nor a wall that only pushes, and a trial does not see \
-                 what settles or grows more slowly than it lasts (duration_s)",
+            "trial and analysis disagree by more than 5 % of the wall at {} of {} points, marked !: the analysis ignores \
+                 friction, encoder, force limit and walls that only push, and a trial misses what settles or grows \
+                 more slowly than it lasts (duration_s)",
             report.disagreements,
             points.count()
         ));

@@ -33,7 +33,7 @@ fn a_design_meets_its_wishes_and_the_files_are_what_other_commands_take() {
     assert!(wishes.iter().all(|wish| wish["met"] == true), "{wishes:?}");
     assert!((number(&wishes[1], "wanted") - 65.0).abs() < 1e-9);
     assert!((number(&wishes[1], "reached") / 65.0 - 1.0).abs() < 0.01);
-    // Iso-damped: the PID of order 1 is at least three times worse.
+    // Iso-damped: the integer-order PID is at least three times worse.
     let (own, other) = (
         number(&report, "overshoot_spread"),
         number(&report["integer"], "overshoot_spread"),
@@ -137,7 +137,7 @@ fn what_a_record_does_not_determine_is_in_the_json() {
     );
 }
 
-/// The PID of order 1 grows, and its steps swing: the picture says what it leaves out.
+/// The integer-order PID grows, and its steps swing: the picture says what it leaves out.
 #[test]
 fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_picture() {
     let place = Place::new();
@@ -150,7 +150,7 @@ fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_pictur
     let file = place.text("late/controller.toml");
     assert!(file.contains("proved stable only"), "{file}");
     let picture = place.text("late/controller.svg");
-    let told = picture.contains("left out: PID of order 1 at gain +3 dB, which grows");
+    let told = picture.contains("left out: integer-order PID at gain +3 dB, which grows");
     assert!(told, "{picture}");
 }
 

@@ -144,7 +144,7 @@ fn a_z_width_can_be_found_on_a_device() {
     // A person is told what is missing beside them, and where it is to be had.
     let shown = device.place.run(&SEARCH.replace(" --quiet", ""));
     let ended = shown.succeeded_with_warnings();
-    for words in ["no analysis, as nobody knows", "--device-model device.toml"] {
+    for words in ["no analysis, because delay", "--device-model device.toml"] {
         assert!(ended.stderr.contains(words), "{ended}");
     }
 }
