@@ -104,7 +104,7 @@ const GRAMMAR: [(&str, &str); 8] = [
     ),
     (
         "full-bdf2[:TOLERANCE]",
-        "full memory of second order in the sample time; not on a device",
+        "full memory, second order in the sample time; not on a device",
     ),
     ("grunwald:N", "ring buffer of the last N samples"),
     ("tustin-muir:N", "recursive filter of degree N"),
@@ -112,8 +112,11 @@ const GRAMMAR: [(&str, &str); 8] = [
         "oustaloup:N:LOW_HZ:HIGH_HZ",
         "N first-order sections in a frequency band",
     ),
-    ("muir:N", "the dissertation's numerator alone"),
-    ("exact", "(1 - w)^mu itself, for analysis only"),
+    (
+        "muir:N",
+        "the dissertation's polynomial A_N, for comparison",
+    ),
+    ("exact", "the exact operator (1 - w)^mu, for analysis only"),
 ];
 
 /// Error of reading or building a scheme.

@@ -129,15 +129,15 @@ impl fmt::Display for ControlError {
             Self::Empty { what } => write!(f, "the {what} has no term: give one that is not 0"),
             Self::TooManyTerms { count, most } => write!(
                 f,
-                "{count} terms are more than the {most} there is room for: take fewer orders"
+                "{count} terms are more than the largest number, {most}: take fewer orders"
             ),
             Self::Notation { at, expected } => write!(
                 f,
-                "character {at} of the transfer function does not fit: {expected} may stand there, as in 1/(0.8s^2.2+0.5s^0.9+1)"
+                "character {at} of the transfer function should be {expected}, as in 1/(0.8s^2.2+0.5s^0.9+1)"
             ),
             Self::NotCommensurate { degree } => write!(
                 f,
-                "the orders are multiples of no common order, or only at degree {degree}, above 200: round them"
+                "the orders have no common divisor, or one that gives degree {degree}, above 200: round them"
             ),
             Self::UnstablePlant { poles: 1 } => f.write_str(
                 "the plant has a pole that does not decay: close the loop with a controller first",

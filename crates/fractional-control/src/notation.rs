@@ -131,7 +131,7 @@ impl Reader<'_> {
             };
             if sum.delay_s != 0.0 || next.delay_s != 0.0 {
                 self.at = start;
-                return Err(self.wrong("a factor (a dead time stands before the whole)"));
+                return Err(self.wrong("a factor (a dead time must precede the whole function)"));
             }
             sum = sum.plus(&next)?;
         }
@@ -180,7 +180,7 @@ impl Reader<'_> {
         let whole = (libm::trunc(exponent) - exponent).abs() == 0.0;
         if !whole || !(0.0..=4.0).contains(&exponent) {
             self.at = start;
-            return Err(self.wrong("0, 1, 2, 3 or 4, the power of a bracket,"));
+            return Err(self.wrong("0, 1, 2, 3 or 4 as the power of a bracket"));
         }
         let mut power = Quotient::of(Term::new(1.0, 0.0))?;
         for _ in 0..exponent as usize {
@@ -194,7 +194,7 @@ impl Reader<'_> {
             Some(b'(') => {
                 self.at += 1;
                 if self.depth == DEPTH_MAX {
-                    return Err(self.wrong("no more than 16 brackets"));
+                    return Err(self.wrong("within at most 16 nested brackets"));
                 }
                 self.depth += 1;
                 let sum = self.sum()?;

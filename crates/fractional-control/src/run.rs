@@ -99,7 +99,7 @@ pub fn integer_baseline(
     }
     let margins = setup.closed_with(&setup.sampled(plant)?)?.margins();
     let none = ControlError::NotFound {
-        what: "a crossover with a phase margin, to compare with a PID of order 1,",
+        what: "a crossover with a phase margin, to compare with an integer-order PID,",
         why: "the loop has none",
     };
     let phase = margins.phase.filter(|phase| phase.value > 0.0);

@@ -231,7 +231,7 @@ impl<'a> Search<'a> {
         }
         Err(ControlError::NotFound {
             what: "a stable controller with this crossover and margin",
-            why: "every one that was tried crosses over again: lower the crossover or ask for less margin",
+            why: "every candidate has a second crossover: lower the crossover or ask for less margin",
         })
     }
 

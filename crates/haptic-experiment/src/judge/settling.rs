@@ -189,9 +189,9 @@ impl Settling {
         let share = self.saturated_share.unwrap_or(0.0);
         match self.verdict {
             TrialVerdict::Stable => None,
-            TrialVerdict::HeldByFriction => Some(
-                "friction alone holds the device still: without it, it does not settle".to_owned(),
-            ),
+            TrialVerdict::HeldByFriction => {
+                Some("without friction the device does not come to rest".to_owned())
+            }
             TrialVerdict::Saturated => Some(format!(
                 "the force was at its limit in {:.1} % of the samples, more than {} %",
                 1e2 * share,

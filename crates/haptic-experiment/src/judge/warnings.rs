@@ -29,16 +29,18 @@ fn remedy(limiter: Limiters, on_device: bool) -> String {
     };
     match limiter {
         Limiters::MAGNITUDE => {
-            format!("for the largest force raise {FORCE_LIMIT}{here}, or render less stiffly")
+            format!("it reached its limit: raise {FORCE_LIMIT}{here}, or render something softer")
         }
         Limiters::RATE => {
-            format!("for its rate raise {FORCE_RATE_LIMIT}{here}, or touch more slowly")
+            format!(
+                "its rate reached the limit: raise {FORCE_RATE_LIMIT}{here}, or touch more slowly"
+            )
         }
         Limiters::STARTUP if on_device => format!(
-            "it rose over the device's own rise time, which a run cannot shorten: set a shorter {RISE_TIME} there (`host-cli device set`), or begin outside"
+            "it ramped up over the device's rise time, which a run cannot shorten: set a shorter {RISE_TIME} there (`host-cli device set`), or begin outside"
         ),
         Limiters::STARTUP => {
-            format!("it rose from the start on: take a shorter {RISE_TIME}, or begin outside")
+            format!("it ramped up at the start: take a shorter {RISE_TIME}, or begin outside")
         }
         Limiters::WORKSPACE => format!(
             "it braked near the end of the workspace: stay inside, or widen {WORKSPACE_LOW} to {WORKSPACE_HIGH}{here}"
@@ -47,7 +49,7 @@ fn remedy(limiter: Limiters, on_device: bool) -> String {
             "it braked near the largest speed: move more slowly, or raise {SPEED_LIMIT}{here}"
         ),
         Limiters::GUARD => format!(
-            "the guard held back energy: render less stiffly, or leave {GUARD} off where the analysis says passive"
+            "the guard held back energy: render something softer, or leave {GUARD} off if the analysis says passive"
         ),
         Limiters::FAULT => "a fault held it at zero: see the fault in the log".to_owned(),
         _ => "it fell to zero at the end".to_owned(),
@@ -82,7 +84,7 @@ impl Warnings {
             ));
         } else if notable.is_some() {
             self.0.push(format!(
-                "{off}max_relative_error is the share of the operator in that, rig_error that of the rig"
+                "{off}the operator contributes max_relative_error to that, the rig rig_error"
             ));
         }
     }
@@ -165,7 +167,7 @@ impl Warnings {
         };
         if link.unanswered + link.forces_not_taken > 0 {
             self.0.push(format!(
-                "of {} ticks of the device {} had no answer of its board, so their positions are old, and {} forces were not sent or not \
+                "of {} ticks of the device {} had no answer from its board, so their positions are old, and {} forces were not sent or not \
                  confirmed: take a longer {SAMPLE_TIME}, a better cable or another USB port",
                 link.ticks, link.unanswered, link.forces_not_taken
             ));

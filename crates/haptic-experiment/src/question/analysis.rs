@@ -3,6 +3,7 @@
 use crate::document::parameters::kind::parameters;
 use crate::document::parameters::range::{
     ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, WALL_NUMBERS,
+    WALL_ORDERS,
 };
 use crate::document::parameters::{
     AREA, COUPLER_DISSIPATION, COUPLER_STIFFNESS, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
@@ -17,6 +18,8 @@ use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 parameters! {
     /// Operator of an analysis.
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
+    /// Order of a coupler that is analysed.
+    COUPLING_ORDER = optional("order", WALL_ORDERS, "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps");
     /// α.
     ALPHA = optional("alpha", WALL_NUMBERS, "Without units: stiffness K T^2/m");
     /// β.
@@ -36,9 +39,9 @@ parameters! {
     /// Number of frequencies of a sensitivity.
     SENSITIVITY_POINTS = count("points", 400, "400", "Number of frequencies");
     /// Lowest frequency of a remote tissue, Hz.
-    FELT_LOW = number("low_hz", 0.5, "0.5Hz", FREQUENCIES_HZ, "Lowest frequency at which the tissue is to feel right");
+    FELT_LOW = number("low_hz", 0.5, "0.5Hz", FREQUENCIES_HZ, "Lowest frequency at which the tissue should feel right");
     /// Highest frequency of a remote tissue, Hz.
-    FELT_HIGH = number("high_hz", 5.0, "5Hz", FREQUENCIES_HZ, "Highest frequency at which the tissue is to feel right");
+    FELT_HIGH = number("high_hz", 5.0, "5Hz", FREQUENCIES_HZ, "Highest frequency at which the tissue should feel right");
     /// Number of frequencies of a remote tissue.
     FELT_POINTS = count("points", 20, "20", "Number of frequencies");
     /// Playout of waves, samples.
@@ -98,7 +101,7 @@ pub const TRANSPARENCY: &[&Parameter] = &[
 ];
 /// A virtual coupler.
 pub const COUPLING: &[&Parameter] = &[
-    &ORDER,
+    &COUPLING_ORDER,
     &ANALYSED_SCHEME,
     &COUPLER_STIFFNESS,
     &COUPLER_DISSIPATION,

@@ -359,7 +359,7 @@ impl Machine {
         }
         if self.preempt_rt == Some(false) {
             say(
-                "kernel: not PREEMPT_RT, so drivers and other system calls may hold the loop up: install a \
+                "kernel: not PREEMPT_RT, so drivers and other system calls may delay the loop: install a \
                  real-time kernel (linux-image-rt on Debian, the real-time kernel of Ubuntu Pro)"
                     .to_owned(),
             );
@@ -370,7 +370,7 @@ impl Machine {
                 false => String::new(),
             };
             say(format!(
-                "virtual machine: its host may stop it for milliseconds, whatever is set here{stolen}: measure and \
+                "virtual machine: its host may stop it for milliseconds, whatever its settings{stolen}: measure and \
                  run on the machine itself"
             ));
         }

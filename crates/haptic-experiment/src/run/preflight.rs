@@ -111,7 +111,7 @@ impl PreflightVerdict {
         };
         let (what, numbers, advice) = match refused.filter(|_| self.stable) {
             Some(coupler) => (
-                "Llewellyn's criterion refuses the coupler",
+                "the coupler does not meet Llewellyn's criterion",
                 coupler.needs(),
                 match coupler.llewellyn_damping_n_s_per_m {
                     Some(needed) if coupler.damping_n_s_per_m > 0.0 => {
@@ -135,7 +135,7 @@ impl PreflightVerdict {
             ),
         };
         Err(Failure::bad_input(format_args!(
-            "pre-flight: {what}, {numbers}: {advice} or run it all the same with {FORCE_UNSTABLE}"
+            "pre-flight: {what}, {numbers}: {advice} or run it anyway with {FORCE_UNSTABLE}"
         )))
     }
 
@@ -145,8 +145,8 @@ impl PreflightVerdict {
     pub fn warning(&self, guarded: bool) -> Option<String> {
         if !self.stable {
             let why = match guarded {
-                true => "the guard alone holds it",
-                false => "run all the same",
+                true => "only the guard keeps it stable",
+                false => "it runs anyway",
             };
             return Some(format!(
                 "pre-flight: the loop is unstable by the analysis, {}; {why}",
@@ -162,8 +162,8 @@ impl PreflightVerdict {
                 None => "another coupler, no damping is enough,".to_owned(),
             };
             let llewellyn = match coupler.llewellyn {
-                true => "Llewellyn's criterion is fulfilled, but it knows a device under Tustin's rule only".to_owned(),
-                false => format!("Llewellyn's criterion refuses it, {}", coupler.needs()),
+                true => "it meets Llewellyn's criterion, but that assumes a device sampled by Tustin's rule".to_owned(),
+                false => format!("it does not meet Llewellyn's criterion, {}", coupler.needs()),
             };
             return (!(self.passive && coupler.llewellyn)).then(|| format!(
                 "pre-flight: stable with this device, hand and object, {}; {llewellyn}: for every hand and object the sampled \
@@ -172,7 +172,7 @@ impl PreflightVerdict {
             ));
         }
         let needed = match self.required_delta {
-            Some(needed) => format!("Theorem 1 asks for a delta above {needed:.4}"),
+            Some(needed) => format!("passivity needs a delta above {needed:.4}"),
             None => "at rest it is a negative spring, which no damping makes passive".to_owned(),
         };
         (!self.passive).then(|| {
@@ -204,8 +204,8 @@ impl PreflightVerdict {
             false => "unstable by the analysis",
         };
         let llewellyn = match coupler.llewellyn {
-            true => "passes",
-            false => "refuses it",
+            true => "met",
+            false => "not met",
         };
         let passive = match (self.passive, coupler.sampled_damping_n_s_per_m) {
             (true, _) => "passive as sampled with any hand and object".to_owned(),
@@ -213,7 +213,7 @@ impl PreflightVerdict {
             (false, None) => "not passive as sampled with any damping".to_owned(),
         };
         format!(
-            "{stable}, {numbers}; Llewellyn {llewellyn}, {}; {passive}",
+            "{stable}, {numbers}; Llewellyn's criterion {llewellyn}, {}; {passive}",
             coupler.needs()
         )
     }

@@ -121,7 +121,7 @@ fn stiffest(report: &ZWidthReport) -> String {
 /// The best order and its trial, in words.
 fn proposal(order: Option<f64>, simulated: Option<&Settling>) -> String {
     let Some(order) = order else {
-        return "nothing on the grid does it".to_owned();
+        return "no wall that was tried meets the wish".to_owned();
     };
     let tried = simulated.map(|settling| format!(", {} when tried", settling.verdict.words()));
     format!("best: order {order}{}", tried.unwrap_or_default())

@@ -126,7 +126,7 @@ impl fmt::Display for SerialError {
             ),
             Self::NoPort { path } => write!(
                 f,
-                "{path} is no serial port: name the one that the device is at, as /dev/ttyACM0"
+                "{path} is not a serial port: give the port of the device, such as /dev/ttyACM0"
             ),
             Self::SilentSocket { path } => write!(
                 f,

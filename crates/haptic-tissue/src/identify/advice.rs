@@ -144,8 +144,8 @@ fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
 fn alike(fit: &Fit) -> Option<String> {
     (fit.neighbours > ALIKE).then(|| {
         format!(
-            "neighbouring residuals are alike (correlation {:.2}): the model leaves something out or the noise is slow, so standard errors are \
-             too small; intervals by {BOOTSTRAP} are wider",
+            "neighbouring residuals are correlated ({:.2}): the model misses an effect or the noise is slow, so the standard errors are \
+             too small; {BOOTSTRAP} gives wider intervals",
             fit.neighbours)
     })
 }

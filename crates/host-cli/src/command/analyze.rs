@@ -13,50 +13,50 @@ use haptic_experiment::Failure;
 /// The question asked.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Effective stiffness and damping of a virtual environment
+    /// Compute effective stiffness and damping of a virtual environment
     #[command(
         after_help = "Example: host-cli analyze environment --order 0.5 --stiffness 10N/mm --dissipation 100 \
                       --sample-time 1ms --out environment"
     )]
     Environment(WithFiles<keys::Environment>),
-    /// Is this wall stable?
+    /// Judge whether a wall is stable
     #[command(
         after_help = "Example: host-cli analyze stability --order 0.5 --mass 65g --damping 3.5 --sample-time 2ms \
                       --stiffness 3N/mm --dissipation 100"
     )]
     Stability(Options<keys::Wall>),
-    /// All stable walls: the region in the alpha-beta plane
+    /// Find all stable walls: the region in the alpha-beta plane
     #[command(
         after_help = "Example: host-cli analyze stability-region --order 1 --mass 65g --damping 3.5 --sample-time 1ms \
                       --delay-samples 1 --out region"
     )]
     StabilityRegion(WithFiles<keys::Wall>),
-    /// Is this wall passive, and how much damping does that take?
+    /// Judge whether a wall is passive, and how much damping that needs
     #[command(
         after_help = "Example: host-cli analyze passivity --order 0.5 --scheme muir:3 --mass 65g --damping 3.5 \
                       --sample-time 1ms --stiffness 3N/mm --dissipation 10"
     )]
     Passivity(Options<keys::Wall>),
-    /// Is a virtual coupler passive on both sides, and how much damping does that take?
+    /// Judge whether a virtual coupler is passive on both sides, and how much damping that needs
     #[command(
         after_help = "Example: host-cli analyze coupling --order 0.75 --coupler-stiffness 1 --coupler-dissipation 200 \
                       --sample-time 1ms --damping 0.5"
     )]
     Coupling(Options<keys::Coupling>),
-    /// Two hands over a line: stable up to which delay, what is felt, and the best coupler
+    /// Judge a teleoperation: stable up to which delay, what the hand feels, and the best coupler
     #[command(
         long_about = teleoperation::LONG_ABOUT,
         after_help = "Examples:\n  host-cli analyze teleoperation --coupler-stiffness 300 --coupler-dissipation 10 \
                       --order 0.5 --line-delay 20ms\n  host-cli analyze teleoperation --line-delay 20ms --best --out far"
     )]
     Teleoperation(WithFiles<keys::Hands>),
-    /// Effective stiffness and damping of the closed loop, as the hand feels them
+    /// Compute effective stiffness and damping of the closed loop, as the hand feels them
     #[command(
         after_help = "Example: host-cli analyze transparency --order 0.5 --stiffness 50 --dissipation 1 --mass 0.65kg \
                       --damping 3.5 --sample-time 1ms --out transparency"
     )]
     Transparency(WithFiles<keys::Transparency>),
-    /// Gain of the loop on errors of its model: |1/(1 + GH)|
+    /// Compute how much the loop amplifies model errors: |1/(1 + GH)|
     #[command(
         after_help = "Example: host-cli analyze sensitivity --order 0.5 --mass 65g --damping 3.5 --sample-time 1ms \
                       --stiffness 3N/mm --dissipation 100 --out sensitivity"

@@ -15,13 +15,13 @@ use haptic_experiment::Failure;
 /// The task.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Tune a fractional PID, compared with the best PID of order 1
+    /// Tune a fractional PID and compare it with the best integer-order PID
     #[command(long_about = design::LONG_ABOUT)]
     Design(design::Arguments),
     /// Run a step or a record through a loop, or a plant alone
     #[command(long_about = simulate::LONG_ABOUT)]
     Simulate(simulate::Arguments),
-    /// Stability of a loop, why and by how much; or the poles of a plant
+    /// Judge whether a loop is stable, why and by how much; or list the poles of a plant
     #[command(long_about = analyze::LONG_ABOUT)]
     Analyze(analyze::Arguments),
     /// Fit a fractional transfer function to a record

@@ -55,7 +55,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         files,
     })?;
     place.close(match report.ended_early {
-        Some(failure) => Err(failure.and("the points that were done are kept")),
+        Some(failure) => Err(failure.and("the points found so far are kept")),
         None => Ok(()),
     })
 }

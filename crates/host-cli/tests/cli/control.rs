@@ -29,7 +29,7 @@ fn a_design_meets_its_wishes_and_the_files_are_what_other_commands_take() {
     assert!(wishes.iter().all(|wish| wish["met"] == true), "{wishes:?}");
     assert_close("wanted", number(&wishes[1], "wanted"), 65.0, 1e-9);
     assert_relative("reached", number(&wishes[1], "reached"), 65.0, 0.01);
-    // Iso-damped: the PID of order 1 is at least three times worse.
+    // Iso-damped: the integer-order PID is at least three times worse.
     let [own, other] = [&report, &report["integer"]].map(|of| number(of, "overshoot_spread"));
     assert!(other > 3.0 * own, "{own} {other}");
     let files = "d/ d/controller.csv d/controller.png d/controller.svg d/controller.toml";
@@ -122,7 +122,7 @@ fn what_a_record_does_not_determine_is_in_the_json() {
     }
 }
 
-/// The PID of order 1 grows, and its steps swing: the picture says what it leaves out.
+/// The integer-order PID grows, and its steps swing: the picture says what it leaves out.
 #[test]
 fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_picture() {
     let place = Place::new();
@@ -133,7 +133,7 @@ fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_pictur
         &["Warning: the sampled loop is proved stable only from"],
     );
     says(&place.text("late/controller.toml"), &["proved stable only"]);
-    let left_out = "left out: PID of order 1 at gain +3 dB, which grows";
+    let left_out = "left out: integer-order PID at gain +3 dB, which grows";
     says(&place.text("late/controller.svg"), &[left_out]);
 }
 

@@ -141,7 +141,7 @@ impl TouchExperiment {
             errors: Errors {
                 full_history: compared,
                 closed_form: Compared::without_meaning(
-                    "a hand on its way has no closed form".to_owned(),
+                    "there is no closed form while the hand moves".to_owned(),
                 ),
             },
             verdict,

@@ -130,20 +130,20 @@ impl Design {
         if best.is_none() {
             let first = candidates.iter().find_map(|found| found.reason.as_deref());
             notes.push(format!(
-                "nothing on the grid does it: {}",
+                "no wall that was tried meets the wish: {}",
                 first.unwrap_or_default()
             ));
         } else if self.gain_margin.is_none() && self.wish == Wish::StiffestWall && acts_at_once {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order, \
-                 and the order is free for something else"
+                 so you may choose the order freely"
                     .to_owned(),
             );
         }
         let order = best.and_then(|best| Order::new(best.order).ok());
         if order.is_some_and(|order| self.model(order).is_some()) {
             notes.push(
-                "no experiment file: a wall has one spring-pot, this tissue more elements; relax and creep render it"
+                "no experiment file: a wall has one spring-pot, and this tissue has more elements; relax and creep can render it"
                     .to_owned(),
             );
         }

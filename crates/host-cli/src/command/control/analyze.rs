@@ -18,9 +18,9 @@ use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 
 pub(super) const LONG_ABOUT: &str = "\
-Proves whether the loop is stable as it runs, with weights, hold and dead time, and says why. \
-Margins tell how far a stable loop is from instability. Without a controller: the plant's poles. \
-The exit code is 0 for an unstable loop too.";
+Judges the loop as it runs, with the controller's weights, the hold and the dead time. The verdict is a proof, with its reason; margins \
+say how far a stable loop is from instability. Without a controller it lists the poles of the plant. The exit code is 0 for an unstable \
+loop too.";
 
 /// Arguments of `control analyze`.
 #[derive(Debug, Args)]

@@ -1,4 +1,4 @@
-//! `control design`: from wishes to a controller file, with the best PID of order 1 beside it.
+//! `control design`: from wishes to a controller file, with the best integer-order PID beside it.
 
 mod report;
 
@@ -24,9 +24,9 @@ use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{Angle, AngularFrequency, QuantityError, Time, digits, parse_number};
 
 pub(super) const LONG_ABOUT: &str = "\
-Tunes a PI^lambda D^mu: crossover and phase margin exactly, a flat phase there, so that the \
-overshoot stays when the plant's gain changes, and bounds on |S| and |T| as well as possible. \
-Runs it beside the closest PID of order 1, and proves for which gains of the plant it is stable.
+Tunes a PI^lambda D^mu. It meets crossover and phase margin exactly, makes the phase flat there (so that the overshoot stays the same \
+when the plant's gain changes), and keeps bounds on |S| and |T| as well as possible. It simulates the result and the closest integer-order \
+PID. The verdict on the sampled loop is a proof for an interval of plant gains, with a warning if that does not reach from half to double.
 
 Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.";
 
@@ -73,7 +73,7 @@ struct WishArguments {
     /// Phase margin, as in 60deg
     #[arg(long, value_name = "ANGLE", default_value = "60deg")]
     phase_margin: Angle,
-    /// Without flat phase: the overshoot may change with the gain
+    /// Do not make the phase flat: the overshoot may then change with the gain
     #[arg(long)]
     not_flat: bool,
     /// Largest |S|: how much errors may grow

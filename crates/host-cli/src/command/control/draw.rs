@@ -44,7 +44,7 @@ pub(super) fn over_time(values: &[f64], sample_time_s: f64) -> Points {
         .collect()
 }
 
-/// A run: output over reference, command below; beside a PID of order 1 where there is one.
+/// A run: output over reference, command below; beside a integer-order PID where there is one.
 pub(super) fn draw_run(
     run: &Response,
     integer: Option<&Response>,
@@ -63,7 +63,7 @@ pub(super) fn draw_run(
     let commands = Panel::new("command", time(), axis);
     let mut commands = commands.with("this controller", Look::Line, 0, command);
     if let Some((output, command)) = beside {
-        let name = "PID of order 1, same crossover and margin";
+        let name = "integer-order PID, same crossover and margin";
         outputs = outputs.with(name, Look::Line, 1, output);
         commands = commands.with(name, Look::Line, 1, command);
     }
@@ -411,7 +411,7 @@ pub(super) fn draw_design(
     let highest = other.as_ref().map_or(1.0, Curves::highest);
     let highest = highest.max(own.highest()).min(HIGHEST);
     let steps = linear("output").between(0.0, 1.1 * highest);
-    let (law, pid) = ("PI^λD^μ", "PID of order 1");
+    let (law, pid) = ("PI^λD^μ", "integer-order PID");
     let of_gains = |name| Panel::new(format!("{name}, half to double the gain"), time, steps);
     let (fractional, mut integer) = (own.on(of_gains(law)), of_gains(pid));
     let beside = other.as_ref().and_then(|other| other.as_it_is_run()[1]);
@@ -431,7 +431,7 @@ pub(super) fn draw_design(
         commands = commands.with(pid, Look::Dashed, 1, command);
         about.extend(other.left_out(pid));
     }
-    let title = "A fractional PID, and the best PID of order 1";
+    let title = "A fractional PID, and the best integer-order PID";
     let panels = [fractional, integer, outputs, commands];
     page(title, &about.join("\n"), 2, &panels).map(Some)
 }

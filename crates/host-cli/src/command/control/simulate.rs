@@ -20,11 +20,11 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
-Runs a loop from rest as on hardware: sampled, held, with dead time, limits and exact anti-windup. \
-The reference is a step or a CSV column. Beside a fractional controller runs the PID of order 1 of \
-the same crossover and phase margin. Without a controller: the plant alone.";
+Runs a loop from rest as on hardware: sampled, held, with dead time, limits and exact anti-windup. The reference is a step or a CSV \
+column. A fractional controller is compared with the integer-order PID of the same crossover and phase margin. Without a controller it \
+runs the plant alone.";
 
-/// The PID of order 1 with the same crossover and phase margin, and its run; said if there is none.
+/// The integer-order PID with the same crossover and phase margin, and its run; said if there is none.
 fn baseline(
     file: &ControllerSetup,
     plant: &NamedPlant,
@@ -44,7 +44,7 @@ fn baseline(
         ControlError::Range(range) => range.to_string(),
         error => in_degrees(&error),
     };
-    warn(&format!("no PID of order 1 to compare with: {why}"));
+    warn(&format!("no integer-order PID to compare with: {why}"));
     Ok(None)
 }
 

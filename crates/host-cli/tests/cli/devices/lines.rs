@@ -154,7 +154,7 @@ fn a_port_that_is_in_use_is_refused() {
 fn ports_that_are_none_are_refused() {
     let place = Place::new();
     for (line, code, words) in [
-        ("relax --device serial:/dev/null", 3, "no serial port"),
+        ("relax --device serial:/dev/null", 3, "not a serial port"),
         (
             "device info --device serial:nowhere",
             3,

@@ -195,7 +195,7 @@ fn what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     let of = |key: &str| at(&report, &format!("/link/{key}"));
     let (unanswered, not_taken) = (of("unanswered"), of("forces_not_taken"));
     assert!(unanswered > 100.0 && not_taken >= unanswered, "{report}");
-    let counted = format!("{unanswered} had no answer of its board");
+    let counted = format!("{unanswered} had no answer from its board");
     assert!(ended.stderr.contains(&counted), "{ended}");
     // The log has the ticks of the run, the link those before and after it too.
     let check = device

@@ -223,18 +223,18 @@ impl Report<'_> {
             Some(other) if own.is_robust() && other.is_robust() => {
                 let (fractional, integer) = (own.overshoot_spread(), other.overshoot_spread());
                 said.push(format!(
-                    "Over these gains its overshoot varies by {} %, that of the PID by {} %: {}.",
+                    "Over these gains its overshoot varies by {} %, that of the integer-order PID by {} %: {}.",
                     digits(100.0 * fractional, 3),
                     digits(100.0 * integer, 3),
                     compared(fractional, integer)
                 ));
             }
             Some(_) if own.is_robust() => {
-                said.push("The PID of order 1 is not stable at all these gains.".to_owned());
+                said.push("The integer-order PID is not stable at all these gains.".to_owned());
             }
             Some(_) => {}
             None => said.push(format!(
-                "No PID of order 1 has this crossover and margin: {}.",
+                "No integer-order PID has this crossover and margin: {}.",
                 (self.answer.integer.as_ref().err())
                     .map_or("none was found".to_owned(), in_degrees)
             )),
@@ -263,6 +263,6 @@ fn compared(fractional: f64, integer: f64) -> String {
     } else if fractional <= integer {
         format!("{:.1} times less", integer / fractional.max(1e-6))
     } else {
-        "the fractional one is not better".to_owned()
+        "the fractional PID is not better".to_owned()
     }
 }
