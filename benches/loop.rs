@@ -14,7 +14,7 @@
 //!   Tissue: cancerous prostate, 4 cm² by 20 mm, full memory at 1e-6 for 200 s, 1 kHz.
 //! - *Nothing is left out*: controller, device and sample pass through `black_box` in each tick.
 //! - *Compare with*, in the same run: the tick without an operator ("nothing") and with the naive sum of
-//!   1024 taps (`benches/baseline`); for plants an Euler step; for relaxation all 20 000 taps.
+//!   1024 taps (`benches/baseline`); for relaxation all 20 000 taps.
 //! - *Two and three axes* touch a disc and a sphere: one operator on the depth, whatever the number of axes. `axes` in the output is
 //!   their tick over that of one axis, whole chain and guard: least of 200 rounds of 1000 ticks, taken in turn.
 //! - *Relaxation* is the command line's loop without clock, log, CSV and picture; it keeps the forces.
@@ -191,7 +191,6 @@ fn plants(criterion: &mut Criterion) -> Outcome {
     let (rigid, compliant) = (rig(RigContact::Rigid)?, rig(RigContact::COMPLIANT)?);
     plant(&mut group, "IndentationRig, rigid", rigid)?;
     plant(&mut group, "IndentationRig, compliant", compliant)?;
-    plant::<1>(&mut group, "naive Euler step", Euler::new())?;
     group.finish();
     Ok(())
 }
@@ -331,35 +330,6 @@ impl<F: Real, const D: usize> Device<F, D> for Scripted<F, D> {
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Infallible> {
         self.force = *force.newtons();
         self.tick = (self.tick + 1) % BATCH;
-        Ok(())
-    }
-}
-
-/// Velocity and position of 65 g and 3.5 N·s/m, the force held for a sample.
-#[derive(Debug)]
-struct Euler([f64; 2]);
-
-impl Euler {
-    fn new() -> Self {
-        Self([0.0; 2])
-    }
-}
-
-impl Device<f64, 1> for Euler {
-    type Error = Infallible;
-
-    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
-        Ok(Reading {
-            tick: 0,
-            time_s: 0.0,
-            position_m: SVector::from([self.0[1]]),
-        })
-    }
-
-    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
-        let [velocity, position] = &mut self.0;
-        *velocity += SAMPLE_TIME.0 / 0.065 * (force.newtons()[0] - 3.5 * *velocity);
-        *position += SAMPLE_TIME.0 * *velocity;
         Ok(())
     }
 }

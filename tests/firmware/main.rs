@@ -20,16 +20,17 @@ mod selftest;
 mod tables;
 mod template;
 
-use board::Board;
+use board::{Emulator, samples};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Limits, OperatorForm, OperatorShape, Report,
-    Request, Scope, Simulation, SimulationKind, Start, State,
+    Configuration, Limits, OperatorShape, Report, Request, Simulation, SimulationKind, Start, State,
 };
 use haptic_remote::operator_shape;
+use haptic_remote::serial::SerialLink;
 use image::{Image, built};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::Duration;
 use tables::CONTROLLER;
 
 /// Flash that the device may take.
@@ -209,39 +210,27 @@ fn configuration(operator: OperatorShape, kind: SimulationKind) -> Configuration
     }
 }
 
-fn shape(form: OperatorForm, integer: i8, count: usize) -> OperatorShape {
-    OperatorShape {
-        form,
-        integer,
-        count: u16::try_from(count).expect("short"),
-    }
-}
-
-/// What a board says of itself when it is greeted.
-fn introduces_itself(board: &mut Board) {
-    let Report::Hello(hello) = board.ask(Request::Hello { nonce: 1 }) else {
-        panic!("a hello is answered by one");
-    };
-    let Report::Keys(keys) = board.ask(Request::GetKeys) else {
+/// What a board says of itself.
+fn introduces_itself(link: &SerialLink) {
+    let Ok(Report::Keys(keys)) = link.ask(Request::GetKeys) else {
         panic!("keys");
     };
     // Those of one axis, and no others: there is no room for a message that nobody sends.
     assert_eq!(keys.first_unlike(1), None);
     assert_eq!(keys.first_unlike(2), Some("workspace"));
-    assert_eq!((hello.status.state, hello.status.fault), (State::Idle, 0));
-    let Report::Capabilities(capabilities) = board.ask(Request::GetCapabilities) else {
-        panic!("capabilities");
-    };
-    assert_eq!(capabilities.board(), "mps2-an386");
-    assert!(capabilities.simulated);
+    let status = link.status();
+    assert_eq!((status.state, status.fault), (State::Idle, 0));
+    assert_eq!(link.capabilities().board(), "mps2-an386");
+    assert!(link.capabilities().simulated);
 }
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_device_converses_runs_and_keeps_within_its_stack() {
     let Some(images) = built() else { return };
-    let mut board = Board::start(&images.path(Image::Device), images.size().stack);
-    introduces_itself(&mut board);
+    let mut emulator = Emulator::start(&images.path(Image::Device));
+    let mut link = emulator.connected().expect("answers");
+    introduces_itself(&link);
     let order = Order::new(0.2247).expect("valid");
     let schemes = [
         "grunwald:256",
@@ -250,29 +239,26 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
         "full",
     ];
     let kinds = [SimulationKind::MassDamper, SimulationKind::RigidIndentation];
-    let mut samples = 0;
-    for (run, kind) in kinds.into_iter().enumerate() {
+    let mut heard = 0;
+    for kind in kinds {
         for scheme in schemes {
             let parsed: Scheme = scheme.parse().expect("valid");
             let operator: Operator<f32> = parsed.build(order, Seconds(1e-3), 8.64e7).expect("fits");
             let (shape, values) = operator_shape(&operator).expect("short");
-            board.configure(&configuration(shape, kind), &values);
+            link.set(configuration(shape, kind), &values).expect("good");
         }
-        let status = board.status();
-        board.done(Request::Arm {
-            faults: status.faults,
-        });
-        samples += board.samples_of(Start {
-            run: u32::try_from(run).expect("few"),
+        link.arm(Duration::from_secs(1)).expect("arms");
+        let start = Start {
             ticks: 500,
-            every: 1,
             batch: 16,
-        });
-        board.done(Request::Disarm);
+            ..Start::ENDLESS
+        };
+        link.start(start).expect("starts");
+        heard += samples(&mut link).len();
+        link.disarm().expect("disarms");
+        assert!(link.wait_for_rest());
     }
-    let Report::Statistics(counters) = board.ask(Request::GetStatistics) else {
-        panic!("statistics");
-    };
+    let counters = link.statistics().expect("answers");
     println!("{counters:?}");
     assert_eq!(
         (counters.corrupt, counters.lost, counters.bytes_overrun),
@@ -282,30 +268,12 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
     // counted.
     let dropped = counters.samples_dropped as usize;
     assert!(
-        samples + dropped >= 500 * kinds.len(),
-        "{samples} samples, {dropped} dropped"
+        heard + dropped >= 500 * kinds.len(),
+        "{heard} samples, {dropped} dropped"
     );
-    let used = board.stack_used();
-    println!("stack: {used} B of {} used", images.size().stack);
+    let stack = images.size().stack;
+    let used = emulator.stack_used(stack);
+    println!("stack: {used} B of {stack} used");
     // An interrupt at the deepest point takes one frame with the floating-point registers more, 104 B.
-    assert!(
-        used + 256 <= images.size().stack,
-        "less than 256 B of the stack are left"
-    );
-}
-
-/// Sends a configuration and its coefficients, and makes them take effect.
-impl Board {
-    fn configure(&mut self, configuration: &Configuration, values: &[f32]) {
-        self.done(Request::Configure(*configuration));
-        for offset in (0..values.len()).step_by(haptic_link::COEFFICIENTS_PER_BLOCK) {
-            let offset = u16::try_from(offset).expect("short");
-            self.done(Request::Coefficients(CoefficientBlock::of(values, offset)));
-        }
-        let digest = DigestBuilder::new(configuration)
-            .coefficients(values)
-            .finish();
-        let scope = Scope::Lasting;
-        self.done(Request::Commit { digest, scope });
-    }
+    assert!(used + 256 <= stack, "less than 256 B of the stack are left");
 }

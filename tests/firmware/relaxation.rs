@@ -1,34 +1,16 @@
 //! The main job through the UART of the emulated device, opened by the real serial port code.
 
-use super::board::Emulator;
+use super::board::{Emulator, samples};
 use super::image::{Image, built};
 use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_link::{
-    Configuration, EventKind, Limits, LoopMode, Sample, Simulation, SimulationKind, Start,
-};
+use haptic_link::{Configuration, Limits, LoopMode, Simulation, SimulationKind, Start};
 use haptic_loop::units::{Metres, Pascals, SquareMetres};
 use haptic_loop::{Specimen, Tissue};
 use haptic_remote::operator_shape;
-use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
 use std::time::Duration;
 
-/// The device may be an emulator on a machine that has other work.
-const PATIENCE: Duration = Duration::from_secs(20);
 const RAMP_TIME_S: f64 = 1.0;
 const STRAIN: f64 = 0.05;
-
-/// Samples of a run until its end is told.
-fn samples(link: &mut SerialLink) -> Vec<Sample> {
-    let mut samples: Vec<Sample> = Vec::new();
-    loop {
-        match link.hear(PATIENCE) {
-            Some(Heard::Sample(sample)) => samples.push(sample),
-            Some(Heard::Event(event)) if event.kind == EventKind::Finished => return samples,
-            Some(Heard::Event(_)) => {}
-            other => panic!("after {} samples: {other:?}", samples.len()),
-        }
-    }
-}
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -66,11 +48,7 @@ fn five_seconds_in_the_devices_loop_lose_nothing_uncounted_and_follow_theory() {
         ..Configuration::PASSIVE
     };
     let emulator = Emulator::start(&images.path(Image::Device));
-    let options = ConnectOptions {
-        patience: PATIENCE,
-        ..ConnectOptions::default()
-    };
-    let mut link = SerialLink::connect(emulator.path(), options).expect("connects");
+    let mut link = emulator.connected().expect("answers");
     link.set(configuration, &values).expect("good");
     link.arm(Duration::from_secs(1)).expect("arms");
     let start = Start {

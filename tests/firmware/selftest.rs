@@ -3,10 +3,8 @@
 use super::board::Emulator;
 use super::image::{Image, built};
 use haptic_experiment::Failure;
-use haptic_remote::serial::{ConnectOptions, SerialLink};
 use haptic_selftest::{Attendant, Check, SelfTest};
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 use testkit::skip;
 
 #[test]
@@ -14,14 +12,7 @@ use testkit::skip;
 fn the_firmware_keeps_what_it_promises() {
     let Some(images) = built() else { return };
     let emulator = Emulator::start(&images.path(Image::Device));
-    let connect = || {
-        // An emulator on a busy machine may stand still for a while.
-        let options = ConnectOptions {
-            patience: Duration::from_secs(20),
-            ..ConnectOptions::default()
-        };
-        SerialLink::connect(emulator.path(), options).map_err(Failure::input)
-    };
+    let connect = || emulator.connected().map_err(Failure::input);
     let stop = AtomicBool::new(false);
     let attendant = Attendant {
         connect: &connect,

@@ -50,46 +50,32 @@ fn dependencies(manifest: &str) -> BTreeSet<String> {
         .collect()
 }
 
+/// Parts of a licence expression between these words, outside of brackets.
+fn parts<'a>(expression: &'a str, word: &str) -> Vec<&'a str> {
+    let mut parts = vec![expression];
+    for (at, _) in expression.rmatch_indices(word) {
+        let before = &expression[..at];
+        if before.matches('(').count() == before.matches(')').count() {
+            let behind = parts.pop().map(|part| &part[at + word.len()..]);
+            parts.extend(behind);
+            parts.push(before);
+        }
+    }
+    parts
+}
+
 /// Whether a licence expression can be met with these licences: `OR` (formerly `/`), `AND`, `WITH`, brackets.
 fn is_met(expression: &str, allowed: &[&str]) -> bool {
-    let spaced = expression.replace('(', " ( ").replace(')', " ) ");
-    let spaced = spaced.replace('/', " OR ");
-    let mut words = spaced.split_whitespace().peekable();
-    let met = any_of(&mut words, allowed);
-    assert_eq!(words.next(), None, "{expression}");
-    met
-}
-
-type Words<'a> = std::iter::Peekable<std::str::SplitWhitespace<'a>>;
-
-fn any_of(words: &mut Words<'_>, allowed: &[&str]) -> bool {
-    let mut met = all_of(words, allowed);
-    while words.next_if_eq(&"OR").is_some() {
-        met |= all_of(words, allowed);
-    }
-    met
-}
-
-fn all_of(words: &mut Words<'_>, allowed: &[&str]) -> bool {
-    let mut met = one(words, allowed);
-    while words.next_if_eq(&"AND").is_some() {
-        met &= one(words, allowed);
-    }
-    met
-}
-
-fn one(words: &mut Words<'_>, allowed: &[&str]) -> bool {
-    let word = words.next().expect("a licence");
-    if word == "(" {
-        let met = any_of(words, allowed);
-        assert_eq!(words.next(), Some(")"));
-        return met;
-    }
-    let mut licence = word.to_owned();
-    if words.next_if_eq(&"WITH").is_some() {
-        licence = format!("{word} WITH {}", words.next().expect("an exception"));
-    }
-    allowed.contains(&licence.as_str())
+    let one = |part: &str| {
+        let inner = part.trim().strip_prefix('(');
+        match inner.and_then(|inner| inner.strip_suffix(')')) {
+            Some(inner) => is_met(inner, allowed),
+            None => allowed.contains(&part.trim()),
+        }
+    };
+    let expression = expression.replace('/', " OR ");
+    let mut ways = parts(&expression, " OR ").into_iter();
+    ways.any(|way| parts(way, " AND ").into_iter().all(one))
 }
 
 #[test]

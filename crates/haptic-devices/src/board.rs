@@ -3,8 +3,7 @@
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, MODES_MAX};
 
-/// What this host serves of a board of another maker, and at which periods a USB port of full speed, which moves bytes each
-/// millisecond, can follow; what the board itself can do is to be filled in.
+/// What this host serves of a board of another maker, at periods that a full-speed USB port can follow.
 pub(crate) fn served_host(board: &str, axes: u8) -> Capabilities {
     Capabilities {
         board: Capabilities::board_name(board),

@@ -1,7 +1,5 @@
-//! Two hands over a line: what the side of one says to the side of the other.
-//!
-//! The frames are those of a host, [`Direction::FromHost`](crate::Direction::FromHost): both sides number theirs modulo 2³².
-//! The connection is 0 in a hello and after it the numbers of both, xored. A datagram holds one frame.
+//! Two hands over a line: what each side says to the other, in frames [from a host](crate::Direction::FromHost), one
+//! to a datagram. The connection is 0 in a hello and then the numbers of both, xored.
 
 use crate::report::MessageKey;
 use postcard_schema::Schema;

@@ -1,7 +1,6 @@
-//! `Deserialize` for structures of many numbers and for long arrays, small on a microcontroller.
-//!
-//! The derived one has a way out after each field, 28 B of code; this one reads all of them, what is missing as a blank, and
-//! tells at the end. The bytes are the same. It reads fields in their order only, as postcard writes them.
+//! `Deserialize` for structures of many numbers and for long arrays, small on a microcontroller: the derived one has
+//! a way out after each field, 28 B of code; this one reads all, and tells at the end. Fields in order only, as
+//! postcard has them.
 
 use core::fmt;
 use core::marker::PhantomData;

@@ -1,7 +1,4 @@
-//! One key for each message: a hash of its definition.
-//!
-//! A host compares the keys of the messages that it uses and outlives everything else: a message that is new, one that
-//! it does not use and that has changed.
+//! One key for each message: a hash of its definition. A host compares those of the messages that it uses.
 
 use crate::report::{KEYS_MAX, Keys, MessageKey, REPORTS, Report};
 use crate::request::{ONE_AXIS_REQUESTS, REQUESTS, Request};

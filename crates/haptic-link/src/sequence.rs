@@ -1,8 +1,6 @@
-//! Numbers on frames: what was lost, what came twice, what came late.
-//!
-//! A device numbers its reports modulo 2¹⁶, and a host believes one that has begun anew ([`SequenceTracker`]). A host
-//! numbers its requests modulo 2³², and a device believes nobody ([`RequestTracker`]): at 1000 requests a second a
-//! captured one would look new again after 24 days.
+//! Numbers on frames: what was lost, came twice or late. Reports count modulo 2¹⁶, and a host believes a device that
+//! has begun anew ([`SequenceTracker`]); requests count modulo 2³², and a device believes nobody
+//! ([`RequestTracker`]): a captured one would look new after 24 days at 1000 a second.
 
 /// The arrival of a frame, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,10 +130,8 @@ impl SequenceTracker {
     }
 }
 
-/// Follows the numbers of a host's requests within one connection, modulo 2³².
-///
-/// A number up to 2³¹ − 1 ahead of the last is new, others are late, however many of them come: a capture that is
-/// played again is nothing but late. A new connection may begin with any number.
+/// Follows the numbers of a host's requests within one connection, modulo 2³². Up to 2³¹ − 1 ahead of the last is
+/// new, all others are late: a replayed capture is nothing but late. A new connection may begin with any number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RequestTracker {
     last: Option<u32>,

@@ -55,10 +55,8 @@ pub(super) struct Fall {
 }
 
 impl Fall {
-    /// Of these samples, from the first tick on that may not grow any more.
-    ///
-    /// Up to that tick the force may have grown where the line has lost samples, as fast as these bounds let it; from then on
-    /// it may not, whatever was lost.
+    /// Of these samples, from the first tick that may not grow on. Up to it the force may have grown where samples
+    /// were lost, as fast as these bounds let it; from then on not, whatever was lost.
     pub(super) fn of(samples: &[Tick], first: u32, bounds: &Bounds) -> Self {
         let before = samples.iter().rfind(|sample| sample.tick < first);
         let from_n = before.map_or(0.0, |sample| sample.force_n[0].abs());

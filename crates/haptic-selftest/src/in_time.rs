@@ -1,7 +1,5 @@
-//! Promises that this machine was too late to try: tried again, and at last not judged.
-//!
-//! The host's half of a trial runs on this machine, and so does the device half of a board of another maker. Where it is too busy, the
-//! device hears nothing, or its answers and samples wait here, and a fault or a silence ends the trial: that breaks no promise of the device.
+//! Promises that this machine was too late to try: tried again, and at last not judged. A fault or silence because
+//! this machine, which runs the host's half, was too busy breaks no promise of the device.
 
 use super::bench::{Bench, Broken};
 use super::promise::Check;

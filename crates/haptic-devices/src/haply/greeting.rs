@@ -86,8 +86,8 @@ impl HaplyName {
     }
 }
 
-/// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers: the
-/// posture of the last. No torque meanwhile.
+/// Configures the board, unless it is to keep the home of before; the posture of the last of its first answers. No
+/// torque.
 fn greeted(line: &mut impl Line, name: &HaplyName) -> Result<(Model, Posture), HaplyOpenError> {
     let model = name.version.model();
     let gone = |_| HaplyOpenError::First(Trouble::Gone);

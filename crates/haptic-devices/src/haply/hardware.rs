@@ -181,12 +181,9 @@ const DUE_MOST: u8 = 6;
 
 /// A 2DIY on a line, with both axes, m and N in the plane of the maker: x along the base, y away from it.
 ///
-/// A force goes out in a write, and the place of the handle in that moment comes back with the next
-/// read: a delay of one tick. A frame is sent only when the answer to the last has come whole, so that a lost byte
-/// leaves the board waiting instead of reading torques from the wrong place; a tick whose answer is late keeps the last place,
-/// and the board the last torque.
-///
-/// *Torques* beyond what the board makes are scaled down together: the force keeps its direction and is the smaller.
+/// A force goes out in a write, and its place comes back with the next read: a tick of delay. A frame is sent only
+/// when the last answer is whole, so a lost byte leaves the board waiting; a late answer keeps place and torque.
+/// *Torques* beyond the board's are scaled down together: the force keeps its direction.
 #[derive(Debug)]
 pub struct Planar<L: Line> {
     line: L,
@@ -347,8 +344,8 @@ impl<L: Line> Planar<L> {
         first
     }
 
-    /// No torque from now on. A device in order keeps its configuration, and with it the place of its home; one in trouble is brought
-    /// to the begin of a frame, told once more that there is no torque, and reset.
+    /// No torque from now on. A device in order keeps its configuration and home; one in trouble is brought to the
+    /// begin of a frame, told once more, and reset.
     fn let_go(&mut self) {
         let nothing = torques(&self.model, [0.0; 2]);
         // A line that takes no bytes has nobody at its other end.

@@ -13,8 +13,8 @@
 use nalgebra::{Matrix2, Vector2};
 use thiserror::Error;
 
-/// Below this share of L² the far arms count as in a line: |(P−A)×(P−B)|/L² is the sine between them. There the Jacobian
-/// has no bound.
+/// Below this share of L², the sine |(P−A)×(P−B)|/L² between them, the far arms count as in a line: the Jacobian has
+/// no bound.
 const SINE_LEAST: f64 = 0.1;
 /// Below this sine the arms of one side count as in a line: the end of the workspace.
 const STRAIGHT_LEAST: f64 = 0.02;

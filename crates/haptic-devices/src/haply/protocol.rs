@@ -27,8 +27,8 @@ pub const TORQUES_BYTES: usize = 10;
 pub const CONFIGURATION_BYTES: usize = 26;
 /// Bytes of an answer.
 pub const ANSWER_BYTES: usize = 9;
-/// More zeros than any frame can still miss: a configuration of four motors and encoders with 255 sensors and pins, which a byte
-/// too many may have begun, has 3 + 4 + 1 + 4 + 1 + 255 + 1 + 255 + 4·8 = 556 bytes.
+/// More zeros than any frame can still miss: the longest configuration has 3 + 4 + 1 + 4 + 1 + 255 + 1 + 255 + 4·8 =
+/// 556 bytes.
 const ZEROS: usize = 600;
 /// A type that no board knows.
 const SKIPPED: u8 = 0xFF;
@@ -39,8 +39,8 @@ pub const fn reset() -> [u8; 2] {
     [0, DEVICE_ID]
 }
 
-/// Bytes after which the board begins a new frame for certain, whatever it had of the last: zeros that fill up a frame, as torques
-/// and numbers of nothing, and reset the board; then a type that it skips, or takes for the number of the last reset.
+/// Bytes after which the board begins a new frame for certain: zeros that fill up whatever was begun and reset the
+/// board, then a type that it skips.
 pub(crate) const fn resynchronise() -> [u8; ZEROS + 1] {
     let mut bytes = [0; ZEROS + 1];
     bytes[ZEROS] = SKIPPED;
@@ -73,10 +73,8 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
     bytes
 }
 
-/// The frame that sets the torques of both joints, N·m.
-///
-/// The lowest byte of each number is zero. When a byte of the frame is lost, what the board reads a place too early then has zero
-/// as its highest byte: next to no torque instead of any. It costs 3·10⁻⁵ of the torque at most, towards zero.
+/// The frame that sets the torques of both joints, N·m. The lowest byte of each number is zero: where a byte is lost,
+/// the board reads next to no torque instead of any. It costs 3·10⁻⁵ of the torque at most.
 #[must_use]
 pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
     let mut bytes = [0; TORQUES_BYTES];
@@ -212,9 +210,8 @@ impl Trouble {
     }
 }
 
-/// Angles in rad and the posture of an answer.
-///
-/// `before` is the last posture that was believed, and the time since then, s.
+/// Angles in rad and the posture of an answer; `before` is the last posture that was believed, and the time since
+/// then, s.
 pub(super) fn judged(
     model: &Model,
     bytes: [u8; ANSWER_BYTES],

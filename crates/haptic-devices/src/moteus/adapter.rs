@@ -60,8 +60,8 @@ pub(super) struct Adapter<S> {
 }
 
 impl<S: Read + Write> Adapter<S> {
-    /// `known` if the other end takes checksums for sure. Else it is asked by a line with one: an adapter that knows them answers
-    /// with its own.
+    /// `known` if the other end takes checksums. Else a line with one asks: an adapter that knows them answers with
+    /// its own.
     pub(super) fn new(stream: S, known: bool) -> Self {
         Self {
             stream,

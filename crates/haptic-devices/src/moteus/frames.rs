@@ -160,9 +160,7 @@ impl Frames {
     }
 }
 
-/// Bytes of an answer that are the same in each: its framing. A servo answers in the blocks in which it was asked.
-///
-/// Checked before anything is parsed. The maker's parser expects no garbage: it overflows on some.
+/// The framing of an answer, checked before anything is parsed: the maker's parser overflows on some garbage.
 #[derive(Debug)]
 struct Shape {
     /// `None` where a value is.

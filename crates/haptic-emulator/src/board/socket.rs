@@ -13,10 +13,8 @@ use std::time::Duration;
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// A Unix socket that a host can open, one at a time.
-///
-/// The system hands the bytes of a socket over at once. Those of a pseudo-terminal, as of most serial ports, go through a worker of
-/// the system, which a busy machine may let wait for seconds.
+/// A Unix socket that a host can open, one at a time. Its bytes come at once; those of a pseudo-terminal go through a
+/// worker of the system, which a busy machine may let wait for seconds.
 #[derive(Debug)]
 pub struct Socket {
     listener: UnixListener,

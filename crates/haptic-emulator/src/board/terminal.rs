@@ -18,8 +18,8 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// Makes one, with a symbolic link to it if asked for. A link of before that leads to no pseudo-terminal any more, as that of an
-    /// emulator that was killed, gives way; everything else that is there stays.
+    /// Makes one, with a symbolic link to it if asked for. An old link that leads to no pseudo-terminal gives way;
+    /// everything else that is there stays.
     ///
     /// # Errors
     /// If the system gives none, or the link cannot be made.

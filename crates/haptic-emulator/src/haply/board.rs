@@ -1,8 +1,6 @@
-//! An emulated board: the same bytes in, the same bytes out.
-//!
-//! As the maker's firmware: lists in the order of the ports, an unknown type is skipped, a frame that is cut off waits for its rest
-//! (here for a second, then it is dropped), the encoders take the present place as home when they are configured, a torque above
-//! [`TORQUE_MAX_NM`] is cut, and nothing lets go when the host falls silent. Whoever has it configured holds the handle at its home.
+//! An emulated board: the same bytes in and out as the maker's firmware. An unknown type is skipped, a cut frame
+//! waits for its rest (here for a second), encoders take the present place as home when configured, a torque above
+//! [`TORQUE_MAX_NM`] is cut, and nothing lets go when the host falls silent.
 
 use super::body::Body;
 use crate::AtLine;

@@ -1,7 +1,5 @@
-//! The adapter before the servo: lines of text in, lines of text out.
-//!
-//! As a servo on a UART does: checksums are taken where they come, each answer has one, and after the first line with one
-//! all others need it. Or as an old adapter, which knows none.
+//! The adapter before the servo: lines of text in and out. As a servo on a UART does, after the first line with a
+//! checksum all others need one; or as an old adapter, which knows none.
 
 use super::servo::EmulatedServo;
 use crate::at_line::AtLine;

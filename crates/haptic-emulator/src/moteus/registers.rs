@@ -142,10 +142,8 @@ fn answer_block(
     }
 }
 
-/// The bytes up to the first block that the maker's parser cannot take: it overflows on register numbers beyond 16 bits. A
-/// servo obeys what stands before, too.
-///
-/// Walks the blocks as it does: a head, perhaps a count, a number of at most two bytes, values.
+/// The bytes up to the first block that the maker's parser cannot take: it overflows on register numbers beyond 16
+/// bits. Walks the blocks as it does: a head, perhaps a count, a number of at most two bytes, values.
 pub(super) fn parsable(payload: &[u8]) -> &[u8] {
     let mut bytes = payload.iter().copied().enumerate();
     while let Some((start, head)) = bytes.next() {

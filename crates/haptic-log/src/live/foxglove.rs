@@ -1,8 +1,5 @@
-//! Foxglove WebSocket (`foxglove.sdk.v1`): the topics, schemas and bytes of the log, as they come.
-//!
-//! The channels are CDR with `ros2msg` schemas, the one encoding that both Foxglove and
-//! PlotJuggler's Foxglove bridge read. Viewers only listen: the server offers them nothing to call
-//! or to set. It asks nobody who he is, so whoever reaches the port may watch.
+//! Foxglove WebSocket (`foxglove.sdk.v1`): the topics, schemas and bytes of the log, as they come. CDR with `ros2msg`
+//! is what both Foxglove and PlotJuggler's bridge read. Viewers only listen; whoever reaches the port may watch.
 
 use super::{Live, LiveError};
 use crate::record::{EventMessage, LogMessage, TickMessage};
@@ -172,8 +169,7 @@ impl Drop for Foxglove {
     }
 }
 
-/// Listens for the one sign that the library gives of a full queue: a log entry, at most one in
-/// 30 s, hence no count.
+/// Listens for the library's one sign of a full queue: a log entry, at most one in 30 s, hence no count.
 #[derive(Debug)]
 struct Overflow(Arc<AtomicBool>);
 

@@ -5,12 +5,10 @@
 //!                                    └──▶ Foxglove WebSocket ──▶ Foxglove, PlotJuggler
 //! ```
 //!
-//! A live stream is a courtesy: it cannot fail a run, and never waits for a viewer. What a slow or
-//! vanished viewer misses is in the log.
+//! A live stream cannot fail a run and never waits for a viewer. What a slow viewer misses is in the log.
 //!
-//! Streams are stamped with the time of day: that of the first message, plus device time since.
-//! So the spacing is the device's, runs do not overlap in a viewer that stays open, and in virtual
-//! time, where a run passes in a burst, the stamps run ahead of the clock.
+//! Streams are stamped with the time of day of the first message, plus device time since: so the spacing is the
+//! device's, and runs do not overlap in a viewer that stays open.
 
 #[cfg(feature = "foxglove")]
 mod foxglove;

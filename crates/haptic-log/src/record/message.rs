@@ -1,8 +1,5 @@
-//! What a log holds: messages as plain CDR, and metadata.
-//!
-//! A message on the wire is the 4-byte encapsulation header `00 01 00 00` (plain CDR, little
-//! endian, no options) and the fields in order, each aligned to its size counted from the end of
-//! that header.
+//! What a log holds: messages as plain CDR, and metadata. A message is the header `00 01 00 00` (plain CDR, little
+//! endian, no options) and its fields in order, each aligned to its size counted from the end of that header.
 
 use serde::Serialize;
 use std::collections::BTreeMap;

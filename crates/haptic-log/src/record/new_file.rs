@@ -1,7 +1,5 @@
-//! A file that gets its name only when it is whole.
-//!
-//! Bytes go to another name in the same folder, and [`NewFile::publish`] gives the file its own. So
-//! nothing half-written is left looking complete, whatever kills the process.
+//! A file that gets its name only when it is whole: bytes go to another name in the same folder, and
+//! [`NewFile::publish`] gives the file its own. Nothing half-written looks complete, whatever kills the process.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
@@ -47,15 +45,12 @@ impl NewFileError {
     }
 }
 
-/// Rule for an unfinished file: if it is never published, and if one is already there.
-///
-/// The two kinds have different names, so that `NAME.part` can be recovered into `NAME`.
+/// Rule for an unfinished file that is never published, or already there. The kinds have different names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leftover {
     /// `NAME.part` holds data: it stays, and one that is already there is refused.
     Keep,
-    /// `NAME.host-cli-tmp` can be made again: it is removed, and one that is already there is
-    /// written over.
+    /// `NAME.host-cli-tmp` can be made again: it is removed, and an old one overwritten.
     Discard,
 }
 
@@ -126,8 +121,8 @@ impl NewFile {
             _ => NewFileError::io(target, source),
         })?;
         if leftover == Leftover::Keep {
-            // Held as long as the file is open, so it ends with the process however that dies. A file
-            // system without locks keeps its leftovers apart by their names alone.
+            // Ends with the process however that dies. A file system without locks tells leftovers by their names
+            // alone.
             let _ = file.try_lock();
         }
         let new_file = Self {
@@ -160,8 +155,7 @@ impl NewFile {
         &self.target
     }
 
-    /// Brings the names in the folder to the disk, where the system knows how; a folder that cannot be
-    /// synced is as it was before.
+    /// Brings the names in the folder to the disk, where the system can.
     pub(crate) fn sync_folder(&self) {
         #[cfg(unix)]
         {
@@ -210,8 +204,8 @@ impl Drop for NewFile {
     }
 }
 
-/// The error for an unfinished file that is in the way: [`NewFileError::BeingWritten`] while its writer lives,
-/// [`NewFileError::Leftover`] after that. Where a file system has no locks, always the latter.
+/// [`NewFileError::BeingWritten`] while the writer of an unfinished file lives, else, and without locks,
+/// [`NewFileError::Leftover`].
 pub fn leftover_at(part: &Path) -> NewFileError {
     match refuse_being_written(part) {
         Err(error) => error,
@@ -269,8 +263,8 @@ fn part_of(target: &Path, leftover: Leftover) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Renames, and fails if `to` exists. A hard link refuses a taken name in one step, where
-/// `rename` would replace the file; where links do not exist (FAT), a look first must do.
+/// Renames, and fails if `to` exists: a hard link refuses a taken name in one step; without links (FAT) a look first
+/// must do.
 fn rename_to_free_name(from: &Path, to: &Path) -> io::Result<()> {
     match fs::hard_link(from, to) {
         Ok(()) => {

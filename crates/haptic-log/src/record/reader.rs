@@ -1,10 +1,6 @@
-//! Reads a log in file order, whole or not.
-//!
-//! Two readers work in turn: one walks the records of the file and yields each chunk as a block of
-//! bytes, one unpacks a block whose checksum is right. So a damaged chunk costs its own 100 ms
-//! and nothing else. Damage to the walk itself (a record whose length is wrong, the end of a cut
-//! file) ends the reading; what came before it is kept. Memory is one chunk, and no length in the
-//! file is believed before its bytes are there.
+//! Reads a log in file order, whole or not. One reader walks the records and yields each chunk, another unpacks a
+//! chunk whose checksum is right: so a damaged chunk costs its own 100 ms. A wrong length or the end of a cut file
+//! ends the reading; what came before is kept. Memory is one chunk; no length is believed before its bytes are there.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -281,8 +277,7 @@ impl<R: Read> LogReader<R> {
 
     /// Unpacks one chunk, all of it or nothing, into `ready`.
     fn chunk(&mut self, data: &[u8]) -> Result<(), String> {
-        // A chunk record on its own is a file without magic: the same reader unpacks it, checks
-        // its sum first and keeps to the limit.
+        // A chunk on its own is a file without magic: the same reader unpacks it, and checks its sum first.
         let data = unpadded(data);
         let mut bytes = Vec::with_capacity(9 + data.len());
         bytes.push(op::CHUNK);
@@ -443,8 +438,8 @@ fn describe_start(start: &[u8]) -> String {
     }
 }
 
-/// True if the texts and maps of a record end at the end of its bytes, or before. The parser takes their lengths on
-/// trust and asks for up to 4 GiB.
+/// True if the texts and maps of a record end within its bytes: the parser trusts their lengths, and asks for up to 4
+/// GiB.
 fn texts_fit(opcode: u8, data: &[u8]) -> bool {
     let mut rest = Rest(data);
     let fit = match opcode {
@@ -460,8 +455,8 @@ fn texts_fit(opcode: u8, data: &[u8]) -> bool {
     fit.is_some()
 }
 
-/// A chunk without what stands behind its records. The parser of a chunk that is not compressed takes that for a part of its last record,
-/// and subtracts what is not there.
+/// A chunk without what stands behind its records, which the parser of an uncompressed one takes for part of the last
+/// record.
 fn unpadded(chunk: &[u8]) -> &[u8] {
     let mut rest = Rest(chunk);
     // Times, size and sum first; then the compression, and the records behind their number of bytes.

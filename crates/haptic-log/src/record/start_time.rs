@@ -48,8 +48,7 @@ impl StartTime {
         Self::at(moment.checked_sub(ago).unwrap_or(UNIX_EPOCH))
     }
 
-    /// Start time from the log times of a file. `None` for a file that counts from the start of its run, as logs did
-    /// before the wall clock was kept.
+    /// Start time from the log times of a file; `None` for one that counts from the start of its run.
     pub(super) const fn of_log(log_time_ns: u64, device_time_ns: u64) -> Option<Self> {
         match log_time_ns.saturating_sub(device_time_ns) {
             0 => None,

@@ -167,8 +167,7 @@ impl TickCount {
     }
 }
 
-/// Name of the metadata record that tells, once a second of a loop by the clock, where the time of its ticks went. A
-/// summary of the log has the last of them.
+/// Name of the metadata record that tells, once a second of a loop by the clock, where the time of its ticks went.
 pub const BUDGET: &str = "budget";
 
 /// Summary of a log. The first five keys are a contract of the command line.
@@ -184,8 +183,7 @@ pub struct LogSummary {
     pub started_utc: Option<String>,
     /// Missing ticks, by tick number.
     pub gaps: Vec<Gap>,
-    /// Ticks missing before the first in the log; 0 if the log does not say how its run ended, or goes on
-    /// with another file's.
+    /// Ticks missing before the first; 0 if the log does not say how its run ended, or goes on with another file's.
     pub missing_at_start: u64,
     /// Ticks of the run missing after the last in the log; 0 if the log does not say how its run ended.
     pub missing_at_end: u64,
@@ -195,16 +193,15 @@ pub struct LogSummary {
     pub end: Option<RunEnd>,
     /// The first file of the log that this one goes on with; `None` for the first.
     pub continues: Option<String>,
-    /// The log was finished by its writer and no part of it is damaged. Gaps do not count: the
-    /// samples of a gap were lost before they reached the log.
+    /// Finished by its writer, no part damaged. Gaps do not count: their samples were lost before they reached the
+    /// log.
     pub complete: bool,
     /// Ticks whose number is not above that of the tick before.
     pub out_of_order: u64,
     /// Ticks with flaws.
     #[serde(flatten)]
     pub flaws: FlawCounts,
-    /// Parts that are missing from the log that this one was recovered from. `None` if this log was not recovered
-    /// or nothing is missing.
+    /// Parts missing from the log that this one was recovered from; `None` if not recovered or nothing is missing.
     pub missing_since_recovery: Option<String>,
     /// Parts that could not be read, a sentence each.
     pub damage: Vec<String>,

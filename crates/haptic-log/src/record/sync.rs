@@ -1,8 +1,6 @@
-//! Brings a growing log to the disk itself, from a thread of its own.
-//!
-//! Data that the writer has handed over survives the death of the process, but not a power cut. The operating
-//! system keeps it in memory for up to half a minute. A `sync_data` may take long, so the thread that
-//! writes does not wait for it. A kill in the middle of one costs no more than at any other time.
+//! Brings a growing log to the disk itself, from a thread of its own: what the writer has handed over survives its
+//! process, but for up to half a minute not a power cut. `sync_data` may take long, so the writer does not wait for
+//! it.
 
 use std::fs::File;
 use std::io;

@@ -1,8 +1,6 @@
-//! A control tick of one, two or three axes, and the one table of its columns.
-//!
-//! The table `FIELDS` makes the schema and the bytes of a message, the header and the rows of a CSV, and the columns of
-//! every other program: they all call a number the same. A field that has an element an axis is `position_m` of one axis;
-//! of several it is `position_x_m`, `position_y_m` and `position_z_m`.
+//! A control tick of one, two or three axes, and the one table of its columns, `FIELDS`: it makes schema, bytes, CSV
+//! and the columns of every other program. A field with an element an axis is `position_m` of one axis,
+//! `position_x_m`, `position_y_m` and `position_z_m` of several.
 
 use super::message::{Cdr, LogMessage, MessageError, begin, put};
 use serde::Serialize;

@@ -93,6 +93,15 @@ fn ticks_of(entries: &[Entry]) -> Vec<TickMessage> {
         .collect()
 }
 
+/// A finished log of these ticks and nothing else.
+fn log_of(path: &Path, ticks: impl IntoIterator<Item = TickMessage>) {
+    let mut writer = LogWriter::create(path).expect("creates");
+    for tick in ticks {
+        writer.tick(&tick).expect("takes");
+    }
+    writer.finish().expect("finishes");
+}
+
 /// A finished log of so many ticks.
 fn finished(path: &Path, ticks: u64) {
     let mut writer = LogWriter::create(path).expect("creates");
@@ -128,10 +137,7 @@ fn twenty_thousand_ticks_come_back_identical() {
 fn a_log_without_samples_is_complete_and_empty() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("empty.mcap");
-    LogWriter::create(&path)
-        .expect("creates")
-        .finish()
-        .expect("finishes");
+    log_of(&path, []);
     let summary = inspect(&path).expect("inspects");
     assert!(summary.complete);
     assert_eq!(
@@ -149,11 +155,8 @@ fn a_log_without_samples_is_complete_and_empty() {
 fn missing_ticks_are_found_by_their_numbers() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("gaps.mcap");
-    let mut writer = LogWriter::create(&path).expect("creates");
-    for number in (0..100).chain(105..200).chain(201..300).chain(299..301) {
-        writer.tick(&tick(number)).expect("tick");
-    }
-    writer.finish().expect("finishes");
+    let numbers = (0..100).chain(105..200).chain(201..300).chain(299..301);
+    log_of(&path, numbers.map(tick));
     let summary = inspect(&path).expect("inspects");
     let gaps: Vec<_> = (summary.gaps.iter())
         .map(|gap| (gap.after_tick, gap.before_tick, gap.missing))
@@ -321,9 +324,7 @@ fn the_csv_has_every_digit_of_every_axis() {
     let folder = tempfile::tempdir().expect("folder");
     for axes in 1..=3 {
         let [log, csv] = ["mcap", "csv"].map(|end| folder.path().join(format!("run{axes}.{end}")));
-        let mut writer = LogWriter::create(&log).expect("creates");
-        (0..1_000).for_each(|n| writer.tick(&tick_of(axes, n)).expect("takes"));
-        writer.finish().expect("finishes");
+        log_of(&log, (0..1_000).map(|n| tick_of(axes, n)));
         let summary = export_csv(&log, &csv, false).expect("exports");
         assert_eq!((summary.rows, summary.condition.complete), (1_000, true));
         let columns = TickMessage::columns(axes);

@@ -7,6 +7,7 @@
 //! ```
 //! The other end is a board, or a thread of this process that [serves](Served) a device of another maker. The thread
 //! that ticks never waits for the port. Dropping a [`SerialLink`] disarms the device, then closes the port.
+
 mod connect;
 mod error;
 mod line;

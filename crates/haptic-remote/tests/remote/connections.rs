@@ -22,8 +22,7 @@ fn loose() -> (Configuration, [f32; 2]) {
 /// Sets, arms, starts a loop on the host, and lets go.
 fn whole_session(bench: &mut Bench, configuration: Configuration, values: &[f32]) {
     bench.hello();
-    let set = bench.configure(configuration, values);
-    set.expect("the line works").expect("good");
+    bench.set(configuration, values).expect("good");
     start(bench);
     bench.run_ms(50);
     bench.done(Request::Stop);
@@ -34,10 +33,8 @@ fn whole_session(bench: &mut Bench, configuration: Configuration, values: &[f32]
 }
 
 fn start(bench: &mut Bench) {
-    bench.host.set_keep_alive(Some(2_000));
     bench.law = Some(|x| -500.0 * x - 1.0);
-    let faults = bench.device.borrow().status().faults;
-    bench.done(Request::Arm { faults });
+    bench.arm();
     bench.done(Request::Start(START));
 }
 
@@ -71,13 +68,10 @@ fn scene(scene: Scene) -> (Bench, Vec<Vec<u8>>) {
     tight.loop_mode = LoopMode::Host;
     tight.limits.watchdog_ms = 1000;
     bench.hello();
-    let set = bench.configure(tight, &values);
-    set.expect("the line works").expect("good");
+    bench.set(tight, &values).expect("good");
     match scene {
         Scene::Idle => {}
-        Scene::Armed => {
-            bench.done(Request::Arm { faults: 0 });
-        }
+        Scene::Armed => bench.arm(),
         Scene::Running => {
             start(&mut bench);
             bench.run_ms(20);
@@ -165,8 +159,7 @@ fn a_whole_session_that_is_played_again_does_nothing() {
             bench.reboot();
         }
         bench.hello();
-        let set = bench.configure(tight, &values);
-        set.expect("the line works").expect("good");
+        bench.set(tight, &values).expect("good");
         let fed = bench.session.fed();
         let mut line = [0; FRAME_MAX];
         for frame in &capture {
@@ -205,13 +198,9 @@ impl SecondHost {
 
 #[test]
 fn a_second_host_can_bring_to_rest_and_cannot_keep_going() {
-    let mut bench = Bench::ideal();
     let (configuration, values) = spring();
-    bench.hello();
-    let set = bench.configure(configuration, &values);
-    set.expect("the line works").expect("good");
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
+    let mut bench = Bench::configured(configuration, &values);
+    bench.arm();
     bench.done(Request::Start(START));
     bench.run_ms(50);
     // A hello alone changes nothing, however often it comes.

@@ -29,10 +29,8 @@ fn set(bench: &mut Bench, configuration: Configuration) -> Result<Report, Refusa
 }
 
 fn armed(configuration: Configuration) -> Bench {
-    let mut bench = Bench::ideal();
-    set(&mut bench, configuration).expect("good parameters");
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
+    let mut bench = Bench::configured(configuration, &[0.0]);
+    bench.arm();
     bench
 }
 

@@ -73,6 +73,14 @@ impl Bench {
         Self::new(LineFaults::default(), 1)
     }
 
+    /// Connected over a good line, and set to last.
+    pub(crate) fn configured(configuration: Configuration, values: &[f32]) -> Self {
+        let mut bench = Self::ideal();
+        bench.hello();
+        bench.set(configuration, values).expect("good");
+        bench
+    }
+
     pub(crate) fn force_n(&self) -> f32 {
         self.device.borrow().hardware().force_n()
     }
@@ -270,6 +278,13 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     pub(crate) fn greeting(&mut self) -> Request {
         self.hellos += 1;
         Request::Hello { nonce: self.hellos }
+    }
+
+    /// Arms, whatever faults there were, and keeps alive from now on.
+    pub(crate) fn arm(&mut self) {
+        self.host.set_keep_alive(Some(5_000));
+        let faults = self.device.borrow().status().faults;
+        self.done(Request::Arm { faults });
     }
 
     /// Sends the whole configuration.

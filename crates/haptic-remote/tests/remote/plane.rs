@@ -41,8 +41,7 @@ impl Plane {
 
     /// Arms and starts, with this law.
     pub(crate) fn starts(&mut self, law: VectorLaw) {
-        self.host.set_keep_alive(Some(5_000));
-        self.done(Request::Arm { faults: 0 });
+        self.arm();
         self.vector_law = Some(law);
         self.done(Request::Start(START));
     }

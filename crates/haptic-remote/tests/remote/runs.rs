@@ -49,9 +49,7 @@ fn a_run_leaves_nothing_behind() {
         let digest = bench.device.borrow().configuration().1;
         let scope = Scope::Run;
         bench.done(Request::Commit { digest, scope });
-        bench.host.set_keep_alive(Some(5_000));
-        let faults = bench.device.borrow().status().faults;
-        bench.done(Request::Arm { faults });
+        bench.arm();
         bench.done(Request::Start(START));
         bench.run_ms(50);
         if number == 3 {
@@ -82,8 +80,7 @@ fn a_second_run_of_a_connection_is_held_to_what_was_set_not_to_the_first() {
     run.limits.force_n = 2.0;
     configure(&mut bench, run, &values, Scope::Run).expect("tighter than at power-up");
     // While it is armed nothing can be put back, so nothing can be staged.
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
+    bench.arm();
     let staged = bench.refused(Request::Configure(run));
     assert_eq!(staged, Refusal::State(State::Armed));
     bench.done(Request::Disarm);
@@ -114,15 +111,12 @@ fn a_run_may_not_loosen_a_limit() {
 
 /// A loop on the host that runs, with this age of a force at most.
 fn host_loop(max_age_ticks: u16) -> Bench {
-    let mut bench = Bench::ideal();
-    bench.hello();
     let (mut configuration, values) = spring();
     configuration.loop_mode = LoopMode::Host;
     configuration.limits.max_age_ticks = max_age_ticks;
     configuration.limits.watchdog_ms = 500;
-    configure(&mut bench, configuration, &values, Scope::Lasting).expect("good");
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
+    let mut bench = Bench::configured(configuration, &values);
+    bench.arm();
     bench.law = Some(|x| -500.0 * x);
     bench.done(Request::Start(START));
     bench

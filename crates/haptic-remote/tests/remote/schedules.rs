@@ -158,8 +158,7 @@ impl Watched {
             self.done(request);
         }
         let digest = haptic_link::DigestBuilder::new(&configuration).coefficients(&values);
-        let digest = digest.finish();
-        let scope = Scope::Lasting;
+        let (digest, scope) = (digest.finish(), Scope::Lasting);
         self.done(Request::Commit { digest, scope });
         let faults = self.greet();
         self.done(Request::Arm { faults });

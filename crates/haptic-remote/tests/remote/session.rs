@@ -19,30 +19,18 @@ fn fault(bench: &Bench) -> Option<Fault> {
 
 /// Connected, configured, armed, kept alive.
 fn armed() -> Bench {
-    let mut bench = Bench::ideal();
-    bench.hello();
     let (configuration, values) = spring();
+    let mut bench = Bench::configured(configuration, &values);
+    bench.arm();
     bench
-        .set(configuration, &values)
-        .expect("the parameters are good");
-    arm(&mut bench);
-    bench
-}
-
-/// Armed and kept alive.
-fn arm(bench: &mut Bench) {
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
 }
 
 /// A loop on the host, which answers each position with this force, armed.
 fn armed_host_loop(law: fn(f32) -> f32) -> Bench {
-    let mut bench = Bench::ideal();
-    bench.hello();
     let (mut configuration, values) = spring();
     configuration.loop_mode = LoopMode::Host;
-    bench.set(configuration, &values).expect("good");
-    arm(&mut bench);
+    let mut bench = Bench::configured(configuration, &values);
+    bench.arm();
     bench.law = Some(law);
     bench
 }
@@ -252,8 +240,6 @@ fn a_greeting_in_vain_is_judged_by_all_of_its_turns() {
 
 #[test]
 fn an_indentation_is_imposed_by_the_device_itself() {
-    let mut bench = Bench::ideal();
-    bench.hello();
     let (mut configuration, _) = spring();
     configuration.operator = OperatorShape {
         form: OperatorForm::Taps,
@@ -264,8 +250,8 @@ fn an_indentation_is_imposed_by_the_device_itself() {
     configuration.simulation.kind = SimulationKind::RigidIndentation;
     configuration.simulation.depth_m = 1e-3;
     configuration.simulation.ramp_time_s = 0.1;
-    bench.set(configuration, &[1.0]).expect("good");
-    arm(&mut bench);
+    let mut bench = Bench::configured(configuration, &[1.0]);
+    bench.arm();
     bench.done(Request::Start(START));
     bench.run_ms(300);
     for sample in bench.samples() {

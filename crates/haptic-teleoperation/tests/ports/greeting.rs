@@ -1,6 +1,4 @@
-//! Two sides that meet, whoever speaks first.
-
-//! Two sides that meet: they agree, or one line says why not.
+//! Two sides that meet, whoever speaks first: they agree, or one line says why not.
 
 use haptic_link::{
     Architecture, Direction, FRAME_MAX, HandHello, HandMessage, HandSample, HandSide, HandState,
@@ -73,27 +71,25 @@ fn a_side_that_does_not_fit_is_named() {
         heard.expect_err("does not fit")
     };
     assert_eq!(refused(MASTER), PeerError::SameSide(HandSide::Master));
-    let architecture = Architecture::TimeDomain;
     let error = refused(Introduction {
-        architecture,
+        architecture: Architecture::TimeDomain,
         ..SLAVE
     });
     assert_eq!(
         error.to_string(),
         "the other side has the architecture time-domain, this one wave: give both the same `architecture`"
     );
-    let sample_time_s = 2e-3;
-    let error = refused(Introduction {
-        sample_time_s,
-        ..SLAVE
-    });
-    assert!(error.to_string().contains("0.002 s, this one of 0.001 s"));
-    let wave_impedance_n_s_per_m = 4.0;
-    let error = refused(Introduction {
-        wave_impedance_n_s_per_m,
-        ..SLAVE
-    });
-    assert!(error.to_string().contains("4 N·s/m, this one of 3 N·s/m"));
+    let (mut slow, mut soft) = (SLAVE, SLAVE);
+    slow.sample_time_s = 2e-3;
+    soft.wave_impedance_n_s_per_m = 4.0;
+    let words = [
+        "0.002 s, this one of 0.001 s",
+        "4 N·s/m, this one of 3 N·s/m",
+    ];
+    for (other, words) in [slow, soft].into_iter().zip(words) {
+        let said = refused(other).to_string();
+        assert!(said.contains(words), "{said}");
+    }
     let error = refused(Introduction {
         coupler_digest: 1,
         ..SLAVE

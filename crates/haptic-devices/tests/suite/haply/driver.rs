@@ -1,6 +1,6 @@
 //! The driver in order: place, force along the line and none across it, both versions; and boards that are not in order.
 
-use super::wire::{FORCE_N, Running, Wire, World, name, stroked};
+use super::wire::{Damage, FORCE_N, Running, Way, Wire, World, name, stroked};
 use haptic_devices::haply::{
     Haply2Diy, HaplyOpenError, Home, LATE_MOST, Trouble, Version, configuration, torques,
 };
@@ -99,6 +99,18 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
     }
     // Armed again it is not, however often: what came last is not known to be true.
     assert!(running.device.arm(running.device.status().faults).is_err());
+}
+
+#[test]
+fn the_answer_of_another_device_is_a_fault() {
+    let mut running = with_torque(Version::V3);
+    let number = (Way::ToHost, 0, Damage::Changed(1));
+    running.wire.with(|world| world.planned = Some(number));
+    for _ in 0..3 {
+        running.tick();
+    }
+    let trouble = running.device.hardware().planar().trouble();
+    assert_eq!(trouble, Some(Trouble::OtherDevice { device_id: 4 }));
 }
 
 #[test]

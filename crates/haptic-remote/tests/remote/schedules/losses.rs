@@ -10,10 +10,9 @@ fn damaged(seed: u64, faults: LineFaults) -> Bench {
     let mut bench = Bench::new(LineFaults::default(), seed);
     bench.hello();
     let (configuration, values) = spring();
-    let set = bench.configure(configuration, &values);
-    set.expect("a good line").expect("good parameters");
+    bench.set(configuration, &values).expect("good");
+    bench.arm();
     bench.host.set_keep_alive(Some(1_000));
-    bench.done(Request::Arm { faults: 0 });
     bench.done(Request::Start(START));
     bench.run_ms(10);
     bench.told.clear();

@@ -7,12 +7,10 @@ use haptic_link::{
 
 #[test]
 fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
-    let mut bench = Bench::ideal();
-    bench.hello();
     let values: Vec<f32> = (0..40).map(|n| 1.0 / (1.0 + n as f32)).collect();
     let (mut configuration, _) = spring();
     configuration.operator.count = 40;
-    bench.set(configuration, &values).expect("good");
+    let mut bench = Bench::configured(configuration, &values);
     let Report::Configuration {
         configuration: have,
         ..
