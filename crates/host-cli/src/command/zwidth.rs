@@ -3,7 +3,7 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use crate::options::{WithFiles, keys};
 use crate::output::{Output, warn};
-use crate::page::{Panel, linear, logarithmic, page};
+use crate::picture::{Panel, linear, logarithmic, page};
 use haptic_experiment::document::Document;
 use haptic_experiment::question::{BoundaryPoint, Question};
 use haptic_experiment::{Failure, ZWidthReport};

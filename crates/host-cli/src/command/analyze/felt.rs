@@ -4,7 +4,7 @@ use super::resolved::{HORIZON, logarithmic, path, path_result};
 use crate::files::Place;
 use crate::options::{Given, Options, WithFiles, keys};
 use crate::output::{Output, joined};
-use crate::page::{Panel, linear, logarithmic as axis, page};
+use crate::picture::{Panel, linear, logarithmic as axis, page};
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Coupler, Effective, Environment, LeastDamping, LoopOperator};
 use haptic_experiment::Failure;
@@ -35,8 +35,7 @@ impl Wall {
         let low = given.number(&OMEGA_MIN).unwrap_or(high * 1e-3);
         if !(low > 0.0 && low < high && high <= nyquist) {
             return Err(Failure::bad_input(format_args!(
-                "frequencies {low} to {high} rad/s are not inside 0 to {nyquist} rad/s, lowest first: \
-                 change --omega-min, --omega-max or --sample-time"
+                "{low} to {high} rad/s are not in 0 to {nyquist}: change --omega-min or --omega-max"
             )));
         }
         let count = given.count(&POINTS, 2..=100_000)? as usize;
@@ -239,7 +238,7 @@ pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Resu
         "passive": passive,
         "passive_reason": passive.is_none().then_some("give --damping to know"),
         "reason": required.is_none().then(|| format!(
-            "the coupler itself is active at theta = {worst_theta:.6}: no damping of the device makes the port passive"
+            "the coupler itself is active at theta = {worst_theta:.6}: no damping is enough"
         )),
     }))
 }

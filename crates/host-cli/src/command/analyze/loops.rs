@@ -3,7 +3,7 @@
 use super::resolved::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
 use crate::options::{Options, WithFiles, keys};
 use crate::output::{Output, joined};
-use crate::page::{Panel, Points, linear, logarithmic as axis, page};
+use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
 use haptic_analysis::{AnalysisError, Largest, OnePort, StabilityRegion};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::SENSITIVITY_POINTS;
@@ -78,7 +78,7 @@ pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<
         "worst_theta": required.worst_theta,
         "passive": delta.map(|delta| required.passive(delta)),
         "passive_reason": match (required.negative_at_rest, delta) {
-            (true, _) => Some("at rest a negative spring, alpha + beta P(1) < 0: no damping is enough"),
+            (true, _) => Some("a negative spring at rest: no damping is enough"),
             (false, None) => Some("give --delta or --damping to know"),
             _ => None,
         },

@@ -64,13 +64,12 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
     let with_units = file.is_some() || WITH_UNITS.iter().any(|parameter| given.has(parameter));
     if without_units && with_units {
         return Err(Failure::bad_input(
-            "the loop is given both without units and with them: give either --alpha --beta --delta --gamma, or \
-             --mass --damping --hand-stiffness (or --device-model) --sample-time --stiffness --dissipation",
+            "the loop has units and has none: omit --alpha, --beta, --delta and --gamma",
         ));
     }
     let missing = |parameter: &Parameter| {
         Failure::bad_input(format_args!(
-            "{parameter} is missing: give --alpha and --beta, or --mass, --sample-time, --stiffness and --dissipation"
+            "{parameter} is missing: give --alpha and --beta, or --mass, --sample-time and the wall"
         ))
     };
     let needed = |parameter: &Parameter| match (given.number(parameter), wall) {
@@ -190,7 +189,7 @@ pub(super) fn path(
     let in_samples = given.number(&DELAY_SAMPLES);
     if in_samples.is_some() && given.has(&ANALYSED_DELAY) {
         return Err(Failure::bad_input(
-            "the delay is given both in samples and in seconds: give either --delay-samples or --delay",
+            "the delay is given in samples and in seconds: omit --delay-samples or --delay",
         ));
     }
     let samples = |parameter: &Parameter, of_file: fn(&DeviceValues) -> f64| {

@@ -4,7 +4,7 @@ use super::resolved::logarithmic;
 use crate::command::materials::library;
 use crate::options::{Given, WithFiles, keys};
 use crate::output::Output;
-use crate::page::{Panel, Points, linear, logarithmic as axis, page};
+use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
@@ -30,11 +30,13 @@ const DELAY_MOST_S: f64 = 1.0;
 const ORDERS: u32 = 20;
 
 pub(super) const LONG_ABOUT: &str = "\
-Is a teleoperation stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and held forces)? Up to \
-which delay? And what does the hand feel of a remote tissue?
+Is a teleoperation stable with every passive hand and every passive environment (Llewellyn's \
+criterion, with the line's delay and held forces)? Up to which delay? And what does the hand feel \
+of a remote tissue?
 
---best finds, for each order, the coupler that feels closest to the tissue from --low to --high and is absolutely stable at this delay. The error is the \
-rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
+--best finds, for each order, the coupler that feels closest to the tissue from --low to --high \
+and is absolutely stable at this delay. The error is the rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % \
+or 6 degrees. For waves it finds the impedance.
 
 time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
 
@@ -56,7 +58,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
     };
     if asked.architecture == Architecture::TimeDomain {
         return Err(Failure::bad_input(
-            "time-domain is not a linear law: analyze its coupler with --architecture position-position",
+            "time-domain is not a linear law: give --architecture position-position",
         ));
     }
     asked.all_act()?;
@@ -209,7 +211,7 @@ impl Asked {
         let most = 0.5 / self.number(&p::SAMPLE_TIME);
         if !(low > 0.0 && low < high && high <= most) {
             return Err(Failure::bad_input(format_args!(
-                "frequencies {low} to {high} Hz are not inside 0 to {most} Hz, lowest first: change --low, --high or --sample-time"
+                "{low} to {high} Hz are not in 0 to {most} Hz: change --low, --high or --sample-time"
             )));
         }
         let folder = Some(self.given.text(&p::LIBRARY)).filter(|folder| !folder.is_empty());
@@ -306,8 +308,7 @@ impl Asked {
         }
         if found.is_empty() {
             return Err(Failure::bad_input(
-                "no coupler that was tried is stable with every hand and place: take more damping of the devices, a shorter \
-                 --line-delay or --sample-time, or --architecture wave",
+                "no coupler is stable with every hand and place: shorten --line-delay or --sample-time",
             ));
         }
         Ok(found)

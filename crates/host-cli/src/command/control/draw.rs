@@ -3,7 +3,7 @@
 use super::loops::NamedPlant;
 use super::words::in_short;
 use crate::command::analyze::resolved::decibel;
-use crate::page::{Panel, Points, linear, logarithmic, page};
+use crate::picture::{Panel, Points, linear, logarithmic, page};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;

@@ -55,7 +55,7 @@ impl List {
         if listed.is_empty() {
             note(
                 "ports",
-                "none: plug in a device, or emulate one with host-cli device emulate",
+                "none: plug in a device, or use host-cli device emulate",
             );
         }
         output.report(&json!({"ports": listed}))

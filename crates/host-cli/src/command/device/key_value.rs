@@ -1,9 +1,12 @@
 //! `KEY=VALUE`, as `device set` and `device emulate` take it.
 
+use crate::parse::outside;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
-use haptic_quantity::{is_meant, parse_for_key, without_unit, written};
+use haptic_quantity::{is_meant, parse_for_key, without_unit};
+use std::fmt::Display;
+use std::str::FromStr;
 
 /// The key that is meant, with its unit or without, and its value.
 ///
@@ -18,12 +21,8 @@ pub(super) fn key_and_value<'w>(
         .split_once('=')
         .ok_or_else(|| refused(word, "is not KEY=VALUE"))?;
     let key = keys.into_iter().find(|key| is_meant(key, name));
-    let key = key.ok_or_else(|| {
-        refused(
-            word,
-            &format!("does not name a parameter: host-cli device {command} --help lists them"),
-        )
-    })?;
+    let why = format!("does not name a parameter: see host-cli device {command} --help");
+    let key = key.ok_or_else(|| refused(word, &why))?;
     Ok((key, text.trim()))
 }
 
@@ -53,13 +52,19 @@ pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static s
 /// A number in a range.
 pub(super) fn in_range(key: &str, range: Range, text: &str) -> Result<f64, String> {
     let value = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
-    let [low, high] = range.ends().map(|end| match end {
-        0.0 => "0".to_owned(),
-        end => written(key, end),
-    });
-    match (range.contains(value), range) {
-        (true, _) => Ok(value),
-        (false, Range::Within(..)) => Err(format!("is not from {low} to {high}")),
-        (false, Range::AboveUpTo(..)) => Err(format!("is not above {low} and at most {high}")),
+    match range.contains(value) {
+        true => Ok(value),
+        false => Err(outside(key, range)),
     }
+}
+
+/// A whole number in a range.
+pub(super) fn count<T: FromStr + PartialOrd + Display>(
+    text: &str,
+    least: T,
+    most: T,
+) -> Result<T, String> {
+    let count = text.parse().ok();
+    let count = count.filter(|count| (&least..=&most).contains(&count));
+    count.ok_or_else(|| format!("is not a whole number from {least} to {most}"))
 }
