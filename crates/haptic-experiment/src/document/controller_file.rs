@@ -84,8 +84,7 @@ const LAWS: [(&str, &[Parameter]); 5] = [
     ("lead_lag", p::LEAD_LAG),
     ("transfer_function", p::TRANSFER_CONTROLLER),
 ];
-const CHOICE: &str = "a controller file has one of [pid], [tid], [crone], [lead_lag], [transfer_function], then [loop] and perhaps \
-                      [source]";
+const CHOICE: &str = "a controller file has [loop] and one of [pid], [tid], [crone], [lead_lag], [transfer_function]";
 
 impl ControllerFile {
     /// Reads and checks a file.
