@@ -163,7 +163,7 @@ mod tests {
             ("[zwidth]\npush_n = 200", "no wall could hold it"),
             (
                 "[zwidth]\nduration_s = 50000",
-                "50000001 samples, which is not in [10, 2e7]",
+                "50000001 samples of 0.001 s, not in [10, 2e7]",
             ),
             ("[zwidth]\nwindow_s = 9", "window 9"),
             ("[design]\nscheme = \"exact\"", "form:2"),

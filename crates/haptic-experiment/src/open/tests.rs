@@ -259,7 +259,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (
         WALL,
         "[relax]\nduration_s = 1e7",
-        "lab/wall.toml:2: duration_s = 1e7 with sample_time_s = 0.001 is 10000000001 samples",
+        "lab/wall.toml:2: duration_s = 1e7 is 10000000001 samples of 0.001 s",
     ),
 ];
 

@@ -359,8 +359,7 @@ impl Machine {
         }
         if self.preempt_rt == Some(false) {
             say(
-                "kernel: not PREEMPT_RT, so drivers and other system calls may hold the loop up: install a \
-                 real-time kernel (linux-image-rt on Debian, the real-time kernel of Ubuntu Pro)"
+                "kernel: not PREEMPT_RT, so drivers may hold the loop up: install a real-time kernel"
                     .to_owned(),
             );
         }
@@ -370,8 +369,7 @@ impl Machine {
                 false => String::new(),
             };
             say(format!(
-                "virtual machine: its host may stop it for milliseconds, whatever is set here{stolen}: measure and \
-                 run on the machine itself"
+                "virtual machine: its host may stop it for milliseconds{stolen}: run on the machine itself"
             ));
         }
         if let Some(us) = self.idle_exit_us.filter(|us| *us > DEEP_SLEEP_US) {
@@ -381,8 +379,7 @@ impl Machine {
         }
         if let Some(runtime_us) = self.rt_runtime_us.filter(|us| *us >= 0) {
             say(format!(
-                "RT throttling: real-time threads that compute and spin for more than {} ms of a second are stopped \
-                 for the rest of it: keep the tick short, or, as root, sysctl -w kernel.sched_rt_runtime_us=-1",
+                "RT throttling: no thread may spin for more than {} ms of a second: keep the tick short",
                 runtime_us / 1000
             ));
         }
