@@ -178,7 +178,6 @@ fn one_line(message: &str) -> String {
     joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
 }
 
-/// The command that was asked for.
 fn asked() -> clap::Command {
     let mut command = parser();
     command.build();

@@ -110,7 +110,6 @@ fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Program and command line, as log metadata.
 pub(crate) fn provenance() -> BTreeMap<String, String> {
     let arguments: Vec<String> = std::env::args_os()
         .map(|argument| argument.to_string_lossy().into_owned())

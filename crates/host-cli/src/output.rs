@@ -262,7 +262,6 @@ fn is_readable(line: &str) -> bool {
     !line.trim().is_empty() && line.len() <= MOST && !line.contains(hidden)
 }
 
-/// Says a warning.
 pub(crate) fn warn(text: &str) {
     note("warning", text);
 }

@@ -61,7 +61,6 @@ pub(crate) fn quantity(key: &'static str, range: Range) -> impl TypedValueParser
     Judged(move |text: &str| parse_for_key(key, text).map(|value| in_range(key, value, range)))
 }
 
-/// A parser of a parameter.
 pub(crate) fn of(parameter: Parameter) -> impl TypedValueParser<Value = f64> {
     quantity(parameter.key, parameter.range())
 }
@@ -121,7 +120,6 @@ pub(crate) fn order() -> impl TypedValueParser<Value = Order> {
     })
 }
 
-/// Reads a SCHEME.
 pub(crate) fn parse_scheme(text: &str) -> Result<Scheme, String> {
     text.parse()
         .map_err(|error: fracdiff::SchemeError| error.to_string())

@@ -10,12 +10,10 @@ use haptic_figure::{
 
 pub(crate) type Points = Vec<(f64, f64)>;
 
-/// An axis in equal steps.
 pub(crate) fn linear(label: &str) -> AxisSpec<'_> {
     AxisSpec::new(label, Scale::Linear)
 }
 
-/// An axis in powers of ten.
 pub(crate) fn logarithmic(label: &str) -> AxisSpec<'_> {
     AxisSpec::new(label, Scale::Log)
 }
@@ -120,7 +118,6 @@ pub(crate) fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, Fig
     .draw()
 }
 
-/// A panel of curves over time.
 fn over_time<'a>(caption: &str, y: &'a str) -> Panel<'a> {
     Panel::new(caption, linear("time / s"), linear(y))
 }

@@ -161,7 +161,6 @@ fn promised(kept: bool, key: &str, what: &str, remedy: &str) -> Result<(), Failu
     }
 }
 
-/// How an experiment is conducted.
 struct Conducted<'a> {
     samples: u64,
     output: Output,
@@ -231,7 +230,6 @@ pub(crate) fn both_saved(table: Option<Failure>, picture: Option<Failure>) -> Re
     }
 }
 
-/// The failure of a log that lacks samples.
 pub(crate) fn lacks(dropped: u64, log: &str) -> Failure {
     Failure::DataLost(anyhow::anyhow!(
         "{dropped} samples are missing from the log {log}"
@@ -315,14 +313,12 @@ pub(crate) struct LiveArguments {
     foxglove: Option<SocketAddr>,
 }
 
-/// Reads an address.
 fn parse_address(text: &str) -> Result<SocketAddr, String> {
     text.parse()
         .map_err(|_| "not an address: give IP:PORT, as in 127.0.0.1:8765 or [::1]:8765".to_owned())
 }
 
 impl LiveArguments {
-    /// Opens the streams that were asked for, and says where.
     pub(crate) fn open(self, realtime: bool, output: Output) -> Result<LiveStreams, Failure> {
         let mut streams: Vec<Box<dyn Live>> = Vec::new();
         if let Some(address) = self.foxglove {

@@ -51,7 +51,6 @@ pub(crate) struct Arguments {
     file: TextFile,
 }
 
-/// The operator that is exported.
 struct What<'a> {
     tissue: Option<&'a Tissue>,
     order: Order,
@@ -111,12 +110,10 @@ impl Arguments {
         }))
     }
 
-    /// The horizon, s.
     fn horizon_s(&self) -> f64 {
         self.horizon.unwrap_or(3600.0)
     }
 
-    /// The horizon in samples.
     fn horizon_samples(&self) -> Result<f64, Failure> {
         let full = matches!(self.scheme, Scheme::Full { .. });
         if self.horizon.is_some() && !full {
@@ -211,7 +208,6 @@ struct TissueArguments {
     thickness: f64,
 }
 
-/// A piece of tissue.
 struct Tissue {
     material: ModelledTissue,
     law: Law,
@@ -220,7 +216,6 @@ struct Tissue {
 }
 
 impl TissueArguments {
-    /// The piece, if one is asked for.
     fn resolve(&self) -> Result<Option<Tissue>, Failure> {
         let Some(name) = &self.tissue else {
             return Ok(None);
@@ -250,7 +245,6 @@ impl Tissue {
         self.material.composed().is_some()
     }
 
-    /// What the header is of.
     fn notes(&self, name: &str, order: Order, sample_time_s: f64) -> Vec<String> {
         let Law {
             stiffness,
@@ -274,7 +268,6 @@ impl Tissue {
         ]
     }
 
-    /// The options that made it.
     fn options(&self) -> String {
         format!(
             "--tissue {} --area {}m2 --thickness {}m",

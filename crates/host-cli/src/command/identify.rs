@@ -266,7 +266,6 @@ impl Arguments {
     }
 }
 
-/// How well a model fits.
 fn quality(kind: RecordKind, fit: &Fit) -> Value {
     let rms = match kind {
         RecordKind::History => json!({"rms_residual_pa": fit.rms}),
@@ -275,7 +274,6 @@ fn quality(kind: RecordKind, fit: &Fit) -> Value {
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }
 
-/// Parameters by name.
 fn parameters(fit: &Fit) -> Value {
     let parameters = fit.parameters.iter().map(|own| {
         let parameter = json!({
@@ -290,7 +288,6 @@ fn parameters(fit: &Fit) -> Value {
     Value::Object(parameters.collect())
 }
 
-/// Where the record had samples.
 fn range(found: &Identification) -> ValidRange {
     let ends = |values: &[f64]| {
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);

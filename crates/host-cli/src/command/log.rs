@@ -301,7 +301,6 @@ fn reasons(summary: &LogSummary) -> Vec<String> {
     reasons
 }
 
-/// Ticks that tell of an earlier one, in words.
 fn stale(summary: &LogSummary) -> String {
     let flaws = &summary.flaws;
     let parts = [

@@ -14,25 +14,27 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Runs the experiment of a TOML file, or again that of a log. The file has one table; its keys name their SI unit, as in \
-duration_s = 200, and options win over them. Paths in the file start from its folder. [drive] beside [relax] or [creep] \
-names a controller file, whose controller holds the indenter.
+Runs the experiment of a TOML file, or again that of a log. The file has one table; its keys name \
+their SI unit, as in duration_s = 200, and options win over them. Paths in the file start from its \
+folder. [drive] beside [relax] or [creep] names the file of a controller that holds the indenter.
 
-[wall]: the device hits the wall at impact_m_per_s, is pushed into it, and is stable if it comes to rest (see `host-cli zwidth --help`). \
-A serial device is not thrown. must_be_stable = true: exit code 1 unless trial and analysis both say stable.
+[wall]: the device hits the wall at impact_m_per_s, is pushed into it, and is stable if it comes to \
+rest. A serial device is not thrown. must_be_stable = true: exit code 1 unless trial and analysis \
+both say stable.
 
-[coupler]: the same with a virtual coupler damper + spring (T/(1-w))^mu between device and a simulated object. The sampled loop must be stable and \
-Llewellyn's criterion met: on a serial device a violation is refused without --force-unstable, on the simulated one it is a warning. A serial device \
-needs --loop host.
+[coupler]: the same with a virtual coupler damper + spring (T/(1-w))^mu between device and a \
+simulated object, by Llewellyn's criterion too. A serial device needs --loop host.
 
-[teleoperation]: a hand moves a master; over a line with delay, jitter, loss and duplication a slave follows in a remote tissue or wall. All of it is \
-simulated; `host-cli teleoperate` runs the sides over UDP. must_be_passive = true: exit code 1 unless the line was passive.
+[teleoperation]: a hand moves a master; over a bad line a slave follows in a remote tissue or wall. \
+All of it is simulated; `host-cli teleoperate` runs the sides over UDP. must_be_passive = true: \
+exit code 1 unless the line was passive.
 
-[touch]: a hand moves a device of two or three axes over a plane or ball of tissue. The force is along the normal and follows the history of the depth. \
-The pre-flight takes the effective mass of the worst posture. must_be_passive = true: exit code 1 unless the hand was given no energy. With --device haply:PATH \
+[touch]: a hand moves a device of two or three axes over a plane or ball of tissue. \
+must_be_passive = true: exit code 1 unless the hand was given no energy. With --device haply:PATH \
 --loop host the hand is a real one.
 
-guard = \"observer\" adds damping so that a wall does not shake; \"energy-bounding\" takes the force that the device's damping cannot pay for.";
+guard = \"observer\" adds damping so that a wall does not shake; \"energy-bounding\" takes the force \
+that the device's damping cannot pay for.";
 
 /// Tables of experiment files, as `--help` and the guide show them: heading and keys.
 pub const TABLES: &[(&str, &[Parameter])] = &[

@@ -140,7 +140,6 @@ fn experiment(document: &Document) -> Result<TeleoperationExperiment, Failure> {
     }
 }
 
-/// Draws and prints, and then tells what could not be written.
 fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure> {
     let Published {
         mut report,

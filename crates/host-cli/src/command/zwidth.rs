@@ -61,7 +61,6 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
     })
 }
 
-/// Says what the points do not tell.
 fn warn_of(report: &ZWidthReport) {
     let points = report.orders.iter().flat_map(|order| &order.boundary);
     let searched = report.alpha_searched;

@@ -18,7 +18,6 @@ use haptic_experiment::run::DeviceValues;
 use haptic_figure::{FigureError, Look, Picture};
 use serde_json::{Value, json};
 
-/// The virtual environment and the frequencies.
 struct Wall {
     environment: Environment,
     scheme: Scheme,
@@ -53,7 +52,6 @@ impl Wall {
     }
 }
 
-/// Effective stiffness and damping of the environment.
 pub(super) fn environment(
     asked: WithFiles<keys::Environment>,
     output: Output,
@@ -70,7 +68,6 @@ pub(super) fn environment(
     report(&points, &wall, json!({}), place, title, output)
 }
 
-/// The same of the closed loop, beside the continuous one.
 pub(super) fn transparency(
     asked: WithFiles<keys::Transparency>,
     output: Output,
@@ -195,7 +192,6 @@ fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureErr
     page(title, &subtitle, 2, &panels)
 }
 
-/// The damping that a virtual coupler needs.
 pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Result<(), Failure> {
     let given = options.given()?;
     let (mu, scheme) = (given.order()?, given.scheme()?);

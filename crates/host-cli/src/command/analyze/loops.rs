@@ -11,7 +11,6 @@ use haptic_figure::{FigureError, Look, Picture};
 use serde_json::json;
 use std::f64::consts::PI;
 
-/// Is this wall stable on this device, and by how much?
 pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<(), Failure> {
     let resolved = resolve(&options.given()?, Wall::Needed)?;
     let parameters = resolved.parameters;
@@ -49,7 +48,6 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
     ))
 }
 
-/// The damping that a wall needs to be passive.
 pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<(), Failure> {
     let resolved = resolve(&options.given()?, Wall::Needed)?;
     let parameters = resolved.parameters;
@@ -100,7 +98,6 @@ pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<
 /// Points on the boundary of a region.
 const POINTS: usize = 1000;
 
-/// All walls that are stable on a device.
 pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(), Failure> {
     let mut place = asked.files.look("region", &[])?;
     let resolved = resolve(&asked.options.given()?, Wall::Sought)?;
@@ -179,7 +176,6 @@ fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, Fig
     page("Stable walls", &subtitle, 1, &[panel])
 }
 
-/// How much a loop amplifies errors of its model at each frequency.
 pub(super) fn sensitivity(
     asked: WithFiles<keys::Sensitivity>,
     output: Output,

@@ -56,7 +56,6 @@ pub(super) enum Wall {
     Sought,
 }
 
-/// Checks and gathers a loop, with units or without.
 pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure> {
     let mu = given.order()?;
     let file = given.device()?.map(|file| file.values);
@@ -137,13 +136,11 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
 }
 
 impl ResolvedLoop {
-    /// The device as the loop sees it.
     pub(super) fn plant(&self) -> Result<SampledPlant, Failure> {
         let Nondimensional { delta, gamma, .. } = self.parameters;
         SampledPlant::behind(delta, gamma, self.path).map_err(Failure::input)
     }
 
-    /// The loop.
     pub(super) fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
         let Nondimensional { alpha, beta, .. } = self.parameters;
         SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(Failure::input)
@@ -210,7 +207,6 @@ pub(super) fn path(
     ForcePath::new(delay, lag).map_err(analysed)
 }
 
-/// Delay and lag in a result; times are null without a sample time.
 pub(super) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value {
     json!({
         "delay_samples": path.delay_samples(),
@@ -220,7 +216,6 @@ pub(super) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value 
     })
 }
 
-/// Amplitude ratio in decibel.
 pub(crate) fn decibel(magnitude: f64) -> f64 {
     20.0 * magnitude.log10()
 }

@@ -40,7 +40,6 @@ or 6 degrees. For waves it finds the impedance.
 
 time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
 
-/// A question with its tissue.
 struct Question {
     hands: Teleoperation,
     omegas: Vec<f64>,
@@ -48,7 +47,6 @@ struct Question {
     environment: Vec<Complex<f64>>,
 }
 
-/// Is it stable, up to which delay, and what is felt?
 pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<(), Failure> {
     let given = asked.options.given()?;
     let files = asked.files;
@@ -153,7 +151,6 @@ struct Point {
     llewellyn_ratio: f64,
 }
 
-/// What was asked.
 struct Asked {
     given: Given,
     architecture: Architecture,
@@ -178,7 +175,6 @@ impl Asked {
         self.given.number(parameter).unwrap_or_default()
     }
 
-    /// Refuses options that would have no effect.
     fn all_act(&self) -> Result<(), Failure> {
         let refuse = |parameters: &[&p::Parameter], why: &str| {
             let mut given = parameters
@@ -244,7 +240,6 @@ impl Asked {
         })
     }
 
-    /// Devices and line.
     fn hands(&self) -> Result<Teleoperation, Failure> {
         let order = Order::new(self.number(&p::HAND_COUPLER_ORDER)).map_err(Failure::input)?;
         let coupler = HandCoupler {
@@ -336,7 +331,6 @@ impl Question {
     }
 }
 
-/// What is drawn.
 struct Shown<'a> {
     architecture: &'static str,
     tissue: String,

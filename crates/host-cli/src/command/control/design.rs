@@ -105,7 +105,6 @@ impl WishArguments {
         }
     }
 
-    /// The wishes as a line of the controller file.
     fn words(&self) -> String {
         let mut words = vec![
             format!("crossover {} rad/s", digits(self.crossover, 4)),
@@ -148,7 +147,6 @@ fn round_down(time_s: f64) -> f64 {
     format!("{time_s:.0e}").parse().unwrap_or(time_s)
 }
 
-/// The sample time that goes with a crossover.
 fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
     let time = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
     let [low, high] = range::SAMPLE_TIMES.ends().map(time);
@@ -282,7 +280,6 @@ fn parse_gain(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads a frequency and a gain.
 fn parse_bound(text: &str) -> Result<Bound, String> {
     let parts = || -> Result<Bound, String> {
         let (frequency, gain) =

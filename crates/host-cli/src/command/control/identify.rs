@@ -78,7 +78,6 @@ fn signal(text: &str) -> Result<(usize, String), String> {
     split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
 }
 
-/// Terms and first values.
 fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
     let refused = |error: &dyn std::fmt::Display| {
         Failure::bad_input(format_args!("model \"{text}\": {error}; change --model"))
@@ -158,7 +157,6 @@ impl Arguments {
         place.close(Ok(()))
     }
 
-    /// The columns of time, input and output.
     fn columns(&self) -> Result<[&str; 3], Failure> {
         let mut names = SIGNALS.map(|(_, column)| column);
         for (place, name) in &self.columns {

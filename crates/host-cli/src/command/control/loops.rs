@@ -47,7 +47,6 @@ pub(super) struct PlantArguments {
     delay: Option<f64>,
 }
 
-/// A plant and its name.
 #[derive(Debug)]
 pub(super) struct NamedPlant {
     pub(super) plant: Plant,
@@ -62,7 +61,6 @@ impl NamedPlant {
 }
 
 impl PlantArguments {
-    /// The plant.
     pub(super) fn resolve(&self) -> Result<NamedPlant, Failure> {
         let delay_s = self.delay.unwrap_or(0.0);
         let model = match (&self.plant, self.mass) {
@@ -159,7 +157,6 @@ pub(super) struct Limits {
 }
 
 impl ControllerArguments {
-    /// The controller, if one is given.
     pub(super) fn resolve(&self) -> Result<Option<ControllerSetup>, Failure> {
         let sample_time_s = self.sample_time;
         let Some(text) = &self.controller else {
@@ -248,7 +245,6 @@ pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
     ))
 }
 
-/// Refuses a step that is none.
 pub(super) fn check_step(height: f64) -> Result<(), Failure> {
     match height {
         0.0 => Err(Failure::bad_input(

@@ -91,7 +91,6 @@ pub(crate) struct Arguments {
     files: Files,
 }
 
-/// A sample.
 #[derive(Clone, Copy, Serialize)]
 struct Row {
     time_s: f64,
@@ -232,7 +231,6 @@ impl Arguments {
     }
 }
 
-/// A reference out of a file.
 struct Record {
     time_s: Vec<f64>,
     value: Vec<f64>,

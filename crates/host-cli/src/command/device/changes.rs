@@ -85,7 +85,6 @@ const KEYS: &[Key] = keys! {
     "push_n" in range::FORCES => c.simulation.push_n, "Push of the hand on a simulated device";
 };
 
-/// The help of all keys.
 pub(super) fn help() -> String {
     keys_help(KEYS.iter().map(|key| (key.key, key.help)))
 }

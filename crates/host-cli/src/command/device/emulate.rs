@@ -123,7 +123,6 @@ pub(crate) fn key_like(option: &str) -> Option<&'static str> {
     key_value::key_like(option, KEYS.map(|(key, _)| key))
 }
 
-/// What the keys say.
 #[derive(Debug)]
 struct Details {
     faults: LineFaults,
@@ -189,7 +188,6 @@ fn chance(text: &str) -> Result<f64, String> {
     chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
 }
 
-/// The device's end of the line.
 enum Port {
     Terminal(Terminal),
     Socket(Socket),
@@ -268,7 +266,6 @@ impl Arguments {
         Ok(())
     }
 
-    /// Refuses options of another kind.
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
         let refusal = if kind != Kind::Haply2Diy
             && (details.hardware.is_some() || details.held.is_some())
@@ -289,7 +286,6 @@ impl Arguments {
     }
 }
 
-/// The device of a device file, to be emulated.
 fn body(model: &DeviceModel) -> Body {
     let (values, imperfections) = (&model.values, model.imperfections());
     // The tick is that of a run.

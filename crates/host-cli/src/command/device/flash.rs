@@ -133,7 +133,6 @@ impl Identity {
     /// Mark before the 16 bytes of the board's name and the 3 bytes of the version.
     const MARK: &'static [u8] = b"haptic-device image\0";
 
-    /// The first in these bytes.
     fn find(image: &[u8]) -> Option<Self> {
         let mut marks = image.windows(Self::MARK.len()).enumerate();
         marks.find_map(|(at, window)| {
@@ -219,7 +218,6 @@ fn program(board: &Board, image: &Path, output: Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs a program to its end; its output goes to standard error.
 fn run(mut command: Command, name: &str, advice: &str) -> Result<(), Failure> {
     let status = command
         .stdout(std::io::stderr())

@@ -26,7 +26,6 @@ pub(super) fn key_and_value<'w>(
     Ok((key, text.trim()))
 }
 
-/// What is wrong with a word.
 pub(super) fn refused(word: &str, why: &str) -> Failure {
     let gap = if why.starts_with(':') { "" } else { " " };
     Failure::bad_input(format_args!("{}{gap}{why}", short(word)))
@@ -41,7 +40,6 @@ pub(super) fn key_like(
     keys.into_iter().map(without_unit).find(|key| *key == name)
 }
 
-/// Keys with their help, a line each.
 pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static str)>) -> String {
     let lines = keys
         .into_iter()
@@ -49,7 +47,6 @@ pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static s
     lines.collect()
 }
 
-/// A number in a range.
 pub(super) fn in_range(key: &str, range: Range, text: &str) -> Result<f64, String> {
     let value = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
     match range.contains(value) {
@@ -58,7 +55,6 @@ pub(super) fn in_range(key: &str, range: Range, text: &str) -> Result<f64, Strin
     }
 }
 
-/// A whole number in a range.
 pub(super) fn count<T: FromStr + PartialOrd + Display>(
     text: &str,
     least: T,

@@ -51,7 +51,6 @@ pub(crate) struct Arguments {
     file: File,
 }
 
-/// A motion and whose it is.
 struct Motion {
     record: MotionRecord,
     device: String,
@@ -89,7 +88,6 @@ impl Arguments {
     }
 }
 
-/// Lets the device move.
 fn motion(asked: &Measurement, output: Output) -> Result<Motion, Failure> {
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(asked.plan.ticks_at_most(), output);

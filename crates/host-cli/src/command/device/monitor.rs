@@ -65,7 +65,6 @@ struct Watched {
 }
 
 impl Watched {
-    /// Says what was seen.
     fn report(&self, output: Output) -> Result<(), Failure> {
         let missing = self.samples_lost + self.dropped_samples;
         output.summary(self)?;
@@ -210,7 +209,6 @@ impl Watch<'_> {
         self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
     }
 
-    /// Waits for so long, or until it is over.
     fn rest(&self, pause: Duration) {
         let until = Instant::now() + pause;
         while !self.is_over() && Instant::now() < until {
@@ -297,7 +295,6 @@ impl Watch<'_> {
         }
     }
 
-    /// Notes a fault.
     fn fault(&mut self, report: &FaultReport, period_s: f64, log: &mut SessionLog) {
         self.watched.faults += 1;
         let text = fault_in_words(report.status).unwrap_or_default();
