@@ -9,7 +9,7 @@ use fracdiff::parameter::{RangeError, range};
 use num_complex::Complex;
 
 /// `K_p + K_i s^(−λ) + K_d s^μ`, as numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PidParameters {
     /// `K_p`, \[u\]/\[y\].
     pub proportional: f64,
@@ -135,7 +135,7 @@ impl SetPoint {
 }
 
 /// `K_t s^(−1/n) + K_i/s + K_d s`, as numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TidParameters {
     /// `K_t`, \[u\]/\[y\]·s^(−1/n).
     pub tilt: f64,

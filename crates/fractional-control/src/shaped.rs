@@ -111,7 +111,7 @@ fn lead_power(omega: f64, zero_rad_s: f64, pole_rad_s: f64, order: f64) -> Compl
 }
 
 /// `C₀((1 + s/ω_b)/(1 + s/ω_h))^ν`, as numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CroneParameters {
     /// C₀, \[u\]/\[y\], not 0.
     pub gain: f64,
@@ -132,7 +132,7 @@ impl CroneParameters {
 }
 
 /// k((s + 1/λ)/(s + 1/(xλ)))^α, as numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LeadLagParameters {
     /// k, \[u\]/\[y\], not 0.
     pub gain: f64,

@@ -162,7 +162,7 @@ mod tests {
             [zwidth]\nmass_kg = 0 | is not above 0
             [zwidth]\nwish = "coupler" | unknown key
             [zwidth]\npush_n = 200 | no wall could hold it
-            [zwidth]\nduration_s = 50000 | 50000001 samples, which is not in [10, 2e7]
+            [zwidth]\nduration_s = 50000 | 50000001 samples of 0.001 s, not in [10, 2e7]
             [zwidth]\nwindow_s = 9 | window 9
             [design]\nscheme = "exact" | form:2
             [design]\nwish = "most-damping"\nfrequency_hz = 501 | (0, 500] Hz

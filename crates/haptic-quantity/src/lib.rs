@@ -9,7 +9,6 @@ pub use written::{WrittenUnit, digits, label, written, written_between};
 
 use std::f64::consts::PI;
 use std::fmt;
-use std::str::FromStr;
 
 /// A turn, rad.
 const TURN: f64 = 2.0 * PI;
@@ -18,157 +17,44 @@ const DEGREE: f64 = PI / 180.0;
 
 /// A unit and how many SI units it is.
 type Unit = (&'static str, f64);
+/// What a text may be, as a sentence says it, and its units, the SI unit first.
+type Quantity = (&'static str, &'static [Unit]);
 
-/// A number with a unit, or without.
-pub trait Quantity: Clone + Send + Sync + 'static {
-    /// The SI unit; empty for a pure number.
-    const UNIT: &'static str;
-
-    /// The number in that unit.
-    fn si(&self) -> f64;
-}
-
-impl Quantity for f64 {
-    const UNIT: &'static str = "";
-
-    fn si(&self) -> f64 {
-        *self
-    }
-}
-
-/// Reads a plain number.
-///
-/// # Errors
-/// If it is none, or not finite.
-pub fn parse_number(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("not a finite number".to_owned()),
-    }
-}
-
-/// Declares a quantity, its SI unit first.
-macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $what:literal, $units:expr) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-        pub struct $name(pub f64);
-
-        impl std::str::FromStr for $name {
-            type Err = QuantityError;
-
-            fn from_str(text: &str) -> Result<Self, QuantityError> {
-                parse(text, $what, &$units).map(Self)
-            }
-        }
-
-        impl Quantity for $name {
-            const UNIT: &'static str = $units[0].0;
-
-            fn si(&self) -> f64 {
-                self.0
-            }
-        }
-
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "{}{}", self.0, $units[0].0)
-            }
-        }
-    };
-}
-
-quantity!(
-    /// A duration, s.
-    Time, "a time",
-    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("min", 60.0), ("h", 3600.0)]
+#[rustfmt::skip]
+const TIME: Quantity = ("a time",
+    &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("min", 60.0), ("h", 3600.0)]);
+#[rustfmt::skip]
+const LENGTH: Quantity = ("a length",
+    &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("nm", 1e-9)]);
+#[rustfmt::skip]
+const AREA: Quantity = ("an area",
+    &[("m2", 1.0), ("cm2", 1e-4), ("mm2", 1e-6), ("m²", 1.0), ("cm²", 1e-4), ("mm²", 1e-6)]);
+const FORCE: Quantity = ("a force", &[("N", 1.0), ("mN", 1e-3), ("kN", 1e3)]);
+const FORCE_RATE: Quantity = (
+    "a rate of force",
+    &[("N/s", 1.0), ("N/ms", 1e3), ("kN/s", 1e3)],
 );
-quantity!(
-    /// A length, m.
-    Length, "a length",
-    [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("nm", 1e-9)]
+const STRESS: Quantity = ("a stress", &[("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6)]);
+const MASS: Quantity = ("a mass", &[("kg", 1.0), ("g", 1e-3)]);
+const STIFFNESS: Quantity = ("a stiffness", &[("N/m", 1.0), ("N/mm", 1e3), ("kN/m", 1e3)]);
+#[rustfmt::skip]
+const DAMPING: Quantity = ("a damping",
+    &[("N.s/m", 1.0), ("N·s/m", 1.0), ("Ns/m", 1.0), ("N.s/mm", 1e3), ("N·s/mm", 1e3), ("Ns/mm", 1e3)]);
+const FREQUENCY: Quantity = ("a frequency", &[("Hz", 1.0), ("kHz", 1e3)]);
+#[rustfmt::skip]
+const ANGULAR_FREQUENCY: Quantity = ("an angular frequency",
+    &[("rad/s", 1.0), ("mrad/s", 1e-3), ("krad/s", 1e3), ("Hz", TURN), ("mHz", 1e-3 * TURN), ("kHz", 1e3 * TURN)]);
+const ANGLE: Quantity = ("an angle", &[("rad", 1.0), ("deg", DEGREE), ("°", DEGREE)]);
+const SPEED: Quantity = ("a speed", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3)]);
+#[rustfmt::skip]
+const SIZE: Quantity = ("a size",
+    &[("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)]);
+/// A number whose unit follows from an order, or that has none.
+const NUMBER: Quantity = ("a number", &[("", 1.0), ("%", 1e-2)]);
+const DISSIPATION: Quantity = (
+    "a plain number, whose unit N·s^μ/m follows from the order μ",
+    &[("", 1.0)],
 );
-quantity!(
-    /// An area, m².
-    Area, "an area",
-    [("m2", 1.0), ("cm2", 1e-4), ("mm2", 1e-6), ("m²", 1.0), ("cm²", 1e-4), ("mm²", 1e-6)]
-);
-quantity!(
-    /// A strain, 1.
-    Strain, "a strain",
-    [("", 1.0), ("%", 1e-2)]
-);
-quantity!(
-    /// A force, N.
-    Force, "a force",
-    [("N", 1.0), ("mN", 1e-3), ("kN", 1e3)]
-);
-quantity!(
-    /// A rate of change of force, N/s.
-    ForceRate, "a rate of force",
-    [("N/s", 1.0), ("N/ms", 1e3), ("kN/s", 1e3)]
-);
-quantity!(
-    /// A stress, Pa.
-    Stress, "a stress",
-    [("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6)]
-);
-
-quantity!(
-    /// A mass, kg.
-    Mass, "a mass",
-    [("kg", 1.0), ("g", 1e-3)]
-);
-quantity!(
-    /// A stiffness, N/m.
-    Stiffness, "a stiffness",
-    [("N/m", 1.0), ("N/mm", 1e3), ("kN/m", 1e3)]
-);
-quantity!(
-    /// A viscous damping, N·s/m.
-    Damping, "a damping",
-    [("N.s/m", 1.0), ("N·s/m", 1.0), ("Ns/m", 1.0), ("N.s/mm", 1e3), ("N·s/mm", 1e3), ("Ns/mm", 1e3)]
-);
-quantity!(
-    /// A frequency, Hz.
-    Frequency, "a frequency",
-    [("Hz", 1.0), ("kHz", 1e3)]
-);
-quantity!(
-    /// An angular frequency, rad/s.
-    AngularFrequency, "an angular frequency",
-    [("rad/s", 1.0), ("mrad/s", 1e-3), ("krad/s", 1e3), ("Hz", TURN), ("mHz", 1e-3 * TURN), ("kHz", 1e3 * TURN)]
-);
-quantity!(
-    /// An angle, rad.
-    Angle, "an angle",
-    [("rad", 1.0), ("deg", DEGREE), ("°", DEGREE)]
-);
-quantity!(
-    /// A speed, m/s.
-    Speed, "a speed",
-    [("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3)]
-);
-
-quantity!(
-    /// A size of a file, bytes.
-    Bytes, "a size",
-    [("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)]
-);
-
-quantity!(
-    /// A number whose unit follows from an order, or that has none.
-    Plain, "a number",
-    [("", 1.0), ("%", 1e-2)]
-);
-
-quantity!(
-    /// A dissipation: its unit follows from its order.
-    Dissipation, "a plain number, whose unit N·s^μ/m follows from the order μ", [("", 1.0)]
-);
-
-/// Reads a text into SI units.
-type Read = fn(&str) -> Result<f64, QuantityError>;
 
 /// What the end of a key says, as in `stiffness_n_per_m`.
 struct End {
@@ -176,8 +62,8 @@ struct End {
     end: &'static str,
     /// What it is of, in a word.
     kind: &'static str,
-    /// Reads a text for it.
-    read: Read,
+    /// What a text for it may be.
+    quantity: &'static Quantity,
     /// The unit that is written, and how many of it the number is.
     unit: &'static str,
     per_unit: f64,
@@ -188,14 +74,14 @@ struct End {
 const fn end(
     end: &'static str,
     kind: &'static str,
-    read: Read,
+    quantity: &'static Quantity,
     unit: &'static str,
     powers: (i32, i32),
 ) -> End {
     End {
         end,
         kind,
-        read,
+        quantity,
         unit,
         per_unit: 1.0,
         powers,
@@ -211,7 +97,7 @@ const fn written_end(
     End {
         end,
         kind: "NUMBER",
-        read: si::<Plain>,
+        quantity: &NUMBER,
         unit,
         per_unit,
         powers,
@@ -223,39 +109,27 @@ const ENDS: &[End] = &[
     end(
         "_n_s_1_minus_mu_per_m",
         "NUMBER",
-        si::<Dissipation>,
+        &DISSIPATION,
         "N·s^(1−μ)/m",
         (0, 0),
     ),
-    end(
-        "_n_s_mu_per_m",
-        "NUMBER",
-        si::<Dissipation>,
-        "N·s^μ/m",
-        (0, 0),
-    ),
-    end("_n_s_per_m", "DAMPING", si::<Damping>, "N·s/m", (0, 0)),
-    end("_n_per_m", "STIFFNESS", si::<Stiffness>, "N/m", (0, 6)),
-    end("_n_per_s", "RATE", si::<ForceRate>, "N/s", (0, 6)),
-    end("_m_per_s", "SPEED", si::<Speed>, "m/s", (-6, 0)),
-    end(
-        "_rad_s",
-        "FREQUENCY",
-        si::<AngularFrequency>,
-        "rad/s",
-        (0, 0),
-    ),
-    end("_rad", "ANGLE", si::<Angle>, "rad", (0, 0)),
-    end("_hz", "FREQUENCY", si::<Frequency>, "Hz", (-3, 6)),
-    end("_pa", "STRESS", si::<Stress>, "Pa", (0, 9)),
+    end("_n_s_mu_per_m", "NUMBER", &DISSIPATION, "N·s^μ/m", (0, 0)),
+    end("_n_s_per_m", "DAMPING", &DAMPING, "N·s/m", (0, 0)),
+    end("_n_per_m", "STIFFNESS", &STIFFNESS, "N/m", (0, 6)),
+    end("_n_per_s", "RATE", &FORCE_RATE, "N/s", (0, 6)),
+    end("_m_per_s", "SPEED", &SPEED, "m/s", (-6, 0)),
+    end("_rad_s", "FREQUENCY", &ANGULAR_FREQUENCY, "rad/s", (0, 0)),
+    end("_rad", "ANGLE", &ANGLE, "rad", (0, 0)),
+    end("_hz", "FREQUENCY", &FREQUENCY, "Hz", (-3, 6)),
+    end("_pa", "STRESS", &STRESS, "Pa", (0, 9)),
     End {
         per_unit: 1e3,
-        ..end("_kg", "MASS", si::<Mass>, "g", (-3, 3))
+        ..end("_kg", "MASS", &MASS, "g", (-3, 3))
     },
-    end("_m2", "AREA", si::<Area>, "m²", (0, 0)),
-    end("_m", "LENGTH", si::<Length>, "m", (-9, 0)),
-    end("_n", "FORCE", si::<Force>, "N", (-9, 3)),
-    end("_s", "TIME", si::<Time>, "s", (-9, 0)),
+    end("_m2", "AREA", &AREA, "m²", (0, 0)),
+    end("_m", "LENGTH", &LENGTH, "m", (-9, 0)),
+    end("_n", "FORCE", &FORCE, "N", (-9, 3)),
+    end("_s", "TIME", &TIME, "s", (-9, 0)),
     written_end("_ms", "s", 1e-3, (-9, 0)),
     written_end("_us", "s", 1e-6, (-9, 0)),
     written_end("_ns", "s", 1e-9, (-9, 0)),
@@ -263,13 +137,9 @@ const ENDS: &[End] = &[
     written_end("_db", "dB", 1.0, (0, 0)),
     written_end("_deg", "°", 1.0, (0, 0)),
     written_end("_degrees", "°", 1.0, (0, 0)),
-    written_end("_bytes", "B", 1.0, (0, 9)),
+    end("_bytes", "SIZE", &SIZE, "B", (0, 9)),
     written_end("", "", 1.0, (0, 0)),
 ];
-
-fn si<Q: Quantity + FromStr<Err = QuantityError>>(text: &str) -> Result<f64, QuantityError> {
-    text.parse().map(|quantity: Q| quantity.si())
-}
 
 /// A key without its unit, and what its end says.
 fn parts_of_key(key: &str) -> (&str, &'static End) {
@@ -297,31 +167,43 @@ pub fn kind_of_key(key: &str) -> &'static str {
     parts_of_key(key).1.kind
 }
 
-/// Reads a number for a key, in the SI unit that the key says: `5kN/m` for `stiffness_n_per_m` is 5000.
+/// Reads a number for a key, in the SI unit that the key says: `5kN/m` for `stiffness_n_per_m` is 5000. A space may stand
+/// between number and unit; the unit is what no number contains at its end: `1e-3m` is a millimetre.
 ///
 /// # Errors
 /// Text that is no finite number, or has another unit.
 pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
-    (parts_of_key(key).1.read)(text)
+    let &(what, units) = parts_of_key(key).1.quantity;
+    let trimmed = text.trim();
+    // "5" is a number with the unit "" or none; a suffix must leave a number behind.
+    let mut all = units.iter().chain(&[("", 1.0)]);
+    let value = all.find_map(|(unit, factor)| {
+        let number = trimmed.strip_suffix(unit)?.trim_end();
+        // Rust also reads "inf" and "nan".
+        let value: f64 = number.parse().ok()?;
+        Some(scale(value, *factor)).filter(|value| value.is_finite())
+    });
+    value.ok_or_else(|| QuantityError {
+        text: text.to_owned(),
+        what,
+        units,
+    })
 }
 
 /// Text that is no quantity of the kind asked for.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct QuantityError {
     text: String,
     what: &'static str,
-    units: Vec<&'static str>,
+    units: &'static [Unit],
 }
 
 impl fmt::Display for QuantityError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let named = self.units.iter().filter(|unit| !unit.is_empty());
-        let units: Vec<&str> = named.copied().collect();
-        write!(
-            f,
-            "\"{}\" is not {}: give a finite number",
-            self.text, self.what
-        )?;
+        let named = self.units.iter().map(|(unit, _)| *unit);
+        let units: Vec<&str> = named.filter(|unit| !unit.is_empty()).collect();
+        let Self { text, what, .. } = self;
+        write!(f, "\"{text}\" is not {what}: give a finite number")?;
         match units.is_empty() {
             true => f.write_str(" alone"),
             false => write!(
@@ -334,28 +216,6 @@ impl fmt::Display for QuantityError {
 }
 
 impl std::error::Error for QuantityError {}
-
-/// Reads a number and a unit, with or without a space between. The unit is what no number contains
-/// at its end: `1e-3m` is a millimetre.
-fn parse(text: &str, what: &'static str, units: &[Unit]) -> Result<f64, QuantityError> {
-    let trimmed = text.trim();
-    let value = units
-        .iter()
-        // "5" is a number with the unit "" or none; a suffix must leave a number behind.
-        .chain(&[("", 1.0)])
-        .filter_map(|(unit, factor)| {
-            let number = trimmed.strip_suffix(unit)?.trim_end();
-            // Rust also reads "inf" and "nan".
-            let value: f64 = number.parse().ok()?;
-            Some(scale(value, *factor)).filter(|value| value.is_finite())
-        })
-        .next();
-    value.ok_or_else(|| QuantityError {
-        text: text.to_owned(),
-        what,
-        units: units.iter().map(|(unit, _)| *unit).collect(),
-    })
-}
 
 /// value·factor, by division where one SI unit is a whole number of these: 20 mm is 20/1000 m, the double nearest to 0.02.
 fn scale(value: f64, factor: f64) -> f64 {
@@ -372,34 +232,32 @@ fn scale(value: f64, factor: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn read<Q: std::str::FromStr<Err = QuantityError>>(text: &str) -> Result<Q, QuantityError> {
-        text.parse()
-    }
-
     #[test]
     fn units_scale_to_si_and_none_means_si() {
-        assert_eq!(read::<Time>("200s").expect("valid").0, 200.0);
-        assert_eq!(read::<Time>("1ms").expect("valid").0, 1e-3);
-        assert_eq!(read::<Time>("0.001").expect("valid").0, 1e-3);
-        assert_eq!(read::<Time>(" 2 min ").expect("valid").0, 120.0);
-        assert_eq!(read::<Time>("100us").expect("valid").0, 1e-4);
-        assert_eq!(read::<Length>("20mm").expect("valid").0, 0.02);
-        assert_eq!(read::<Length>("1e-3m").expect("valid").0, 1e-3);
-        assert_eq!(read::<Area>("4cm2").expect("valid").0, 4e-4);
-        assert_eq!(read::<Area>("4 cm²").expect("valid").0, 4e-4);
-        assert_eq!(read::<Strain>("5%").expect("valid").0, 0.05);
-        assert_eq!(read::<Strain>("0.05").expect("valid").0, 0.05);
-        assert_eq!(read::<Force>("250 mN").expect("valid").0, 0.25);
-        assert_eq!(read::<ForceRate>("1N/ms").expect("valid").0, 1000.0);
-        assert_eq!(read::<Stress>("0.1kPa").expect("valid").0, 100.0);
-        assert_eq!(read::<Angle>("1deg").expect("valid").0, 1_f64.to_radians());
-        assert_eq!(read::<Angle>("65 °").expect("valid").0, 65_f64.to_radians());
-        assert_eq!(read::<Angle>("1.2").expect("valid").0, 1.2);
-        assert_eq!(
-            read::<AngularFrequency>("10Hz").expect("valid").0,
-            10.0 * TURN
-        );
-        assert_eq!(read::<AngularFrequency>("5mrad/s").expect("valid").0, 0.005);
+        for (key, text, si) in [
+            ("_s", "200s", 200.0),
+            ("_s", "1ms", 1e-3),
+            ("_s", "0.001", 1e-3),
+            ("_s", " 2 min ", 120.0),
+            ("_s", "100us", 1e-4),
+            ("_m", "20mm", 0.02),
+            ("_m", "1e-3m", 1e-3),
+            ("_m2", "4cm2", 4e-4),
+            ("_m2", "4 cm²", 4e-4),
+            ("strain", "5%", 0.05),
+            ("strain", "0.05", 0.05),
+            ("_n", "250 mN", 0.25),
+            ("_n_per_s", "1N/ms", 1000.0),
+            ("_pa", "0.1kPa", 100.0),
+            ("_rad", "1deg", 1_f64.to_radians()),
+            ("_rad", "65 °", 65_f64.to_radians()),
+            ("_rad", "1.2", 1.2),
+            ("_rad_s", "10Hz", 10.0 * TURN),
+            ("_rad_s", "5mrad/s", 0.005),
+            ("_bytes", "1GB", 1e9),
+        ] {
+            assert_eq!(parse_for_key(key, text), Ok(si), "{key} {text}");
+        }
     }
 
     #[test]
@@ -443,7 +301,7 @@ mod tests {
         for bad in [
             "", "s", "NaN", "inf", "-infs", "1e999", "5 %", "5m", "1 2s", "1,5s", "--",
         ] {
-            let error = read::<Time>(bad).expect_err(bad).to_string();
+            let error = parse_for_key("_s", bad).expect_err(bad).to_string();
             assert!(
                 error.contains("is not a time") && error.contains("ms"),
                 "{error}"

@@ -78,8 +78,7 @@ impl fmt::Display for LinkError {
             }
             Self::OtherVersion { version } => write!(
                 f,
-                "the device speaks protocol version {version}, this program {}: flash the firmware of this \
-                 program, or use the program of that firmware",
+                "the device speaks protocol version {version}, this program {}: flash its firmware",
                 haptic_link::PROTOCOL_VERSION
             ),
             Self::Echo => {
@@ -90,8 +89,7 @@ impl fmt::Display for LinkError {
                 message,
             } => write!(
                 f,
-                "the device has firmware {major}.{minor}.{patch}, with another message \"{message}\": flash the \
-                 firmware of this version, or use the program of that one"
+                "the device has firmware {major}.{minor}.{patch}, with another \"{message}\": flash this version"
             ),
             Self::Faulted(report) => match haptic_loop::Fault::from_code(report.status.fault) {
                 Some(fault) => write!(f, "the device latched a fault at tick {}: {fault}", report.tick),
@@ -102,8 +100,7 @@ impl fmt::Display for LinkError {
                 ),
             },
             Self::Rebooted => f.write_str(
-                "the device has dropped this connection: it was reset, or another program has connected; connect \
-                 again",
+                "the device dropped this connection: it was reset, or another program has it; connect again",
             ),
             Self::NoSamples { waited_ms } => write!(
                 f,
@@ -157,15 +154,14 @@ fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounter
             "{} pieces of garbage came instead; is this the right port, and the right baud rate?",
             corrupt + oversize
         ),
-        LineCounters { received: 0, .. } if request != "hello" => f.write_str(
-            "nothing came: check its plug and supply, then reset it",
-        ),
+        LineCounters { received: 0, .. } if request != "hello" => {
+            f.write_str("nothing came: check its plug and supply, then reset it")
+        }
         LineCounters { received: 0, .. } => f.write_str(
             "nothing came; is this the right port, and is the device switched on and flashed?",
         ),
         _ => f.write_str(
-            "other frames came, so the line works: close other programs on this machine, use a better line, or reset the \
-             device",
+            "other frames came, so the line works: close other programs, or reset the device",
         ),
     }
 }
@@ -206,8 +202,7 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             allowed_n,
         } => write!(
             f,
-            "at this position the force would start at {wanted_n} N, above the {allowed_n} N allowed: \
-             move the device out of the wall"
+            "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of the wall"
         ),
         Refusal::FaultPersists(code) => match haptic_loop::Fault::from_code(*code) {
             Some(fault) => write!(f, "{fault}; fix that first"),
@@ -218,8 +213,7 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
         }
         Refusal::Looser(field) => write!(
             f,
-            "{field} is looser than what is set on the device, and a run may only tighten it: change what is set \
-             on the device first"
+            "{field} is looser than set on the device, and a run may only tighten it: set it there first"
         ),
     }
 }

@@ -67,15 +67,13 @@ impl fmt::Display for ExportError {
             ),
             Self::Band(shortest_s, horizon_s) => write!(
                 f,
-                "times from {SHORTEST} {} s to {HORIZON} {} s are no band: both above 0 s, the second larger, at most \
-                 {DECADES_MOST} decades",
+                "{SHORTEST} {} s to {HORIZON} {} s are not above 0 s and 0 to {DECADES_MOST} decades apart",
                 Shown(*shortest_s),
                 Shown(*horizon_s)
             ),
             Self::Impulse(kind) => write!(
                 f,
-                "the model {kind} has a dashpot beside the rest, whose stress is an impulse at a step of strain; no Prony series has that: give \
-                 the dashpot to the other program by itself"
+                "{kind} has a dashpot beside the rest, which no Prony series has: give it by itself"
             ),
             Self::Vanished(time_s) => write!(
                 f,
@@ -87,9 +85,9 @@ impl fmt::Display for ExportError {
                 "the format takes {most} branches, the series has {given}: take {}",
                 BRANCHES.set_to(most)
             ),
-            Self::NoLongTermModulus => f.write_str(
-                "the series has no long-term modulus, to which this format refers: take the format table",
-            ),
+            Self::NoLongTermModulus => {
+                f.write_str("the format needs a long-term modulus: take the format table")
+            }
             Self::Model(error) => error.fmt(f),
         }
     }
@@ -405,22 +403,21 @@ impl PronyFit {
                 "! ",
                 "",
                 format!(
-                    "alpha_i = E_i/G(0) and tau_i in s; the elastic modulus is the instantaneous one, G(0) = {instantaneous:?} Pa"
+                    "alpha_i = E_i/G(0) and tau_i in s; elastic modulus G(0) = {instantaneous:?} Pa"
                 ),
             ),
             ExportFormat::Abaqus => (
                 "** ",
                 "",
                 format!(
-                    "g_i = E_i/G_0, k_i = 0 (no relaxation in bulk), tau_i in s; use with *ELASTIC, MODULI=INSTANTANEOUS, \
-                     G_0 = {instantaneous:?} Pa"
+                    "g_i = E_i/G_0, k_i = 0, tau_i in s; MODULI=INSTANTANEOUS, G_0 = {instantaneous:?} Pa"
                 ),
             ),
             ExportFormat::Febio => (
                 "<!-- ",
                 " -->",
                 format!(
-                    "g_i = E_i/E and t_i in s; put the elastic material inside, with the long-term modulus E = {:?} Pa",
+                    "g_i = E_i/E, t_i in s; elastic material of E = {:?} Pa",
                     self.elastic_modulus_pa
                 ),
             ),
@@ -434,7 +431,7 @@ impl PronyFit {
                 self.horizon_s
             ),
             format!(
-                "largest relative error of G over this band: {:.2e}; beyond it the series is no model of the tissue",
+                "largest relative error of G over this band: {:.2e}; not beyond it",
                 self.max_relative_error
             ),
             "G is stress over strain as in the tissue's source, in simple shear or along one axis"

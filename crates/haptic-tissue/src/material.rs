@@ -103,21 +103,18 @@ impl fmt::Display for MaterialError {
             }
             Self::Unreadable(path, error) => write!(
                 f,
-                "cannot read the material file `{}`: {error}; give the name of a material or a path \
-                 to its TOML file",
+                "cannot read the material file `{}`: {error}; give a name or a TOML file",
                 path.display()
             ),
             Self::Folder(path, error) => write!(
                 f,
-                "cannot read the library folder `{}`: {error}; give a folder of tissue files (*.toml)",
+                "cannot read the library folder `{}`: {error}; give a folder of TOML files",
                 path.display()
             ),
             Self::Unknown(name, known) => write!(
                 f,
-                "tissue \"{name}\" is not in the library: take one of {}, or give the path of a TOML \
-                 file (`host-cli materials show {}` prints one to start from)",
-                known.join(", "),
-                known.first().map_or("NAME", String::as_str),
+                "tissue \"{name}\" is not in the library: take one of {}, or give a TOML file",
+                known.join(", ")
             ),
             Self::Name(name) => write!(
                 f,

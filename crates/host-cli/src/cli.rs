@@ -8,7 +8,6 @@ use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
-use haptic_quantity::Time;
 use std::any::TypeId;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -144,7 +143,7 @@ impl Command {
     }
 }
 
-/// The parser. Values other than names and paths may begin with a minus, and times are called so.
+/// The parser. Values other than names and paths may begin with a minus.
 #[must_use]
 pub fn parser() -> clap::Command {
     fn with_values(command: clap::Command) -> clap::Command {
@@ -155,11 +154,9 @@ pub fn parser() -> clap::Command {
             let takes = argument.get_long().is_some() && argument.get_action().takes_values();
             let kind = argument.get_value_parser().type_id();
             let is_text = kind == TypeId::of::<String>() || kind == TypeId::of::<PathBuf>();
-            let is_time = kind == TypeId::of::<Time>();
-            match (takes && !is_text, is_time) {
-                (true, true) => argument.allow_hyphen_values(true).value_name("TIME"),
-                (true, false) => argument.allow_hyphen_values(true),
-                (false, _) => argument,
+            match takes && !is_text {
+                true => argument.allow_hyphen_values(true),
+                false => argument,
             }
         });
         below.into_iter().fold(command, |command, name| {
@@ -181,7 +178,6 @@ fn one_line(message: &str) -> String {
     joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
 }
 
-/// The command that was asked for.
 fn asked() -> clap::Command {
     let mut command = parser();
     command.build();

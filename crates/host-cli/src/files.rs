@@ -104,13 +104,12 @@ pub(crate) fn folder(out: Option<PathBuf>, stem: &str, overwrite: bool) -> Folde
 fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure> {
     if overwrite && out.is_none() {
         return Err(Failure::bad_input(
-            "overwriting has no effect without a folder of an earlier run: give --out too, or leave --overwrite out",
+            "overwriting has no effect without --out: give it too, or leave --overwrite out",
         ));
     }
     Ok(())
 }
 
-/// Program and command line, as log metadata.
 pub(crate) fn provenance() -> BTreeMap<String, String> {
     let arguments: Vec<String> = std::env::args_os()
         .map(|argument| argument.to_string_lossy().into_owned())
@@ -299,7 +298,7 @@ impl PlaceOfFile {
         if let Some(path) = out {
             if path.extension().is_none_or(|extension| extension != "toml") {
                 return Err(Failure::bad_input(format_args!(
-                    "`{}` is no {kind} file: give --out a name that ends in .toml, as in {kind}.toml",
+                    "`{}` is not a TOML file: give --out another name, as {kind}.toml",
                     path.display()
                 )));
             }

@@ -6,7 +6,6 @@ mod command;
 mod files;
 mod options;
 mod output;
-mod page;
 mod parse;
 mod picture;
 pub mod picture_file;

@@ -129,7 +129,6 @@ fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
     }
 }
 
-/// The help of a parameter with its default.
 pub(crate) fn help(parameter: &Parameter) -> String {
     let Parameter { shown, help, .. } = parameter;
     match shown.is_empty() {
@@ -303,7 +302,6 @@ impl Given {
         }
     }
 
-    /// True if it was given.
     pub(crate) fn has(&self, parameter: &Parameter) -> bool {
         self.0.contains_key(parameter.key)
     }
@@ -314,13 +312,11 @@ impl Given {
         given.or(Some(parameter.default_number()).filter(|default| !default.is_nan()))
     }
 
-    /// A number that is needed.
     pub(crate) fn needed(&self, parameter: &Parameter) -> Result<f64, Failure> {
         self.number(parameter)
             .ok_or_else(|| Failure::bad_input(format_args!("{parameter} is missing: give it")))
     }
 
-    /// A whole number in a range.
     pub(crate) fn count(
         &self,
         parameter: &Parameter,
@@ -346,7 +342,6 @@ impl Given {
             })
     }
 
-    /// A text or its default.
     pub(crate) fn text(&self, parameter: &Parameter) -> &str {
         let given = self.0.get(parameter.key).and_then(Value::as_str);
         given.unwrap_or(parameter.shown)
@@ -360,7 +355,6 @@ impl Given {
             .unwrap_or(false)
     }
 
-    /// An operator.
     pub(crate) fn scheme(&self) -> Result<Scheme, Failure> {
         self.text(&ANALYSED_SCHEME).parse().map_err(Failure::input)
     }
@@ -438,12 +432,10 @@ pub(crate) struct DeviceModelArguments {
 }
 
 impl DeviceModelArguments {
-    /// True if a file was named.
     pub(crate) const fn is_given(&self) -> bool {
         self.device_model.is_some()
     }
 
-    /// The device of the file, if one was named.
     pub(crate) fn read(&self) -> Result<Option<DeviceModel>, Failure> {
         let read = |name: &PathBuf| DeviceModel::find(name).map_err(Failure::input);
         self.device_model.as_ref().map(read).transpose()

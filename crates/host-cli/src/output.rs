@@ -1,7 +1,7 @@
 //! Printing: results on standard output, everything else on standard error.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use haptic_experiment::document::{FileError, without_bulk};
+use haptic_experiment::document::FileError;
 use haptic_experiment::{Failure, Line, Table, lines};
 use serde::Serialize;
 use serde_json::Value;
@@ -217,12 +217,25 @@ pub(crate) fn in_line(text: &str) -> String {
     visible(text).replace('\n', "\\n")
 }
 
-/// Says something on standard error, long echoes of the arguments cut short; a closed standard error is nobody's loss.
+/// Says something on standard error; a closed standard error is nobody's loss.
 pub(crate) fn note(kind: &str, text: impl std::fmt::Display) {
-    let arguments = std::env::args_os().skip(1);
-    let arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
-    let text = without_bulk(&text.to_string(), arguments);
+    let text = bounded(text.to_string());
     let _ = writeln!(io::stderr().lock(), "{kind}: {}", visible(&text));
+}
+
+/// A message of no more than 2000 characters, whatever it echoes: its beginning, and its end with the remedy.
+fn bounded(message: String) -> String {
+    let (begin, end) = (1600, 300);
+    let length = message.chars().count();
+    if length <= 2000 {
+        return message;
+    }
+    let (begin, end) = (
+        message.chars().take(begin),
+        message.chars().skip(length - end),
+    );
+    let kept: String = begin.chain(" … ".chars()).chain(end).collect();
+    format!("{kept} ({length} characters)")
 }
 
 /// Says why a command did not succeed, and shows the line of a file that is the reason.
@@ -249,7 +262,6 @@ fn is_readable(line: &str) -> bool {
     !line.trim().is_empty() && line.len() <= MOST && !line.contains(hidden)
 }
 
-/// Says a warning.
 pub(crate) fn warn(text: &str) {
     note("warning", text);
 }
@@ -257,6 +269,14 @@ pub(crate) fn warn(text: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_is_bounded_and_keeps_its_remedy() {
+        assert_eq!(bounded("short".to_owned()), "short");
+        let long = bounded(format!("{}: change it", "x".repeat(100_000)));
+        assert!(long.ends_with(": change it (100011 characters)"), "{long}");
+        assert!(long.chars().count() <= 2000, "{long}");
+    }
 
     #[test]
     fn control_characters_are_shown_and_not_obeyed() {

@@ -5,21 +5,33 @@ use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_experiment::parameters::Range;
+use haptic_experiment::parameters::{Parameter, Range};
 use haptic_experiment::{Failure, Named};
-use haptic_quantity::{Quantity, QuantityError, parse_number};
+use haptic_quantity::{WrittenUnit, parse_for_key, written};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
-use std::str::FromStr;
 
-/// What was read, if it is in a range; else value and range, for people.
-pub(crate) fn in_range<Q: Quantity>(quantity: Q, range: Range) -> Result<Q, String> {
-    if range.contains(quantity.si()) {
-        return Ok(quantity);
+/// That a value is outside a range, in the units of its key.
+pub(crate) fn outside(key: &str, range: Range) -> String {
+    let [low, high] = range.ends().map(|end| match end {
+        0.0 => "0".to_owned(),
+        end => written(key, end),
+    });
+    match range {
+        Range::Within(..) => format!("is not from {low} to {high}"),
+        Range::AboveUpTo(..) => format!("is not above {low} and at most {high}"),
     }
-    let space = if Q::UNIT.is_empty() { "" } else { " " };
-    let (value, unit) = (Shown(quantity.si()), Q::UNIT);
-    Err(format!("{value}{space}{unit} is not {range}{space}{unit}"))
+}
+
+/// The value of a key, if it is in a range; else value and range, for people.
+pub(crate) fn in_range(key: &str, value: f64, range: Range) -> Result<f64, String> {
+    match range.contains(value) {
+        true => Ok(value),
+        false => {
+            let value = format!("{} {}", Shown(value), WrittenUnit::of_key(key, 1.0).symbol);
+            Err(format!("{} {}", value.trim_end(), outside(key, range)))
+        }
+    }
 }
 
 /// Reads a value and judges it: what does not read is told as clap does, what is judged wrong with the option to change.
@@ -44,16 +56,13 @@ where
     }
 }
 
-/// A parser of a quantity in a range.
-pub(crate) fn within<Q: Quantity + FromStr<Err = QuantityError>>(
-    range: Range,
-) -> impl TypedValueParser<Value = Q> {
-    Judged(move |text: &str| text.parse().map(|quantity: Q| in_range(quantity, range)))
+/// A parser of a quantity in a range; the end of a key says its unit.
+pub(crate) fn quantity(key: &'static str, range: Range) -> impl TypedValueParser<Value = f64> {
+    Judged(move |text: &str| parse_for_key(key, text).map(|value| in_range(key, value, range)))
 }
 
-/// A parser of a plain number in a range.
-pub(crate) fn number_within(range: Range) -> impl TypedValueParser<Value = f64> {
-    Judged(move |text: &str| parse_number(text).map(|number| in_range(number, range)))
+pub(crate) fn of(parameter: Parameter) -> impl TypedValueParser<Value = f64> {
+    quantity(parameter.key, parameter.range())
 }
 
 /// A parser of a whole number in a range: `1000`, or `1e3`.
@@ -106,13 +115,11 @@ pub(crate) fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = 
 pub(crate) fn order() -> impl TypedValueParser<Value = Order> {
     Judged(|text: &str| {
         let range = Range::Within(Order::MIN, Order::MAX);
-        let number = parse_number(text)
-            .map_err(|error| format!("{error} in [{}, {}]", Order::MIN, Order::MAX));
-        number.map(|mu| Order::new(in_range(mu, range)?).map_err(|error| error.to_string()))
+        let number = parse_for_key("", text);
+        number.map(|mu| Order::new(in_range("", mu, range)?).map_err(|error| error.to_string()))
     })
 }
 
-/// Reads a SCHEME.
 pub(crate) fn parse_scheme(text: &str) -> Result<Scheme, String> {
     text.parse()
         .map_err(|error: fracdiff::SchemeError| error.to_string())
@@ -122,7 +129,7 @@ pub(crate) fn parse_scheme(text: &str) -> Result<Scheme, String> {
 pub(crate) fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
     match (scheme, given_s) {
         (Scheme::Oustaloup { .. }, None) => Err(Failure::bad_input(format_args!(
-            "scheme {scheme} has frequencies in Hz, which mean nothing without a sample time: give --sample-time, as in 1ms"
+            "scheme {scheme} has frequencies in Hz: give --sample-time, as in 1ms"
         ))),
         _ => Ok(Seconds(given_s.unwrap_or(1.0))),
     }

@@ -1,4 +1,4 @@
-//! Pictures of what experiments leave.
+//! Pictures: a page of charts that own their curves, and what experiments leave.
 
 use haptic_experiment::experiment::teleoperation::{FarReport, FeltAt, TeleoperationReport};
 use haptic_experiment::judge::Curves;
@@ -7,6 +7,78 @@ use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
 };
+
+pub(crate) type Points = Vec<(f64, f64)>;
+
+pub(crate) fn linear(label: &str) -> AxisSpec<'_> {
+    AxisSpec::new(label, Scale::Linear)
+}
+
+pub(crate) fn logarithmic(label: &str) -> AxisSpec<'_> {
+    AxisSpec::new(label, Scale::Log)
+}
+
+/// A chart and its curves: name, points, look, and number of a colour.
+pub(crate) struct Panel<'a> {
+    caption: String,
+    x: AxisSpec<'a>,
+    y: AxisSpec<'a>,
+    curves: Vec<(String, Points, Look, usize)>,
+}
+
+impl<'a> Panel<'a> {
+    pub(crate) fn new(caption: impl Into<String>, x: AxisSpec<'a>, y: AxisSpec<'a>) -> Self {
+        Self {
+            caption: caption.into(),
+            x,
+            y,
+            curves: Vec::new(),
+        }
+    }
+
+    /// The same with one more curve, unless it has no points.
+    pub(crate) fn with(
+        mut self,
+        name: impl Into<String>,
+        look: Look,
+        colour: usize,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        let points: Points = points.into_iter().collect();
+        if !points.is_empty() {
+            self.curves.push((name.into(), points, look, colour));
+        }
+        self
+    }
+
+    fn chart(&self) -> Chart<'_> {
+        let curves = self.curves.iter();
+        let series =
+            curves.map(|(name, points, look, colour)| Series::new(name, points, *look, *colour));
+        Chart {
+            caption: &self.caption,
+            x: self.x,
+            y: self.y,
+            series: series.collect(),
+        }
+    }
+}
+
+/// Draws panels in so many columns.
+pub(crate) fn page(
+    title: &str,
+    subtitle: &str,
+    columns: usize,
+    panels: &[Panel<'_>],
+) -> Result<Picture, FigureError> {
+    ChartPage {
+        title,
+        subtitle,
+        columns,
+        charts: panels.iter().map(Panel::chart).collect(),
+    }
+    .draw()
+}
 
 /// A run beside its closed form.
 pub(crate) fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
@@ -46,62 +118,33 @@ pub(crate) fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, Fig
     .draw()
 }
 
-/// Values in another unit, each at its time.
-fn over_time(time_s: &[f64], values: &[f64], scale: f64) -> Vec<(f64, f64)> {
-    let scaled = values.iter().map(|value| scale * value);
-    time_s.iter().copied().zip(scaled).collect()
+fn over_time<'a>(caption: &str, y: &'a str) -> Panel<'a> {
+    Panel::new(caption, linear("time / s"), linear(y))
 }
 
-/// Curves over time.
-fn time_chart<'a>(caption: &'a str, y: &'a str, series: Vec<Series<'a>>) -> Chart<'a> {
-    Chart {
-        caption,
-        x: AxisSpec::new("time / s", Scale::Linear),
-        y: AxisSpec::new(y, Scale::Linear),
-        series,
-    }
+/// A column over time, in another unit.
+fn column(curves: &Curves, name: &str, scale: f64) -> Points {
+    let scaled = curves.column(name).iter().map(|value| scale * value);
+    curves.time_s.iter().copied().zip(scaled).collect()
 }
 
 /// One side of a teleoperation: places and forces.
 pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureError> {
-    let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
-    let [hand, device] =
-        ["reference_m", "position_m"].map(|name| over_time(curves.column(name), 1e3));
-    let [force, outside] = ["force_n", "outside_n"].map(|name| over_time(curves.column(name), 1.0));
-    let (hand_is, device_is) = (
-        Series::new("hand", &hand, Look::Dashed, 2),
-        Series::new("device", &device, Look::Line, 0),
-    );
+    let column = |name, scale| column(curves, name, scale);
     // There is no hand on the side of the slave.
-    let has_hand = curves
-        .column("reference_m")
-        .iter()
-        .any(|place| place.is_finite());
-    ChartPage {
-        title: &curves.title,
-        subtitle: &curves.subtitle,
-        columns: 1,
-        charts: vec![
-            time_chart(
-                "place",
-                "place / mm",
-                if has_hand {
-                    vec![hand_is, device_is]
-                } else {
-                    vec![device_is]
-                },
-            ),
-            time_chart(
-                "force on the device",
-                "force / N",
-                vec![
-                    Series::new("of the port", &force, Look::Line, 0),
-                    Series::new("from outside", &outside, Look::Line, 1),
-                ],
-            ),
-        ],
-    }
-    .draw()
+    let hand = column("reference_m", 1e3).into_iter();
+    let places = over_time("place", "place / mm")
+        .with(
+            "hand",
+            Look::Dashed,
+            2,
+            hand.filter(|place| place.1.is_finite()),
+        )
+        .with("device", Look::Line, 0, column("position_m", 1e3));
+    let forces = over_time("force on the device", "force / N")
+        .with("of the port", Look::Line, 0, column("force_n", 1.0))
+        .with("from outside", Look::Line, 1, column("outside_n", 1.0));
+    page(&curves.title, &curves.subtitle, 1, &[places, forces])
 }
 
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
@@ -109,74 +152,44 @@ pub(crate) fn of_teleoperation(
     report: &TeleoperationReport,
     curves: &Curves,
 ) -> Result<Picture, FigureError> {
-    let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
-    let [hand, master, slave] =
-        ["hand_m", "position_m", "far_position_m"].map(|name| over_time(curves.column(name), 1e3));
-    let [master_n, slave_n] =
-        ["force_n", "far_force_n"].map(|name| over_time(curves.column(name), 1.0));
-    let taken = over_time(curves.column("taken_j"), 1e3);
-    let felt = |value: fn(&FeltAt) -> Option<f64>| felt_over_frequency(&report.felt, value);
-    let (run, formula) = (felt(|f| Some(f.felt_n_per_m)), felt(|f| f.formula_n_per_m));
-    let touched = felt(|f| Some(f.touched_n_per_m));
-    ChartPage {
-        title: &curves.title,
-        subtitle: &curves.subtitle,
-        columns: 2,
-        charts: vec![
-            time_chart(
-                "place",
-                "place / mm",
-                vec![
-                    Series::new("hand", &hand, Look::Dashed, 2),
-                    Series::new("master", &master, Look::Line, 0),
-                    Series::new("slave", &slave, Look::Line, 1),
-                ],
-            ),
-            time_chart(
-                "force on the device",
-                "force / N",
-                vec![
-                    Series::new("master", &master_n, Look::Line, 0),
-                    Series::new("slave", &slave_n, Look::Line, 1),
-                ],
-            ),
-            time_chart(
-                "energy taken by the line",
-                "energy / mJ",
-                vec![Series::new("line", &taken, Look::Line, 3)],
-            ),
-            felt_chart(&touched, &formula, &run),
-        ],
-    }
-    .draw()
-}
-
-/// What was felt as points over frequency; without those of which there is none.
-fn felt_over_frequency(felt: &[FeltAt], value: fn(&FeltAt) -> Option<f64>) -> Vec<(f64, f64)> {
-    let points = felt.iter();
-    points
-        .filter_map(|felt| Some((felt.frequency_hz, value(felt)?)))
-        .collect()
-}
-
-/// Stiffnesses over frequency, of the run and by the formula, if there is one.
-fn felt_chart<'a>(
-    touched: &'a [(f64, f64)],
-    formula: &'a [(f64, f64)],
-    run: &'a [(f64, f64)],
-) -> Chart<'a> {
-    let series = [
-        Series::new("slave", touched, Look::Line, 1),
-        Series::new("formula", formula, Look::Dashed, 4),
-        Series::new("master", run, Look::Markers, 0),
-    ];
-    let there = series.into_iter();
-    Chart {
-        caption: "felt by the master, touched by the slave",
-        x: AxisSpec::new("frequency / Hz", Scale::Log),
-        y: AxisSpec::new("stiffness |F/x| / N·m⁻¹", Scale::Log),
-        series: there.filter(|series| !series.points.is_empty()).collect(),
-    }
+    let column = |name, scale| column(curves, name, scale);
+    let places = over_time("place", "place / mm")
+        .with("hand", Look::Dashed, 2, column("hand_m", 1e3))
+        .with("master", Look::Line, 0, column("position_m", 1e3))
+        .with("slave", Look::Line, 1, column("far_position_m", 1e3));
+    let forces = over_time("force on the device", "force / N")
+        .with("master", Look::Line, 0, column("force_n", 1.0))
+        .with("slave", Look::Line, 1, column("far_force_n", 1.0));
+    let energy = over_time("energy taken by the line", "energy / mJ");
+    let energy = energy.with("line", Look::Line, 3, column("taken_j", 1e3));
+    let felt = |value: fn(&FeltAt) -> Option<f64>| {
+        let felt = report.felt.iter();
+        felt.filter_map(move |felt| Some((felt.frequency_hz, value(felt)?)))
+    };
+    let frequency = logarithmic("frequency / Hz");
+    let stiffness = logarithmic("stiffness |F/x| / N·m⁻¹");
+    let caption = "felt by the master, touched by the slave";
+    let stiffnesses = Panel::new(caption, frequency, stiffness)
+        .with(
+            "slave",
+            Look::Line,
+            1,
+            felt(|felt| Some(felt.touched_n_per_m)),
+        )
+        .with(
+            "formula",
+            Look::Dashed,
+            4,
+            felt(|felt| felt.formula_n_per_m),
+        )
+        .with(
+            "master",
+            Look::Markers,
+            0,
+            felt(|felt| Some(felt.felt_n_per_m)),
+        );
+    let panels = [places, forces, energy, stiffnesses];
+    page(&curves.title, &curves.subtitle, 2, &panels)
 }
 
 /// A touch: the paths over the shape, the depth, and the force of each axis.
@@ -198,54 +211,32 @@ pub(crate) fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, Figu
 
 /// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
 pub(crate) fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
-    let time = &trial.time_s;
-    let position = over_time(time, trial.column("position_m"), 1e3);
-    let object = Some(trial.column("object_position_m")).filter(|object| !object.is_empty());
-    let object = object.map(|object| over_time(time, object, 1e3));
-    let force = over_time(time, trial.column("force_n"), 1.0);
-    let ends = [time.first(), time.last()].into_iter().flatten();
-    let rest: Vec<(f64, f64)> = (report.settling.expected_deflection_m)
-        .map(|x| ends.map(|&t| (t, 1e3 * x)).collect())
-        .unwrap_or_default();
+    let position = column(trial, "position_m", 1e3);
+    let object = column(trial, "object_position_m", 1e3);
+    let force = column(trial, "force_n", 1.0);
     let run = trial.origin.word();
-    let device = if object.is_some() {
-        format!("device, {run}")
-    } else {
-        run.to_owned()
+    let (device, what) = match object.is_empty() {
+        true => (run.to_owned(), "wall"),
+        false => (format!("device, {run}"), "coupler"),
     };
-    let what = if object.is_some() { "coupler" } else { "wall" };
-    let mut positions = vec![Series::new(&device, &position, Look::Line, 0)];
-    if let Some(object) = &object {
-        positions.push(Series::new("object", object, Look::Line, 2));
-    }
-    if !rest.is_empty() {
-        positions.push(Series::new("place of rest", &rest, Look::Dashed, 1));
-    }
-    let curves = [&position[..], object.as_deref().unwrap_or_default(), &force];
-    let shown_s = lively_s(&curves);
-    let chart = |caption, label, series| {
-        let mut chart = time_chart(caption, label, series);
-        chart.x.range = shown_s.map(|end_s| (0.0, end_s));
-        chart
+    let ends = [trial.time_s.first(), trial.time_s.last()];
+    let rest = (report.settling.expected_deflection_m).map(|x| ends.map(|t| Some((*t?, 1e3 * x))));
+    let rest = rest.into_iter().flatten().flatten();
+    let shown_s = lively_s(&[&position, &object, &force]);
+    let (time, until) = match (shown_s, ends[1]) {
+        (Some(shown_s), Some(end_s)) => (
+            linear("time / s").between(0.0, shown_s),
+            format!(", until it is nearly at rest; the run lasts {end_s} s"),
+        ),
+        _ => (linear("time / s"), String::new()),
     };
-    let rest = match (shown_s, time.last()) {
-        (Some(_), Some(end_s)) => format!(", until it is nearly at rest; the run lasts {end_s} s"),
-        _ => String::new(),
-    };
-    ChartPage {
-        title: &trial.title,
-        subtitle: &trial.subtitle,
-        columns: 1,
-        charts: vec![
-            chart(&format!("position{rest}"), "position / mm", positions),
-            chart(
-                &format!("force of the {what}"),
-                "force / N",
-                vec![Series::new(&device, &force, Look::Line, 0)],
-            ),
-        ],
-    }
-    .draw()
+    let positions = Panel::new(format!("position{until}"), time, linear("position / mm"))
+        .with(&device, Look::Line, 0, position)
+        .with("object", Look::Line, 2, object)
+        .with("place of rest", Look::Dashed, 1, rest);
+    let forces = Panel::new(format!("force of the {what}"), time, linear("force / N"));
+    let forces = forces.with(&device, Look::Line, 0, force);
+    page(&trial.title, &trial.subtitle, 1, &[positions, forces])
 }
 
 /// Motion below this share of the largest is none.

@@ -7,12 +7,6 @@ use haptic_tissue::read_bytes;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Columns of numbers of a table, and the line of each row.
-pub(crate) struct Table<const N: usize> {
-    pub(crate) lines: Vec<u64>,
-    pub(crate) columns: [Vec<f64>; N],
-}
-
 /// The bytes of a table, `-` for those of standard input; no more than a table may have.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     let read = match path.as_os_str() == "-" {
@@ -34,26 +28,23 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     })
 }
 
-/// The columns of these names; `remedy` says how to name others.
+/// The line of each row and the columns of these names; `remedy` says how to name others.
 pub(crate) fn read<const N: usize>(
     path: &Path,
     names: [&str; N],
     remedy: &str,
-) -> Result<Table<N>, Failure> {
+) -> Result<(Vec<u64>, [Vec<f64>; N]), Failure> {
     let found = read_columns(&bytes(path)?, names);
-    let (lines, columns) = found.map_err(|error| {
-        wrong(
-            path,
-            format_args!("{}; {remedy}", short(&error.to_string())),
-        )
-    })?;
-    Ok(Table { lines, columns })
+    found.map_err(|error| {
+        let error = error.to_string();
+        wrong(path, format_args!("{}; {remedy}", short(&error)))
+    })
 }
 
 /// What is wrong with a table, behind its name.
 pub(crate) fn wrong(path: &Path, what: impl std::fmt::Display) -> Failure {
-    match path.as_os_str() == "-" {
-        true => Failure::bad_input(format_args!("standard input: {what}")),
-        false => Failure::bad_input(format_args!("{}: {what}", path.display())),
-    }
+    Failure::bad_input(match path.as_os_str() == "-" {
+        true => format!("standard input: {what}"),
+        false => format!("{}: {what}", path.display()),
+    })
 }

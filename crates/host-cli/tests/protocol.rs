@@ -63,7 +63,7 @@ impl Emulator {
         let mut said = String::new();
         let mut stderr = self.child.stderr.take().expect("piped");
         stderr.read_to_string(&mut said).expect("is text");
-        let before = said.split(" were not fetched").next();
+        let before = said.split(" not fetched").next();
         let count = before.and_then(|text| text.rsplit(' ').next());
         count.and_then(|count| count.parse().ok()).expect(&said)
     }

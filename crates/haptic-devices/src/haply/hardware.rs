@@ -162,8 +162,7 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
         };
         Some(BoardTrouble {
             words: format!(
-                "{told}: {trouble}; the place of its home is not sure any more: hold the handle there when it is opened \
-                 again, without home=before"
+                "{told}: {trouble}; its home is not sure any more: reopen it there, without home=before"
             ),
             cause: trouble.cause(),
         })

@@ -58,8 +58,7 @@ pub enum Trouble {
     },
     /// The servo heard nothing for its watchdog time, and has let go.
     #[error(
-        "servo {id} heard nothing for its watchdog time and has let go: this machine was too busy; give the loop a core and priority, \
-         or a longer `watchdog`"
+        "servo {id} heard nothing for its watchdog time: this machine was too busy; give a longer `watchdog`"
     )]
     WatchdogLetGo {
         /// Number of the servo.
@@ -130,8 +129,7 @@ impl fmt::Display for Instead {
             ),
             Self { garbage, .. } if garbage > 0 => write!(
                 f,
-                "{garbage} lines that are none of an fdcanusb came; is this the right port, and does no other program \
-                 use it?"
+                "{garbage} lines that are none of an fdcanusb came: is this the right port, for this program alone?"
             ),
             _ => f.write_str("nothing came; is this the right port, and is the adapter plugged in?"),
         }
@@ -160,8 +158,7 @@ const fn meaning(code: i8) -> &'static str {
 fn unasked(mode: u8) -> String {
     let name = match Mode::try_from(mode) {
         Ok(Mode::Stopped) => {
-            return "has stopped: it was switched off and on, or another program has stopped it; look at its supply, end the \
-                    other program"
+            return "has stopped: it was switched off and on, or another program stopped it"
                 .to_owned();
         }
         Ok(Mode::Position) => "position",

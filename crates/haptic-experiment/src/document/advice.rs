@@ -96,7 +96,7 @@ pub fn single(name: &str, value: f64) -> Result<f32, Failure> {
         Ok(single)
     } else {
         Err(Failure::bad_input(format_args!(
-            "{name} {value:e} is not in the single precision of a device, 0 or 1.4e-45 to 3.4e38: change {name}"
+            "{name} {value:e} is not in single precision, 0 or 1.4e-45 to 3.4e38: change {name}"
         )))
     }
 }

@@ -25,7 +25,7 @@ use crate::document::{Parsed, lines_of};
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{
     ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,
-    LeadLagParameters, PidParameters, SetPoint, TidParameters, rule_of_scheme,
+    LeadLagParameters, PidParameters, TidParameters, rule_of_scheme,
 };
 use std::path::Path;
 
@@ -84,8 +84,7 @@ const LAWS: [(&str, &[Parameter]); 5] = [
     ("lead_lag", p::LEAD_LAG),
     ("transfer_function", p::TRANSFER_CONTROLLER),
 ];
-const CHOICE: &str = "a controller file has one of [pid], [tid], [crone], [lead_lag], [transfer_function], then [loop] and perhaps \
-                      [source]";
+const CHOICE: &str = "a controller file has [loop] and one of [pid], [tid], [crone], [lead_lag], [transfer_function]";
 
 impl ControllerFile {
     /// Reads and checks a file.
@@ -112,13 +111,15 @@ impl ControllerFile {
             document.fail(format!("missing table [loop]: give it with `{key}`"))
         })?;
         let running = running.with_keys(&[("loop", p::CONTROLLER_LOOP)])?;
-        let mut setup = in_loop(read_law(name, &law)?, &running)?;
-        if matches!(name, "pid" | "tid") {
-            setup.set_point.derivative = law.number(&p::DERIVATIVE_SET_POINT_WEIGHT)?;
+        // The sample time stands in `[loop]`.
+        let mut setup = ControllerSetup::new(blank(name, &law)?, Seconds(1.0));
+        for (key, number) in numbers(&mut setup).1 {
+            *number = match key.default_number().is_nan() {
+                true => law.required(&key)?,
+                false => law.number(&key)?,
+            };
         }
-        if name == "pid" {
-            setup.set_point.proportional = law.number(&p::SET_POINT_WEIGHT)?;
-        }
+        let setup = in_loop(setup, &running)?;
         let mut origin = ControllerOrigin::default();
         if let Some(table) = beside.remove("source") {
             let table = table.with_keys(&[("source", p::CONTROLLER_SOURCE)])?;
@@ -178,37 +179,13 @@ pub(crate) fn source<'a>(texts: impl IntoIterator<Item = (Parameter, &'a String)
     }
 }
 
-fn read_law(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileError> {
+/// A controller whose numbers are still to be read.
+fn blank(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileError> {
     Ok(match name {
-        "pid" => PidParameters {
-            proportional: table.number(&p::PROPORTIONAL_GAIN)?,
-            integral: table.number(&p::INTEGRAL_GAIN)?,
-            integral_order: table.number(&p::INTEGRAL_ORDER)?,
-            derivative: table.number(&p::DERIVATIVE_GAIN)?,
-            derivative_order: table.number(&p::DERIVATIVE_ORDER)?,
-        }
-        .into(),
-        "tid" => TidParameters {
-            tilt: table.required(&p::TILT_GAIN)?,
-            tilt_divisor: table.number(&p::TILT_DIVISOR)?,
-            integral: table.number(&p::TID_INTEGRAL_GAIN)?,
-            derivative: table.number(&p::TID_DERIVATIVE_GAIN)?,
-        }
-        .into(),
-        "crone" => CroneParameters {
-            gain: table.required(&p::SHAPED_GAIN)?,
-            order: table.required(&p::SHAPED_ORDER)?,
-            low_rad_s: table.required(&p::CRONE_LOW)?,
-            high_rad_s: table.required(&p::CRONE_HIGH)?,
-        }
-        .into(),
-        "lead_lag" => LeadLagParameters {
-            gain: table.required(&p::SHAPED_GAIN)?,
-            order: table.required(&p::SHAPED_ORDER)?,
-            lambda_s: table.required(&p::LEAD_LAMBDA)?,
-            x: table.required(&p::LEAD_X)?,
-        }
-        .into(),
+        "pid" => PidParameters::default().into(),
+        "tid" => TidParameters::default().into(),
+        "crone" => CroneParameters::default().into(),
+        "lead_lag" => LeadLagParameters::default().into(),
         _ => {
             let function = table.required_text(&p::FUNCTION)?;
             let function = function.parse::<FractionalTransferFunction>();
@@ -219,9 +196,57 @@ fn read_law(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileE
     })
 }
 
+/// The table of a controller, and its numbers by their keys.
+fn numbers(setup: &mut ControllerSetup) -> (&'static str, Vec<(Parameter, &mut f64)>) {
+    let weights = &mut setup.set_point;
+    match &mut setup.law {
+        ControllerParameters::Pid(own) => (
+            "pid",
+            vec![
+                (p::PROPORTIONAL_GAIN, &mut own.proportional),
+                (p::INTEGRAL_GAIN, &mut own.integral),
+                (p::INTEGRAL_ORDER, &mut own.integral_order),
+                (p::DERIVATIVE_GAIN, &mut own.derivative),
+                (p::DERIVATIVE_ORDER, &mut own.derivative_order),
+                (p::SET_POINT_WEIGHT, &mut weights.proportional),
+                (p::DERIVATIVE_SET_POINT_WEIGHT, &mut weights.derivative),
+            ],
+        ),
+        ControllerParameters::Tid(own) => (
+            "tid",
+            vec![
+                (p::TILT_GAIN, &mut own.tilt),
+                (p::TILT_DIVISOR, &mut own.tilt_divisor),
+                (p::TID_INTEGRAL_GAIN, &mut own.integral),
+                (p::TID_DERIVATIVE_GAIN, &mut own.derivative),
+                (p::DERIVATIVE_SET_POINT_WEIGHT, &mut weights.derivative),
+            ],
+        ),
+        ControllerParameters::Crone(own) => (
+            "crone",
+            vec![
+                (p::SHAPED_GAIN, &mut own.gain),
+                (p::SHAPED_ORDER, &mut own.order),
+                (p::CRONE_LOW, &mut own.low_rad_s),
+                (p::CRONE_HIGH, &mut own.high_rad_s),
+            ],
+        ),
+        ControllerParameters::LeadLag(own) => (
+            "lead_lag",
+            vec![
+                (p::SHAPED_GAIN, &mut own.gain),
+                (p::SHAPED_ORDER, &mut own.order),
+                (p::LEAD_LAMBDA, &mut own.lambda_s),
+                (p::LEAD_X, &mut own.x),
+            ],
+        ),
+        _ => ("transfer_function", Vec::new()),
+    }
+}
+
 /// The controller with what `[loop]` says.
-fn in_loop(law: ControllerParameters, table: &Table<'_>) -> Result<ControllerSetup, FileError> {
-    let sample_time = Seconds(table.required(&p::CONTROLLER_SAMPLE_TIME)?);
+fn in_loop(setup: ControllerSetup, table: &Table<'_>) -> Result<ControllerSetup, FileError> {
+    let sample_time_s = table.required(&p::CONTROLLER_SAMPLE_TIME)?;
     let refused = |reason: String| table.fail_at(p::CONTROLLER_SCHEME.key, reason);
     let scheme: Scheme = table
         .text(&p::CONTROLLER_SCHEME)?
@@ -232,13 +257,13 @@ fn in_loop(law: ControllerParameters, table: &Table<'_>) -> Result<ControllerSet
         return Err(refused(reason));
     }
     let setup = ControllerSetup {
-        set_point: SetPoint::DEFAULT,
+        sample_time_s,
         output_low: table.number_if(&p::OUTPUT_LOW)?,
         output_high: table.number_if(&p::OUTPUT_HIGH)?,
         fade_time_s: table.number(&p::FADE_TIME)?,
         scheme,
         memory_s: table.number_if(&p::MEMORY)?,
-        ..ControllerSetup::new(law, sample_time)
+        ..setup
     };
     setup.actuator().map_err(|error| {
         table.fail_at(
@@ -251,51 +276,12 @@ fn in_loop(law: ControllerParameters, table: &Table<'_>) -> Result<ControllerSet
 
 /// The table of the controller, its name first.
 fn law_lines(setup: &ControllerSetup) -> String {
-    let weights = setup.set_point;
-    let (name, numbers): (&str, Vec<(Parameter, f64)>) = match &setup.law {
-        ControllerParameters::Pid(own) => (
-            "pid",
-            vec![
-                (p::PROPORTIONAL_GAIN, own.proportional),
-                (p::INTEGRAL_GAIN, own.integral),
-                (p::INTEGRAL_ORDER, own.integral_order),
-                (p::DERIVATIVE_GAIN, own.derivative),
-                (p::DERIVATIVE_ORDER, own.derivative_order),
-                (p::SET_POINT_WEIGHT, weights.proportional),
-                (p::DERIVATIVE_SET_POINT_WEIGHT, weights.derivative),
-            ],
-        ),
-        ControllerParameters::Tid(own) => (
-            "tid",
-            vec![
-                (p::TILT_GAIN, own.tilt),
-                (p::TILT_DIVISOR, own.tilt_divisor),
-                (p::TID_INTEGRAL_GAIN, own.integral),
-                (p::TID_DERIVATIVE_GAIN, own.derivative),
-                (p::DERIVATIVE_SET_POINT_WEIGHT, weights.derivative),
-            ],
-        ),
-        ControllerParameters::Crone(own) => (
-            "crone",
-            vec![
-                (p::SHAPED_GAIN, own.gain),
-                (p::SHAPED_ORDER, own.order),
-                (p::CRONE_LOW, own.low_rad_s),
-                (p::CRONE_HIGH, own.high_rad_s),
-            ],
-        ),
-        ControllerParameters::LeadLag(own) => (
-            "lead_lag",
-            vec![
-                (p::SHAPED_GAIN, own.gain),
-                (p::SHAPED_ORDER, own.order),
-                (p::LEAD_LAMBDA, own.lambda_s),
-                (p::LEAD_X, own.x),
-            ],
-        ),
-        other => {
-            return format!("[transfer_function]\n{} = \"{other}\"\n", p::FUNCTION.key);
-        }
+    let mut setup = setup.clone();
+    let function = match &setup.law {
+        law @ ControllerParameters::Function(_) => format!("{} = \"{law}\"\n", p::FUNCTION.key),
+        _ => String::new(),
     };
-    format!("[{name}]\n{}", lines_of(numbers))
+    let (name, numbers) = numbers(&mut setup);
+    let numbers = numbers.into_iter().map(|(key, number)| (key, *number));
+    format!("[{name}]\n{function}{}", lines_of(numbers))
 }

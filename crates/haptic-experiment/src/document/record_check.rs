@@ -47,7 +47,7 @@ pub fn check_signals(record: &InputOutput, [input, output]: [&str; 2]) -> Result
     for (name, signal) in [(input, &record.input), (output, &record.output)] {
         if let Some(row) = signal.iter().position(|value| value.abs() > MOST) {
             return Err(format!(
-                "line {}: column `{name}` is {}, and more than {MOST:e} is not reckoned with: mend the row, or give the column in a larger unit",
+                "line {}: column `{name}` is {}, above {MOST:e}: mend the row, or take a larger unit",
                 row + 2,
                 Shown(signal[row])
             ));
@@ -55,7 +55,7 @@ pub fn check_signals(record: &InputOutput, [input, output]: [&str; 2]) -> Result
         let largest = largest(signal);
         if largest > 0.0 && largest < 1.0 / MOST {
             return Err(format!(
-                "column `{name}` is {} at most, and less than {:e} is not reckoned with: give the column in a smaller unit",
+                "column `{name}` is {} at most, below {:e}: take a smaller unit",
                 Shown(largest),
                 1.0 / MOST
             ));
@@ -69,12 +69,12 @@ pub fn check_signals(record: &InputOutput, [input, output]: [&str; 2]) -> Result
     };
     if largest(&record.input) == 0.0 {
         return Err(format!(
-            "column `{input}` is 0 in every row: what nothing moves tells nothing; name the column of the input, or record while it changes"
+            "column `{input}` is 0 in every row: name the input, or record while it changes"
         ));
     }
     if rests(&record.output) {
         return Err(format!(
-            "column `{output}` is {} in every row: the record shows no answer to the input; name the column of the output, or record for longer",
+            "column `{output}` is {} in every row: name the output, or record for longer",
             Shown(first(&record.output))
         ));
     }
@@ -86,7 +86,7 @@ fn check_ratio(record: &InputOutput, [input, output]: [&str; 2]) -> Result<(), S
     let [least, most] = RATIOS;
     if ratio > most || (ratio > 0.0 && ratio < least) {
         return Err(format!(
-            "column `{output}` is {ratio:.1e} times column `{input}`, which is not from {least:e} to {most:e}: give one of both in another unit",
+            "column `{output}` is {ratio:.1e} times `{input}`, not {least:e} to {most:e}: change a unit",
         ));
     }
     Ok(())

@@ -77,8 +77,7 @@ impl Drive {
         let own = self.controller.setup.sample_time_s;
         if (own / sample_time_s - 1.0).abs() > 1e-9 {
             return Err(Failure::bad_input(format_args!(
-                "drive {}: the controller is made for a sample time of {own} s, the experiment has {sample_time_s} s: \
-                 change {SAMPLE_TIME}, or take a {CONTROLLER} made for it",
+                "drive {}: made for a sample time of {own} s, not {sample_time_s} s: change {SAMPLE_TIME} or {CONTROLLER}",
                 self.name
             )));
         }

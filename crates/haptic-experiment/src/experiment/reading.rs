@@ -126,8 +126,7 @@ pub(crate) fn samples_fit(
         return Ok(());
     }
     let reason = format!(
-        "duration_s = {duration_s} with sample_time_s = {sample_time_s} is {samples} samples, which is \
-         not in [{}, {:e}]",
+        "duration_s = {duration_s} is {samples} samples of {sample_time_s} s, not in [{}, {:e}]",
         range.start(),
         range.end(),
         duration_s = Shown(duration_s),

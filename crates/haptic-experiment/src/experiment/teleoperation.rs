@@ -304,8 +304,7 @@ impl TeleoperationExperiment {
             let damping = device.damping.0;
             if self.architecture == Architecture::Wave && impedance > damping {
                 return Err(Failure::bad_input(format_args!(
-                    "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: held forces would give \
-                     it energy; take a smaller {WAVE_IMPEDANCE} or a device with more damping",
+                    "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: lower {WAVE_IMPEDANCE}",
                     impedance = Shown(impedance),
                     damping = Shown(damping)
                 )));
@@ -328,8 +327,7 @@ impl TeleoperationExperiment {
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {
             return Err(Failure::bad_input(format_args!(
-                "window {} s is not whole samples of {t} s, at most the run less {} s for the motion to begin: change \
-                 {TELEOPERATION_WINDOW} or {TELEOPERATION_DURATION}",
+                "window {} s is not whole samples of {t} s, {} s below the run: change {TELEOPERATION_WINDOW} or {TELEOPERATION_DURATION}",
                 Shown(self.window_s),
                 HandMotion::RISE_S,
                 t = Shown(t)
@@ -338,8 +336,7 @@ impl TeleoperationExperiment {
         let highest = self.motion.frequencies_hz.last().copied().unwrap_or(0.0);
         if !(highest > 0.0 && highest < 0.45 / t) {
             return Err(Failure::bad_input(format_args!(
-                "highest frequency {highest} Hz is not above 0 and below 0.45 of the sample rate, {} Hz: change {HIGH}, \
-                 {FREQUENCIES} or {SAMPLE_TIME}",
+                "highest frequency {highest} Hz is not above 0 and below {} Hz: change {HIGH}, {FREQUENCIES} or {SAMPLE_TIME}",
                 Shown(0.45 / t),
                 highest = Shown(highest)
             )));

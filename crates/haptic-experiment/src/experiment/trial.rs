@@ -120,8 +120,7 @@ impl TrialPlan {
         }
         if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
             return Err(Failure::bad_input(format_args!(
-                "push {} N is not above 0 N and below the force limit of {} N: no wall could hold it; change push \
-                 or force limit",
+                "push {} N is not above 0 N and below the force limit of {} N: change either",
                 Shown(self.push_n),
                 Shown(self.force_limit_n)
             )));

@@ -313,8 +313,7 @@ fn design(
         Scheme::Exact => return Err(Failure::input(SchemeError::AnalysisOnly)),
         other => {
             return Err(Failure::bad_input(format_args!(
-                "scheme {other} makes D^α of one spring-pot, not the memory of a model with more elements: take \
-                 {scheme_full}",
+                "scheme {other} makes one spring-pot, not a model with more elements: take {scheme_full}",
                 scheme_full = SCHEME.set_to("full")
             )));
         }

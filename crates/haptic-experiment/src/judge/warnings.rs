@@ -125,8 +125,7 @@ impl Warnings {
         }
         if let Some(link) = &record.link {
             self.0.push(format!(
-                "of {} ticks of the device {} were a whole period late, and {} had no new force from \
-                 here: the device, the line or this machine was too slow for the sample time",
+                "of {} ticks of the device {} were a whole period late, and {} had no new force: take a longer sample time",
                 link.ticks, link.overruns, link.stale_forces
             ));
             return;
@@ -167,8 +166,7 @@ impl Warnings {
         };
         if link.unanswered + link.forces_not_taken > 0 {
             self.0.push(format!(
-                "of {} ticks of the device {} had no answer from its board, so their positions are old, and {} forces were not sent or not \
-                 confirmed: take a longer {SAMPLE_TIME}, a better cable or another USB port",
+                "of {} ticks of the device {} had no answer, {} forces were not confirmed: lengthen {SAMPLE_TIME}, or change the cable",
                 link.ticks, link.unanswered, link.forces_not_taken
             ));
         }
@@ -177,8 +175,7 @@ impl Warnings {
             |frames: FrameCounts| frames.corrupt + frames.lost + frames.duplicate + frames.late;
         if bad(from) + bad(to) > 0 {
             self.0.push(format!(
-                "the line is not clean: of {} frames from the device {} did not come and {} were damaged, of \
-                 {} to it {} and {}; {} requests were sent again",
+                "the line is not clean: of {} frames from the device {} are lost and {} damaged, of {} to it {} and {}; {} requests were repeated",
                 from.sent, from.lost, from.corrupt, to.sent, to.lost, to.corrupt, link.retries
             ));
         }

@@ -84,7 +84,7 @@ const WRONG: &str = r#"
     * | [relax]\ndevice = "serial:x"\nsensor_noise_m = 1e-6 | 1: encoder_resolution_m and sensor_noise_m are of the simulated rig
     * | [relax]\ndevice = "serial:x"\nwatchdog_s = 0.0054 | 3: watchdog_s = 0.0054 is not a whole number of milliseconds
     * | [relax]\n[drive]\n | 2: missing key `controller` in [drive]
-    * | [relax]\nduration_s = 1e7 | 2: duration_s = 1e7 with sample_time_s = 0.001 is 10000000001 samples
+    * | [relax]\nduration_s = 1e7 | 2: duration_s = 1e7 is 10000000001 samples of 0.001 s
 "#;
 
 #[test]

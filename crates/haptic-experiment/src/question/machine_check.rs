@@ -381,8 +381,7 @@ impl Machine {
         }
         if let Some(runtime_us) = self.rt_runtime_us.filter(|us| *us >= 0) {
             say(format!(
-                "RT throttling: real-time threads that compute and spin for more than {} ms of a second are stopped \
-                 for the rest of it: keep the tick short, or, as root, sysctl -w kernel.sched_rt_runtime_us=-1",
+                "RT throttling: no thread may spin for more than {} ms of a second: keep the tick short",
                 runtime_us / 1000
             ));
         }

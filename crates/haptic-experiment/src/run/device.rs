@@ -245,8 +245,7 @@ impl SerialName {
         match (found.pop(), found.as_slice()) {
             (Some(link), []) => Ok(link),
             (None, _) => Err(Failure::Device(anyhow::anyhow!(
-                "no device answers at any of the {} serial ports: is it plugged in and flashed? An emulated \
-                 one is not found this way, give its path",
+                "no device answers at any of the {} serial ports: plug it in and flash it, or give its path",
                 ports.len()
             ))),
             (Some(last), others) => {

@@ -38,8 +38,8 @@ const MODELS: [(&str, &[Parameter]); 4] = [
     ("state_space", p::STATE_PLANT),
     ("measured_response", p::MEASURED_PLANT),
 ];
-const CHOICE: &str = "a plant file has one of [transfer_function], [device], [state_space], [measured_response], and perhaps [source]; \
-[intervals] beside [device]";
+const CHOICE: &str =
+    "a plant file has one of [transfer_function], [device], [state_space], [measured_response]";
 /// Intervals of a measured device, with its keys.
 const INTERVALS: &str = "intervals";
 

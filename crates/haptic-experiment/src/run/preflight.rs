@@ -166,8 +166,7 @@ impl PreflightVerdict {
                 false => format!("it does not meet Llewellyn's criterion, {}", coupler.needs()),
             };
             return (!(self.passive && coupler.llewellyn)).then(|| format!(
-                "pre-flight: stable with this device, hand and object, {}; {llewellyn}: for every hand and object the sampled \
-                 device needs {needed} and has {:.4} N·s/m",
+                "pre-flight: stable with this device, hand and object, {}; {llewellyn}: any others need {needed}, it has {:.4} N·s/m",
                 self.numbers(), coupler.damping_n_s_per_m
             ));
         }
@@ -177,8 +176,7 @@ impl PreflightVerdict {
         };
         (!self.passive).then(|| {
             format!(
-                "pre-flight: stable, but not passive, {}: {needed}; a hand or another device on it may make \
-                 it unstable",
+                "pre-flight: stable, but not passive, {}: {needed}; another hand may make it unstable",
                 self.numbers()
             )
         })

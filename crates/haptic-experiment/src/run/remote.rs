@@ -203,8 +203,7 @@ fn configuration(
     let us = schedule.sample_time_s * 1e6;
     if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
         return Err(Failure::bad_input(format_args!(
-            "sample time {} s is not a whole number of microseconds, which a device needs: change \
-             {SAMPLE_TIME}",
+            "sample time {} s is not a whole number of microseconds: change {SAMPLE_TIME}",
             Shown(schedule.sample_time_s)
         )));
     }

@@ -179,24 +179,21 @@ impl Safety {
             && jump > 0.0
         {
             return Err(Failure::bad_input(format_args!(
-                "jump {jump} m has no effect without a speed limit: give {SPEED_LIMIT} too, or leave \
-                 {JUMP} out",
+                "jump {jump} m has no effect without a speed limit: give {SPEED_LIMIT} too, or omit {JUMP}",
                 jump = Shown(jump)
             )));
         }
         let stuck = self.stuck_force_n.is_some_and(|force| force > 0.0);
         if let Some(time) = self.stuck_time_s.filter(|_| !stuck) {
             return Err(Failure::bad_input(format_args!(
-                "stuck time {time} s has no effect without a stuck force above 0 N: give {STUCK_FORCE} too, or leave \
-                 {STUCK_TIME} out",
+                "stuck time {time} s has no effect without a stuck force: give {STUCK_FORCE} too, or omit {STUCK_TIME}",
                 time = Shown(time)
             )));
         }
         let asked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
         if let Some(mass) = self.device_mass_kg.filter(|_| !asked) {
             return Err(Failure::bad_input(format_args!(
-                "device mass {mass} kg has no effect on a simulated device without the guard observer or braking: give \
-                 {} or {BRAKING} too, or leave {DEVICE_MASS} out",
+                "device mass {mass} kg has no effect on a simulated device: give {} or {BRAKING} too, or omit {DEVICE_MASS}",
                 GUARD.set_to(GuardChoice::Observer.name()),
                 mass = Shown(mass)
             )));
@@ -204,8 +201,7 @@ impl Safety {
         let bounded = self.guard == GuardChoice::EnergyBounding;
         if let Some(damping) = self.device_damping_n_s_per_m.filter(|_| !bounded) {
             return Err(Failure::bad_input(format_args!(
-                "device damping {damping} N·s/m has no effect on a simulated device without the guard energy-bounding: \
-                 give {} too, or leave {DEVICE_DAMPING} out",
+                "device damping {damping} N·s/m has no effect on a simulated device: give {} too, or omit {DEVICE_DAMPING}",
                 GUARD.set_to(GuardChoice::EnergyBounding.name())
             )));
         }
@@ -239,8 +235,7 @@ impl Safety {
         let with_device = self.with_device(known, real);
         if !real && with_device == self {
             return Err(Failure::bad_input(format_args!(
-                "a device file has no effect on the simulated rig, which has masses of its own, without a guard or braking: leave {DEVICE_MODEL} \
-                 out, or give {device_serial_path}, {GUARD} or {BRAKING} too",
+                "a device file has no effect on the simulated rig: omit {DEVICE_MODEL}, or give {device_serial_path}, {GUARD} or {BRAKING}",
                 device_serial_path = DEVICE.set_to("serial:PATH")
             )));
         }

@@ -1,7 +1,7 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
 use crate::document::failure::Failure;
-use crate::document::parameters::{SAMPLE_TIME, TRIAL_DURATION, range};
+use crate::document::parameters::{TRIAL_DURATION, range};
 use crate::run::realtime::RealtimeOptions;
 use fracdiff::parameter::Shown;
 use haptic_loop::ParameterError;
@@ -89,8 +89,7 @@ pub(crate) fn samples(
         return Ok(samples as u64);
     }
     Err(Failure::bad_input(format_args!(
-        "duration {} s at a sample time of {} s is {samples} samples, which is not in [{}, {:e}]: change {TRIAL_DURATION} \
-         or {SAMPLE_TIME}",
+        "duration {} s in steps of {} s is {samples} samples, not in [{}, {:e}]: change {TRIAL_DURATION}",
         Shown(duration_s),
         Shown(sample_time_s),
         allowed.start(),

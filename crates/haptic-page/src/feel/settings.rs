@@ -281,8 +281,7 @@ impl FeelSettings {
             let Some(number) = number else { continue };
             if let Some(model) = &next.model {
                 return Err(Failure::bad_input(format_args!(
-                    "`{name}` belongs to one spring-pot beside a spring, and this tissue is a {}: change `scale`, or \
-                     take another tissue",
+                    "`{name}` has no effect on a tissue that is a {}: change `scale`",
                     model.kind().name()
                 )));
             }

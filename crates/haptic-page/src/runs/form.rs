@@ -68,8 +68,7 @@ pub(super) fn simulated(remote: Option<&RemoteDevice>) -> Result<(), Failure> {
     match remote {
         None => Ok(()),
         Some(_) => Err(Failure::bad_input(
-            "the page runs experiments on the simulated device: for a serial one use the command line, as in \
-             `run FILE.toml`; its log is shown here",
+            "the page runs experiments on the simulated device: use the command line for another",
         )),
     }
 }

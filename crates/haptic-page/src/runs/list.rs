@@ -83,7 +83,7 @@ impl Listing {
     pub(super) fn find(&self, folder: &Path, name: &str) -> Result<(PathBuf, Seen), Failure> {
         logs(folder)?.remove(name).ok_or_else(|| {
             Failure::bad_input(format_args!(
-                "there is no log {name:?} in {}: it may have been deleted or moved; list the runs again",
+                "there is no log {name:?} in {}, deleted or moved: list the runs again",
                 folder.display()
             ))
         })

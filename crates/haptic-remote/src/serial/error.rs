@@ -130,8 +130,7 @@ impl fmt::Display for SerialError {
             ),
             Self::SilentSocket { path } => write!(
                 f,
-                "nobody answers at the socket {path}, which lets one program in at a time: close another one that has it \
-                 open, or start its emulator anew"
+                "nobody answers at the socket {path}, which lets one program in at a time: close another one"
             ),
             Self::Open { path, baud, reason } => {
                 write!(

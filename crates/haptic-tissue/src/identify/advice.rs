@@ -34,34 +34,38 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
     // The first sample of a motion is at rest.
     (compared + 1 < record.samples()).then(|| {
         format!(
-            "of {} samples {compared} are compared, half of them evenly in time and half evenly in its logarithm; the strain of all is taken",
+            "of {} samples {compared} are compared, spread over time; the strain of all is taken",
             record.samples()
         )
     })
 }
 
 fn at_ends(fit: &Fit) -> Vec<String> {
-    let ends = fit.parameters.iter().enumerate().filter_map(|(k, parameter)| {
-        let is_order = parameter.unit.is_empty();
-        // A parameter that was fixed has no correlation, not even with itself.
-        let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
-        let sentence = match (is_order, parameter.value) {
-            (false, _) if fixed => format!(
-                "`{}` has come to the end of its range: the record does not see this element, so take a model without it",
-                parameter.name
-            ),
-            (true, 0.0) => format!(
-                "`{}` is 0, the end of its range: this element is a spring",
-                parameter.name
-            ),
-            (true, 1.0) => format!(
-                "`{}` is 1, the end of its range: this element is a dashpot",
-                parameter.name
-            ),
-            _ => return None,
-        };
-        Some(sentence)
-    });
+    let ends = fit
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(k, parameter)| {
+            let is_order = parameter.unit.is_empty();
+            // A parameter that was fixed has no correlation, not even with itself.
+            let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
+            let sentence = match (is_order, parameter.value) {
+                (false, _) if fixed => format!(
+                    "`{}` is at the end of its range: take a model without this element",
+                    parameter.name
+                ),
+                (true, 0.0) => format!(
+                    "`{}` is 0, the end of its range: this element is a spring",
+                    parameter.name
+                ),
+                (true, 1.0) => format!(
+                    "`{}` is 1, the end of its range: this element is a dashpot",
+                    parameter.name
+                ),
+                _ => return None,
+            };
+            Some(sentence)
+        });
     ends.collect()
 }
 
@@ -69,8 +73,7 @@ fn at_ends(fit: &Fit) -> Vec<String> {
 fn together(fit: &Fit) -> Vec<String> {
     if fit.correlation.is_empty() {
         return vec![format!(
-            "the record does not settle the parameters of {}: other values fit as well; take a longer record or a model with fewer \
-             parameters",
+            "the record does not settle the parameters of {}: take a longer record or another model",
             fit.kind
         )];
     }
@@ -81,8 +84,7 @@ fn together(fit: &Fit) -> Vec<String> {
             let loose = [i, j].iter().any(|&k| !is_settled(&fit.parameters[k]));
             if correlation.abs() > ONE && loose {
                 said.push(format!(
-                    "the record cannot tell `{}` and `{}` apart (correlation {correlation:.4}): a longer record or a wider band \
-                     would",
+                    "the record cannot tell `{}` and `{}` apart (correlation {correlation:.4})",
                     names[j], names[i]
                 ));
             }
@@ -144,8 +146,8 @@ fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
 fn alike(fit: &Fit) -> Option<String> {
     (fit.neighbours > ALIKE).then(|| {
         format!(
-            "neighbouring residuals are correlated ({:.2}): the model misses an effect or the noise is slow, so the standard errors are \
-             too small; {BOOTSTRAP} gives wider intervals",
-            fit.neighbours)
+            "neighbouring residuals are alike (correlation {:.2}): intervals by {BOOTSTRAP} are wider",
+            fit.neighbours
+        )
     })
 }

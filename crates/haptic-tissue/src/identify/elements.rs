@@ -41,7 +41,7 @@ impl Candidate {
             return Ok(Self(kind));
         }
         Err(IdentifyError::Record(format!(
-            "{kind} is not fitted by itself: take the fractional model that it is a case of; one of {}",
+            "{kind} is not fitted by itself: take one of {}",
             CANDIDATES.map(ModelKind::name).join(", ")
         )))
     }

@@ -60,14 +60,12 @@ impl fmt::Display for IdentifyError {
                 parameters,
             } => write!(
                 f,
-                "{numbers} numbers are too few for the {parameters} parameters of {model}: give at least {}, or a model with fewer \
-                 parameters",
+                "{numbers} numbers are too few for the {parameters} parameters of {model}: give at least {}",
                 parameters + 1
             ),
             Self::NotConverged { model } => write!(
                 f,
-                "the fit of {model} found no minimum from any start: give another model, or check kind and units of \
-                 the record"
+                "the fit of {model} found no minimum from any start: give another model"
             ),
         }
     }

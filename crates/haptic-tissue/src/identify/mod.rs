@@ -190,7 +190,7 @@ fn identified(
         let lost = records - found.fitted;
         if lost > 0 {
             warnings.push(format!(
-                "{lost} of {records} records of the bootstrap could not be fitted and are left out of the intervals"
+                "{lost} of {records} records of the bootstrap could not be fitted and are left out"
             ));
         }
     }

@@ -62,8 +62,8 @@ impl Record {
         let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
             return Err(IdentifyError::Record(format!(
-                "the modulus grows with time, as only a compliance does: give {kind_creep}, or check the order of the columns",
-                kind_creep = KIND.set_to("creep")
+                "the modulus grows with time, as only a compliance does: give {}",
+                KIND.set_to("creep")
             )));
         }
         Ok(record)
@@ -76,9 +76,8 @@ impl Record {
         let record = Self::of_logarithms(RecordKind::Creep, time_s, compliance_per_pa, Vec::new())?;
         if record.growth() < -GROWTH {
             return Err(IdentifyError::Record(format!(
-                "the compliance falls with time, as only a relaxation modulus does: give {kind_relaxation}, or check the order \
-                 of the columns",
-                kind_relaxation = KIND.set_to("relaxation")
+                "the compliance falls with time, as only a relaxation modulus does: give {}",
+                KIND.set_to("relaxation")
             )));
         }
         Ok(record)
@@ -119,14 +118,14 @@ impl Record {
             .fold(0.0, f64::max);
         if range == 0.0 {
             return Err(IdentifyError::Record(format!(
-                "the strain stays at {}: give {kind_relaxation} and {STRAIN}, or begin the record before the motion",
+                "the strain stays at {}: give {} and {STRAIN}, or begin the record earlier",
                 Shown(strain[0]),
-                kind_relaxation = KIND.set_to("relaxation")
+                KIND.set_to("relaxation")
             )));
         }
         if strain[0].abs() > REST * range {
             return Err(IdentifyError::Record(format!(
-                "the strain begins at {}, not at rest: begin the record earlier, or subtract the strain at rest",
+                "the strain begins at {}, not at rest: begin the record earlier, or subtract it",
                 strain[0]
             )));
         }
@@ -281,7 +280,7 @@ fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
         Some(before) => Err(IdentifyError::Sample {
             index: before + 1,
             reason: format!(
-                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows, and keep one of equal ones",
+                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows",
                 x[before + 1],
                 x[before]
             ),
@@ -292,7 +291,7 @@ fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
 fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
     if values.len() > 1 && values.iter().all(|x| x.to_bits() == values[0].to_bits()) {
         return Err(IdentifyError::Record(format!(
-            "{what} is {} {unit} in every sample: nothing relaxes or creeps; check that this is the right column",
+            "{what} is {} {unit} in every sample: check that this is the right column",
             values[0]
         )));
     }

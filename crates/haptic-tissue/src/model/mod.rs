@@ -62,8 +62,7 @@ impl fmt::Display for ModelError {
             }
             Self::SameOrder(order) => write!(
                 f,
-                "both elements have the order {}: together they are one spring-pot; take that model, or two orders \
-                 that differ",
+                "both elements have the order {}: together they are one spring-pot",
                 Shown(*order)
             ),
             Self::OrdersExchanged(order, second_order) => write!(
@@ -80,9 +79,9 @@ impl fmt::Display for ModelError {
                     "{given} parameters are not those of the model {kind}, which has {names}"
                 )
             }
-            Self::Empty => f.write_str(
-                "a generalised Maxwell model needs `elastic_modulus_pa` above 0 Pa or at least one branch",
-            ),
+            Self::Empty => {
+                f.write_str("the model needs `elastic_modulus_pa` above 0 Pa, or a branch")
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
-use crate::parse::{whole, within};
+use crate::parse::{quantity, whole};
 use crate::picture::{of_teleoperation, of_theory, of_touch, of_trial};
 use clap::Args;
 use haptic_experiment::document::Document;
@@ -18,7 +18,7 @@ use haptic_figure::{FigureError, Picture};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::ROLL_LEAST;
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
-use haptic_quantity::{Bytes, Time, written};
+use haptic_quantity::written;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -41,15 +41,15 @@ pub(crate) struct RunArguments {
     #[arg(long, hide_short_help = true, help_heading = "Run")]
     force_unstable: bool,
     /// Time to wait for a serial device to appear [default: 0s]
-    #[arg(long, value_parser = within::<Time>(range::WAITS), hide_short_help = true, help_heading = "Run")]
-    wait: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS), hide_short_help = true, help_heading = "Run")]
+    wait: Option<f64>,
     #[command(flatten)]
     live: LiveArguments,
     #[command(flatten)]
     files: RunFiles,
     /// Start another log file at this size, as in 1GB
-    #[arg(long, value_name = "SIZE", value_parser = within::<Bytes>(ROLLS), hide_short_help = true, help_heading = "Run")]
-    roll: Option<Bytes>,
+    #[arg(long, value_name = "SIZE", value_parser = quantity("_bytes", ROLLS), hide_short_help = true, help_heading = "Run")]
+    roll: Option<f64>,
     /// Write the experiment to a file instead of running it
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], hide_short_help = true, help_heading = "Run")]
     write: Option<PathBuf>,
@@ -65,7 +65,7 @@ impl RunArguments {
             return write_text(file, &text, self.files.overwrite);
         }
         let request = &mut FolderRequest {
-            roll_bytes: self.roll.map(|size| size.0 as u64),
+            roll_bytes: self.roll.map(|size| size as u64),
             ..self
                 .files
                 .folder(document.kind().map_err(Failure::input)?)?
@@ -125,7 +125,7 @@ impl RunArguments {
                     "--wait has no effect on the simulated device: give --device too, or omit it",
                 ));
             }
-            experiment = experiment.with_patience(Duration::from_secs_f64(wait.0));
+            experiment = experiment.with_patience(Duration::from_secs_f64(wait));
         }
         if self.force_unstable {
             experiment = experiment.though_unstable()?;
@@ -161,7 +161,6 @@ fn promised(kept: bool, key: &str, what: &str, remedy: &str) -> Result<(), Failu
     }
 }
 
-/// How an experiment is conducted.
 struct Conducted<'a> {
     samples: u64,
     output: Output,
@@ -231,7 +230,6 @@ pub(crate) fn both_saved(table: Option<Failure>, picture: Option<Failure>) -> Re
     }
 }
 
-/// The failure of a log that lacks samples.
 pub(crate) fn lacks(dropped: u64, log: &str) -> Failure {
     Failure::DataLost(anyhow::anyhow!(
         "{dropped} samples are missing from the log {log}"
@@ -315,14 +313,12 @@ pub(crate) struct LiveArguments {
     foxglove: Option<SocketAddr>,
 }
 
-/// Reads an address.
 fn parse_address(text: &str) -> Result<SocketAddr, String> {
     text.parse()
         .map_err(|_| "not an address: give IP:PORT, as in 127.0.0.1:8765 or [::1]:8765".to_owned())
 }
 
 impl LiveArguments {
-    /// Opens the streams that were asked for, and says where.
     pub(crate) fn open(self, realtime: bool, output: Output) -> Result<LiveStreams, Failure> {
         let mut streams: Vec<Box<dyn Live>> = Vec::new();
         if let Some(address) = self.foxglove {

@@ -4,7 +4,7 @@ use crate::command::conduct::progress_bar;
 use crate::files::{Place, save_picture};
 use crate::options::{WithFiles, keys};
 use crate::output::{Output, warn};
-use crate::page::{Panel, linear, page};
+use crate::picture::{Panel, linear, page};
 use haptic_experiment::document::Document;
 use haptic_experiment::question::Question;
 use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};

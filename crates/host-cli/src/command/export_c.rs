@@ -3,7 +3,7 @@
 use crate::command::materials::library;
 use crate::files::TextFile;
 use crate::output::Output;
-use crate::parse::{choice, order, parse_scheme, rate, within};
+use crate::parse::{choice, of, order, parse_scheme, quantity, rate};
 use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, Law};
@@ -12,7 +12,7 @@ use haptic_experiment::parameters::range;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
-use haptic_quantity::{Area, Length, Time, digits, written};
+use haptic_quantity::{digits, written};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -33,14 +33,14 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     tissue: TissueArguments,
     /// Time between two samples
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
-    sample_time: Time,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    sample_time: f64,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
     /// How far back a full memory keeps its accuracy [default: 1h]
-    #[arg(long, value_parser = within::<Time>(range::MEMORIES))]
-    horizon: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::MEMORIES))]
+    horizon: Option<f64>,
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]
     precision: Precision,
@@ -51,7 +51,6 @@ pub(crate) struct Arguments {
     file: TextFile,
 }
 
-/// The operator that is exported.
 struct What<'a> {
     tissue: Option<&'a Tissue>,
     order: Order,
@@ -67,7 +66,7 @@ impl Arguments {
         let mu = of_tissue
             .or(self.order)
             .ok_or_else(|| Failure::bad_input("no order: give --order or --tissue"))?;
-        let t = Seconds(self.sample_time.0);
+        let t = Seconds(self.sample_time);
         rate(t, mu)?;
         let horizon = self.horizon_samples()?;
         let error_bound = match (&tissue, self.scheme) {
@@ -111,12 +110,10 @@ impl Arguments {
         }))
     }
 
-    /// The horizon, s.
     fn horizon_s(&self) -> f64 {
-        self.horizon.map_or(3600.0, |horizon| horizon.0)
+        self.horizon.unwrap_or(3600.0)
     }
 
-    /// The horizon in samples.
     fn horizon_samples(&self) -> Result<f64, Failure> {
         let full = matches!(self.scheme, Scheme::Full { .. });
         if self.horizon.is_some() && !full {
@@ -125,14 +122,14 @@ impl Arguments {
                 self.scheme
             )));
         }
-        let samples = self.horizon_s() / self.sample_time.0;
+        let samples = self.horizon_s() / self.sample_time;
         if !full || (1.0..=1e12).contains(&samples) {
             return Ok(samples);
         }
         Err(Failure::bad_input(format_args!(
             "horizon {} at a sample time of {} is {} samples, not 1 to 1e12: give --horizon, as in 1h",
             written("horizon_s", self.horizon_s()),
-            written("sample_time_s", self.sample_time.0),
+            written("sample_time_s", self.sample_time),
             digits(samples, 4)
         )))
     }
@@ -140,7 +137,7 @@ impl Arguments {
     /// The text, and the number of coefficients in it.
     fn header<F: CNumber>(&self, what: &What<'_>) -> Result<(String, usize), Failure> {
         let model = what.tissue.and_then(|tissue| tissue.material.composed());
-        let t = Seconds(self.sample_time.0);
+        let t = Seconds(self.sample_time);
         let operator: Operator<F> = operator(model, self.scheme, what.order, t, what.horizon)
             .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
         let list: OperatorList<F> = operator.list().ok_or_else(|| {
@@ -161,7 +158,7 @@ impl Arguments {
 
     /// Lines for the comment: what it is, its error, how it was made.
     fn notes(&self, what: &What<'_>) -> Vec<String> {
-        let (mu, t) = (what.order, self.sample_time.0);
+        let (mu, t) = (what.order, self.sample_time);
         let mut notes = match what.tissue {
             Some(tissue) => tissue.notes(&self.name, mu, t),
             None => vec![format!(
@@ -205,13 +202,12 @@ struct TissueArguments {
     tissue: Option<String>,
     #[arg(long, help = p::LIBRARY.help, value_name = "DIR", requires = "tissue", help_heading = "Tissue")]
     library: Option<PathBuf>,
-    #[arg(long, value_parser = within::<Area>(p::AREA.range()), help = p::AREA.help, default_value = p::AREA.shown, requires = "tissue", help_heading = "Tissue")]
-    area: Area,
-    #[arg(long, value_parser = within::<Length>(p::THICKNESS.range()), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, requires = "tissue", help_heading = "Tissue")]
-    thickness: Length,
+    #[arg(long, value_parser = of(p::AREA), help = p::AREA.help, default_value = p::AREA.shown, requires = "tissue", help_heading = "Tissue")]
+    area: f64,
+    #[arg(long, value_parser = of(p::THICKNESS), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, requires = "tissue", help_heading = "Tissue")]
+    thickness: f64,
 }
 
-/// A piece of tissue.
 struct Tissue {
     material: ModelledTissue,
     law: Law,
@@ -220,14 +216,13 @@ struct Tissue {
 }
 
 impl TissueArguments {
-    /// The piece, if one is asked for.
     fn resolve(&self) -> Result<Option<Tissue>, Failure> {
         let Some(name) = &self.tissue else {
             return Ok(None);
         };
         let library = library(self.library.as_deref())?;
         let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
-        let piece = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0));
+        let piece = Specimen::new(SquareMetres(self.area), Metres(self.thickness));
         let piece = piece
             .map_err(|error| Failure::input_with_advice(error, "change --area or --thickness"))?;
         let (stiffness, dissipation) =
@@ -238,8 +233,8 @@ impl TissueArguments {
                 stiffness,
                 dissipation,
             },
-            area_m2: self.area.0,
-            thickness_m: self.thickness.0,
+            area_m2: self.area,
+            thickness_m: self.thickness,
         }))
     }
 }
@@ -250,7 +245,6 @@ impl Tissue {
         self.material.composed().is_some()
     }
 
-    /// What the header is of.
     fn notes(&self, name: &str, order: Order, sample_time_s: f64) -> Vec<String> {
         let Law {
             stiffness,
@@ -274,7 +268,6 @@ impl Tissue {
         ]
     }
 
-    /// The options that made it.
     fn options(&self) -> String {
         format!(
             "--tissue {} --area {}m2 --thickness {}m",

@@ -7,11 +7,11 @@ use self::record::TableArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined, warn};
-use crate::parse::{one_of, whole, within};
+use crate::parse::{of, one_of, whole};
 use clap::Args;
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
-use haptic_quantity::{Area, Length, Strain, Stress, digits};
+use haptic_quantity::digits;
 use haptic_tissue::identify::table::Loading;
 use haptic_tissue::identify::{
     CANDIDATES, Fit, Identification, Options, RecordKind, Weighting, identify,
@@ -83,17 +83,17 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     table: TableArguments,
     /// Held strain of a relaxation
-    #[arg(long, value_parser = within::<Strain>(parameters::STRAIN.range()), help_heading = "Specimen")]
-    strain: Option<Strain>,
+    #[arg(long, value_parser = of(parameters::STRAIN), help_heading = "Specimen")]
+    strain: Option<f64>,
     /// Held stress of a creep test
-    #[arg(long, value_parser = within::<Stress>(parameters::STRESS.range()), help_heading = "Specimen")]
-    stress: Option<Stress>,
+    #[arg(long, value_parser = of(parameters::STRESS), help_heading = "Specimen")]
+    stress: Option<f64>,
     /// Area of the specimen, to turn force into stress
-    #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), help_heading = "Specimen")]
-    area: Option<Area>,
+    #[arg(long, value_parser = of(parameters::AREA), help_heading = "Specimen")]
+    area: Option<f64>,
     /// Thickness of the specimen, to turn position into strain
-    #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), help_heading = "Specimen")]
-    thickness: Option<Length>,
+    #[arg(long, value_parser = of(parameters::THICKNESS), help_heading = "Specimen")]
+    thickness: Option<f64>,
     #[command(flatten)]
     fit: FitArguments,
     #[command(flatten)]
@@ -135,10 +135,10 @@ impl Arguments {
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
         let loading = Loading {
-            strain: self.strain.map(|x| x.0),
-            stress_pa: self.stress.map(|x| x.0),
-            area_m2: self.area.map(|x| x.0),
-            thickness_m: self.thickness.map(|x| x.0),
+            strain: self.strain,
+            stress_pa: self.stress,
+            area_m2: self.area,
+            thickness_m: self.thickness,
         };
         let understood = self.table.read(&self.data, self.kind, loading)?;
         // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
@@ -265,7 +265,6 @@ impl Arguments {
     }
 }
 
-/// How well a model fits.
 fn quality(kind: RecordKind, fit: &Fit) -> Value {
     let rms = match kind {
         RecordKind::History => json!({"rms_residual_pa": fit.rms}),
@@ -274,7 +273,6 @@ fn quality(kind: RecordKind, fit: &Fit) -> Value {
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }
 
-/// Parameters by name.
 fn parameters(fit: &Fit) -> Value {
     let parameters = fit.parameters.iter().map(|own| {
         let parameter = json!({
@@ -289,7 +287,6 @@ fn parameters(fit: &Fit) -> Value {
     Value::Object(parameters.collect())
 }
 
-/// Where the record had samples.
 fn range(found: &Identification) -> ValidRange {
     let ends = |values: &[f64]| {
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);

@@ -301,7 +301,6 @@ fn reasons(summary: &LogSummary) -> Vec<String> {
     reasons
 }
 
-/// Ticks that tell of an earlier one, in words.
 fn stale(summary: &LogSummary) -> String {
     let flaws = &summary.flaws;
     let parts = [
@@ -332,7 +331,7 @@ fn advice(summary: &LogSummary) -> &'static str {
         .any(|record| record.name == RECOVERED);
     match (summary.complete, is_recovered) {
         (false, _) => "`host-cli log recover` saves what is there",
-        (true, true) => "it has all that `host-cli log recover` found, the rest is lost",
+        (true, true) => "it has all that `host-cli log recover` found, and what is missing is lost",
         (true, false) => "its file is undamaged: what is missing never reached it",
     }
 }

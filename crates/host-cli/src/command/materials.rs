@@ -2,11 +2,11 @@
 
 use crate::files::{PROGRAM, TextFile};
 use crate::output::{Output, warn};
-use crate::parse::{one_of, whole, within};
+use crate::parse::{one_of, quantity, whole};
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
-use haptic_quantity::{Time, written};
+use haptic_quantity::written;
 use haptic_tissue::{ExportFormat, Library, Material, MaxwellBranch, PronyFit, ValidRange};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -105,11 +105,11 @@ pub(crate) struct Export {
     #[arg(long, value_name = "N", value_parser = whole::<usize>(PronyFit::BRANCHES))]
     prony: Option<usize>,
     /// Longest time at which it holds
-    #[arg(long, value_parser = within::<Time>(range::MEMORIES), default_value = "1000s")]
-    horizon: Time,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::MEMORIES), default_value = "1000s")]
+    horizon: f64,
     /// Shortest time at which it holds
-    #[arg(long, value_parser = within::<Time>(range::MEMORIES), default_value = "1ms")]
-    shortest: Time,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::MEMORIES), default_value = "1ms")]
+    shortest: f64,
     /// table, ansys, abaqus or febio
     #[arg(long, value_parser = one_of(ExportFormat::ALL.map(|one| (one, one.name(), "")).to_vec()), default_value = "table")]
     format: ExportFormat,
@@ -124,7 +124,7 @@ impl Export {
         let material = self.folder.load()?.find(&self.name);
         let material = material.map_err(Failure::input)?;
         let branches = self.prony.unwrap_or(self.format.branches());
-        let fit = PronyFit::new(&material.model, branches, self.shortest.0, self.horizon.0)
+        let fit = PronyFit::new(&material.model, branches, self.shortest, self.horizon)
             .map_err(Failure::bad_input)?;
         let kind = material.model.kind();
         let citation = &material.source.citation;

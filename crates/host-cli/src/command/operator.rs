@@ -1,14 +1,13 @@
 //! `weights`: the impulse response of an operator; `differintegrate`: a column of a table to a fractional order.
 
 use crate::output::Output;
-use crate::parse::{order, parse_scheme, rate, sample_time_of, whole, within};
+use crate::parse::{order, parse_scheme, quantity, rate, sample_time_of, whole};
 use crate::table;
 use clap::Args;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
-use haptic_quantity::Time;
-use serde::Serialize;
+use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -29,26 +28,18 @@ pub(crate) struct Weights {
     #[arg(long, default_value_t = 10, value_parser = whole::<u64>(1..=10_000_000))]
     count: u64,
     /// Sample time, for a scheme with frequencies in Hz
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
-    sample_time: Option<Time>,
-}
-
-/// The result.
-#[derive(Serialize)]
-struct Response {
-    order: f64,
-    scheme: String,
-    weights: Vec<f64>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    sample_time: Option<f64>,
 }
 
 impl Weights {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mu = self.order;
         let count = usize::try_from(self.count).map_err(Failure::input)?;
-        let weights = if self.scheme == Scheme::Exact {
+        let weights: Vec<f64> = if self.scheme == Scheme::Exact {
             grunwald_weights(mu).take(count).collect()
         } else {
-            let t = sample_time_of(self.scheme, self.sample_time.map(|t| t.0))?;
+            let t = sample_time_of(self.scheme, self.sample_time)?;
             let rate = rate(t, mu)?;
             let operator: Operator<f64> = self
                 .scheme
@@ -61,17 +52,12 @@ impl Weights {
                 .map(|x| channel.step(x) / rate)
                 .collect()
         };
-        let result = Response {
-            order: mu.get(),
-            scheme: self.scheme.to_string(),
-            weights,
-        };
+        let scheme = self.scheme.to_string();
+        let result = json!({"order": mu.get(), "scheme": scheme, "weights": weights});
         output.text(&result, |out| {
             writeln!(out, "lag,weight")?;
-            for (lag, weight) in result.weights.iter().enumerate() {
-                writeln!(out, "{lag},{weight}")?;
-            }
-            Ok(())
+            let mut weights = weights.iter().enumerate();
+            weights.try_for_each(|(lag, weight)| writeln!(out, "{lag},{weight}"))
         })
     }
 }
@@ -87,8 +73,8 @@ pub(crate) struct Differintegrate {
     #[arg(long, value_parser = order())]
     order: Order,
     /// Time between two rows
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
-    sample_time: Time,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    sample_time: f64,
     /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
@@ -102,29 +88,15 @@ pub(crate) struct Differintegrate {
     file: Option<PathBuf>,
 }
 
-/// The result.
-#[derive(Serialize)]
-struct Signals {
-    order: f64,
-    scheme: String,
-    sample_time_s: f64,
-    x: Vec<f64>,
-    y: Vec<f64>,
-}
-
 impl Differintegrate {
     /// Runs the command. The whole input is read and checked before anything is printed.
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mu = self.order;
-        let t = Seconds(self.sample_time.0);
+        let t = Seconds(self.sample_time);
         rate(t, mu)?;
         let path = self.file.as_deref().unwrap_or(Path::new("-"));
-        let table = table::read(
-            path,
-            [self.column.as_str()],
-            "give --column the column to take",
-        )?;
-        let [x] = table.columns;
+        let remedy = "give --column the column to take";
+        let (_, [x]) = table::read(path, [self.column.as_str()], remedy)?;
         let y = differintegrate(self.scheme, mu, t, &x, if self.caputo { x[0] } else { 0.0 });
         let y = y.map_err(Failure::input)?;
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {
@@ -133,17 +105,17 @@ impl Differintegrate {
                 n + 1
             )));
         }
-        let result = Signals {
-            order: mu.get(),
-            scheme: self.scheme.to_string(),
-            sample_time_s: t.0,
-            x,
-            y,
-        };
+        let result = json!({
+            "order": mu.get(),
+            "scheme": self.scheme.to_string(),
+            "sample_time_s": t.0,
+            "x": x,
+            "y": y,
+        });
         output.text(&result, |out| {
             let mut table = csv::Writer::from_writer(out);
             table.write_record(["x", "y"]).map_err(as_io)?;
-            for row in result.x.iter().zip(&result.y) {
+            for row in x.iter().zip(&y) {
                 table.serialize(row).map_err(as_io)?;
             }
             table.flush()

@@ -2,12 +2,11 @@
 
 use crate::command::conduct::{ThreadArguments, progress_bar, stop_on_interrupt};
 use crate::output::Output;
-use crate::parse::{whole, within};
+use crate::parse::{quantity, whole};
 use clap::Args;
 use haptic_experiment::parameters::Range;
 use haptic_experiment::question::RtCheck;
 use haptic_experiment::{Failure, RealtimeOptions};
-use haptic_quantity::{Frequency, Time};
 use std::time::Duration;
 
 pub(crate) const LONG_ABOUT: &str = "\
@@ -26,11 +25,11 @@ const RATES: Range = Range::Within(1.0, 100e3);
 #[command(after_help = "Example: host-cli rt-check --duration 60s --busy 2")]
 pub(crate) struct Arguments {
     /// Time to measure each rate for
-    #[arg(long, value_parser = within::<Time>(DURATIONS), default_value = "5s")]
-    duration: Time,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", DURATIONS), default_value = "5s")]
+    duration: f64,
     /// A rate to measure; may be given more than once [default: 1kHz, 4kHz and 10kHz]
-    #[arg(long, value_name = "RATE", value_parser = within::<Frequency>(RATES))]
-    rate: Vec<Frequency>,
+    #[arg(long, value_name = "RATE", value_parser = quantity("_hz", RATES))]
+    rate: Vec<f64>,
     /// Threads of normal priority that keep processors busy meanwhile
     #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = whole::<u16>(0..=1024))]
     busy: u16,
@@ -45,11 +44,11 @@ impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let rates_hz = match &self.rate[..] {
             [] => vec![1e3, 4e3, 10e3],
-            rates => rates.iter().map(|rate| rate.0).collect(),
+            rates => rates.to_vec(),
         };
         let default = Some(RealtimeOptions::DEFAULT_PRIORITY);
         let check = RtCheck {
-            duration: Duration::from_secs_f64(self.duration.0),
+            duration: Duration::from_secs_f64(self.duration),
             rates_hz,
             thread: self.thread.options(default)?,
             busy: usize::from(self.busy),

@@ -21,9 +21,8 @@ names a controller file, whose controller moves the indenter.
 [wall]: the device hits the wall at impact_m_per_s and is pushed into it; the wall is stable if the device comes to rest (see `host-cli zwidth --help`). \
 A serial device is only pushed. must_be_stable = true: exit code 1 unless trial and analysis both say stable.
 
-[coupler]: the same with a virtual coupler damper + spring (T/(1-w))^mu between device and a simulated object. The sampled loop must be stable and \
-Llewellyn's criterion met: on a serial device a violation is refused without --force-unstable, on the simulated one it is a warning. A serial device \
-needs --loop host.
+[coupler]: the same with a virtual coupler damper + spring (T/(1-w))^mu between device and a \
+simulated object, by Llewellyn's criterion too. A serial device needs --loop host.
 
 [teleoperation]: a hand moves a master; a slave follows over a line with delay, jitter, loss and duplication, and touches a remote tissue or wall. All of \
 it is simulated; `host-cli teleoperate` runs the sides over UDP. must_be_passive = true: exit code 1 unless the line was passive.

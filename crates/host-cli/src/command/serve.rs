@@ -58,7 +58,6 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// Serves until Ctrl-C.
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let stop = stop_on_interrupt()?;
         let file = self.device.read()?;

@@ -4,7 +4,7 @@ use crate::command::conduct::{both_saved, drawn, lacks, stop_on_interrupt};
 use crate::files::RunFiles;
 use crate::options::{Options, keys};
 use crate::output::{Output, note, warn};
-use crate::parse::within;
+use crate::parse::quantity;
 use crate::picture::of_side;
 use clap::Args;
 use haptic_experiment::document::Document;
@@ -12,7 +12,7 @@ use haptic_experiment::experiment::teleoperation::{End, FarEnd, FarReport, Terms
 use haptic_experiment::judge::Published;
 use haptic_experiment::parameters::{SAMPLE_TIME, range};
 use haptic_experiment::{ExperimentFile, Failure, Supervisor, TeleoperationExperiment};
-use haptic_quantity::{Strain, Time, digits, written};
+use haptic_quantity::{digits, written};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
@@ -50,12 +50,12 @@ pub(crate) struct Arguments {
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
-    #[arg(long, value_parser = within::<Time>(range::WAITS), default_value = "60s")]
-    patience: Time,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS), default_value = "60s")]
+    patience: f64,
     /// Largest share of the ticks that this machine may skip
-    #[arg(long, value_parser = within::<Strain>(range::SHARES), value_name = "SHARE")]
+    #[arg(long, value_parser = quantity("", range::SHARES), value_name = "SHARE")]
     #[arg(default_value = "10%")]
-    skipped_most: Strain,
+    skipped_most: f64,
     #[command(flatten)]
     files: RunFiles,
 }
@@ -66,8 +66,8 @@ impl Arguments {
         let mut experiment = experiment(&document)?;
         experiment.force_unstable = self.force_unstable;
         let terms = Terms {
-            patience: Duration::from_secs_f64(self.patience.0),
-            skipped_most: self.skipped_most.0,
+            patience: Duration::from_secs_f64(self.patience),
+            skipped_most: self.skipped_most,
         };
         let end = self.end()?;
         let stop = stop_on_interrupt()?;
@@ -123,7 +123,7 @@ impl Arguments {
             (_, Some(text)) => Ok(End::Connect(address(text, "--connect")?)),
             (Some(text), None) => Ok(End::Listen(address(text, "--listen")?)),
             (None, None) => Err(Failure::bad_input(
-                "this side is missing: give --listen or --connect, as 127.0.0.1:4810",
+                "this side is missing: give --listen ADDRESS:PORT, or --connect ADDRESS:PORT",
             )),
         }
     }
@@ -138,7 +138,6 @@ fn experiment(document: &Document) -> Result<TeleoperationExperiment, Failure> {
     }
 }
 
-/// Draws and prints, and then tells what could not be written.
 fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure> {
     let Published {
         mut report,

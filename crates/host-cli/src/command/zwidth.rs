@@ -3,7 +3,7 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use crate::options::{WithFiles, keys};
 use crate::output::{Output, warn};
-use crate::page::{Panel, linear, logarithmic, page};
+use crate::picture::{Panel, linear, logarithmic, page};
 use haptic_experiment::document::Document;
 use haptic_experiment::question::{BoundaryPoint, Question};
 use haptic_experiment::{Failure, ZWidthReport};
@@ -60,7 +60,6 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
     })
 }
 
-/// Says what the points do not tell.
 fn warn_of(report: &ZWidthReport) {
     let points = report.orders.iter().flat_map(|order| &order.boundary);
     let searched = report.alpha_searched;

@@ -65,7 +65,7 @@ fn what_a_clock_cannot_do_is_refused() {
         "
         relax --realtime --priority 0 => 0 | 1 to 99 | --priority
         relax --priority 50 => --priority | --realtime
-        rt-check --rate 0 => rate 0 Hz is not from 1 to 100000 Hz: change --rate
+        rt-check --rate 0 => rate 0 Hz is not from 1 Hz to 100 kHz: change --rate
         ",
     );
 }

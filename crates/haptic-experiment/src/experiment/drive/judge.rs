@@ -37,8 +37,7 @@ impl DriveReport {
         let mut warnings = Vec::new();
         if self.saturated_samples > 0 {
             warnings.push(format!(
-                "the drive was at its limit of {} N in {} samples: raise {DRIVE_FORCE_LIMIT}, or take a slower ramp or \
-                 another {CONTROLLER}",
+                "the drive was at its limit of {} N in {} samples: raise {DRIVE_FORCE_LIMIT}, or change {CONTROLLER}",
                 self.drive_force_limit_n, self.saturated_samples
             ));
         }

@@ -48,7 +48,9 @@ impl TeleoperationVerdict {
             Self::HeldForcesGaveEnergy => {
                 "held forces gave more than the damping of the devices took"
             }
-            Self::Saturated => "a force was at its limit",
+            Self::Saturated => {
+                "a force was at its limit of {} N: soften the coupler, or take a passive {ARCHITECTURE}"
+            }
             Self::Silent => "a side heard nothing for too long",
             Self::Unfinished => "the run did not finish",
         }
@@ -338,15 +340,13 @@ impl TeleoperationExperiment {
         }
         if verdict == TeleoperationVerdict::GaveEnergy {
             warnings.0.push(format!(
-                "the line gave {:.3e} J: a hand that holds less tightly may be shaken; {ARCHITECTURE} wave or time-domain \
-                 gives none at any delay",
+                "the line gave {:.3e} J: a loose hand may be shaken; {ARCHITECTURE} wave or time-domain gives none",
                 judged.given_most_j
             ));
         }
         if verdict == TeleoperationVerdict::HeldForcesGaveEnergy {
             warnings.0.push(format!(
-                "forces held over a sample gave the devices {:.3e} J more than their damping took: take a shorter \
-                 {SAMPLE_TIME}, a softer coupler, or devices with more damping",
+                "forces held over a sample gave {:.3e} J more than damping took: shorten {SAMPLE_TIME}, soften the coupler",
                 judged.beyond_damping_most_j
             ));
         }

@@ -135,8 +135,7 @@ impl Design {
             ));
         } else if self.gain_margin.is_none() && self.wish == Wish::StiffestWall && acts_at_once {
             notes.push(
-                "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order, \
-                 so you may choose the order freely"
+                "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order"
                     .to_owned(),
             );
         }

@@ -625,8 +625,7 @@ impl Measured {
                 std::mem::swap(&mut found, &mut other);
             }
             found.warnings.push(format!(
-                "the motion does not tell mass and current lag apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; the intervals \
-                 hold both. Add a mass that you know and measure again, or take the lag from the motor's data",
+                "mass and current lag are not told apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; add a known mass",
                 1e3 * found.mass_kg.value,
                 1e3 * found.current_lag_s.value,
                 1e3 * other.mass_kg.value,
@@ -654,8 +653,7 @@ impl Measured {
         let lost = self.lost_samples;
         if lost * LOST_NOTABLE >= ticks && lost > 0 {
             self.warnings.push(format!(
-                "{lost} of {ticks} samples were lost, and what the line lost on its way to the device nobody counted: free the machine or \
-                 the line, or give a longer {MEASURE_SAMPLE_TIME}"
+                "{lost} of {ticks} samples were lost: free the machine or the line, or lengthen {MEASURE_SAMPLE_TIME}"
             ));
         }
         let (left, expected) = (self.residual_rms_m, self.expected_residual_rms_m);
@@ -664,8 +662,7 @@ impl Measured {
         let unexplained = left > UNEXPLAINED * expected || self.residual_correlation > GOES_ON;
         if unexplained && left > UNNOTICED_M {
             self.warnings.push(format!(
-                "the model is off by {:.3} µm rms, of which the sensor explains {:.3} µm: a line that loses frames, play, friction that \
-                 changes with the place, or a hand that moves; the intervals allow for it as far as it comes and goes",
+                "the model is off by {:.3} µm rms, of which the sensor explains {:.3} µm: play, or lost frames",
                 1e6 * left,
                 1e6 * expected.min(sensed)
             ));

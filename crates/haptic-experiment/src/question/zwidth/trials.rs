@@ -307,8 +307,7 @@ fn followed(
                     return Ok(Trial::Whole(motion));
                 }
                 return Ok(Trial::Unjudged(Failure::DataLost(anyhow::anyhow!(
-                    "{path}: samples of a trial are missing, {TRIES} times in a row (the last came to number {} of {samples}), so it cannot be \
-                     judged: use a faster or better line, or a longer sample time",
+                    "{path}: samples of a trial are missing {TRIES} times in a row ({} of {samples} came): use a better line",
                     motion.len()
                 ))));
             }

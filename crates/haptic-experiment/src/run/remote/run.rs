@@ -212,8 +212,7 @@ impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
         let dynamics = self.wanted.dynamics.or_else(|| simulated.then(asked));
         let Some(dynamics) = dynamics else {
             warn(&format!(
-                "pre-flight: skipped, the mass and damping of the device are not known: give {DEVICE_MASS} \
-                 and {DEVICE_DAMPING}"
+                "pre-flight: skipped, the device is unknown: give {DEVICE_MASS} and {DEVICE_DAMPING}"
             ));
             return Ok(None);
         };

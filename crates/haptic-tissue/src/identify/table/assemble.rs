@@ -84,7 +84,7 @@ impl Columns {
             .find(|value| self.chosen.contains(&value.0));
         if let (Ok(_), Some((column, name, _))) = (&record, unused) {
             return Err(IdentifyError::Record(format!(
-                "the column {name} has no effect on a record of kind {}: omit {COLUMNS} {}=, or give another {KIND}",
+                "column {name} has no effect on a record of kind {}: omit {COLUMNS} {}=",
                 kind.name(),
                 column.name()
             )));
@@ -147,7 +147,7 @@ impl Columns {
             let Some(size) = size else { continue };
             if !(size > 0.0 && size.is_finite()) {
                 return Err(IdentifyError::Record(format!(
-                    "{parameter} {size} {unit} is not above 0 {unit} and finite: give the size of the specimen",
+                    "{parameter} {size} {unit} is not above 0 {unit} and finite: change it",
                     size = Shown(size)
                 )));
             }
@@ -162,7 +162,7 @@ impl Columns {
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else {
                 return Err(IdentifyError::Record(format!(
-                    "{parameter} has no effect without a column {}: omit it, or name the column by {COLUMNS} {}=",
+                    "{parameter} has no effect without a column {}: name it by {COLUMNS} {}=",
                     from.header(),
                     from.name()
                 )));
@@ -213,24 +213,17 @@ impl Columns {
 
     /// Columns that make no record, with what is missing.
     fn no_record(&self) -> IdentifyError {
-        let missing = if self.has(Column::Time)
-            && (self.has(Column::Stress) || self.has(Column::Force))
-        {
-            &format!("give {STRAIN}, the held strain of a relaxation, or a column of the strain")
-        } else if self.has(Column::Time) && (self.has(Column::Strain) || self.has(Column::Position))
-        {
-            &format!("give {STRESS}, the held stress of a creep test, or a column of the stress")
-        } else {
-            &format!(
-                "a record has time_s and relaxation_modulus_pa, creep_compliance_per_pa, or strain and stress_pa; or omega_rad_s, \
-             storage_modulus_pa and loss_modulus_pa; name other columns by {COLUMNS}, as in time=1,modulus=3"
-            )
+        let has = |column| self.has(column);
+        let found = match self.names() {
+            names if names.is_empty() => "none that is known".to_owned(),
+            names => names,
         };
-        let names = self.names();
-        let found = if names.is_empty() {
-            "none that is known".to_owned()
+        let missing = if has(Column::Time) && (has(Column::Stress) || has(Column::Force)) {
+            format!("give {STRAIN}, the held strain of a relaxation")
+        } else if has(Column::Time) && (has(Column::Strain) || has(Column::Position)) {
+            format!("give {STRESS}, the held stress of a creep test")
         } else {
-            names
+            format!("name them by {COLUMNS}, as in time=1,modulus=3")
         };
         IdentifyError::Record(format!(
             "the columns make no record, found {found}: {missing}"
@@ -239,19 +232,21 @@ impl Columns {
 
     /// A column that the kind needs, or what to do.
     fn need(&mut self, column: Column, kind: RecordKind) -> Result<Vec<f64>, IdentifyError> {
-        let names = self.names();
-        self.take(column).ok_or_else(|| {
-            let size = match column {
-                Column::Stress if names.contains("(force)") => &format!(", or {AREA} to turn the force into one"),
-                Column::Strain if names.contains("(position)") => &format!(", or {THICKNESS} to turn the position into one"),
-                _ => "",
-            };
-            IdentifyError::Record(format!(
-                "kind {} needs a column {}, and there is {names}: give another {KIND}, name the column by {COLUMNS} {}={size}",
-                kind.name(),
-                column.header(),
-                column.name()))
-        })
+        if let Some(taken) = self.take(column) {
+            return Ok(taken);
+        }
+        let size = match column {
+            Column::Stress if self.has(Column::Force) => format!(", or give {AREA}"),
+            Column::Strain if self.has(Column::Position) => format!(", or give {THICKNESS}"),
+            _ => String::new(),
+        };
+        Err(IdentifyError::Record(format!(
+            "kind {} needs a column {}, found {}: name it by {COLUMNS} {}={size}",
+            kind.name(),
+            column.header(),
+            self.names(),
+            column.name()
+        )))
     }
 
     /// A column that needs no held value.
@@ -287,9 +282,8 @@ impl Columns {
         let stress = self.need(Column::Stress, kind)?;
         if let Some(strain) = loading.strain.filter(|strain| strain.abs() > 1.0) {
             return Err(IdentifyError::Record(format!(
-                "{STRAIN} {share} is {} %, too much for a linear model: give it as a share, as 0.05 or 5%",
-                Shown(100.0 * strain),
-                share = Shown(strain)
+                "{STRAIN} {} is too much for a linear model: give a share, as 0.05 or 5%",
+                Shown(strain)
             )));
         }
         let strain = held(loading.strain, self.take(Column::Strain), STRAIN, "")?;
@@ -364,20 +358,20 @@ fn held(
         && !(stays && (given - mean).abs() <= STAYS * mean.abs())
     {
         return Err(IdentifyError::Record(format!(
-            "{name} {given}{unit} contradicts its column: omit it, or begin the record where the column stays, with {FROM}",
-            given = Shown(given)
+            "{name} {}{unit} contradicts its column: omit it, or cut the record with {FROM}",
+            Shown(given)
         )));
     }
     let value = given.or(mean.filter(|_| stays));
     match value {
         Some(value) if value.is_finite() && value != 0.0 => Ok(value),
         Some(value) => Err(IdentifyError::Record(format!(
-            "{name} {value}{unit} is not finite and other than 0{unit}: give the value that was held",
-            value = Shown(value)
+            "{name} {}{unit} is not finite and other than 0{unit}: change it",
+            Shown(value)
         ))),
         None => Err(IdentifyError::Record(format!(
-            "{name} is not known, or varies by more than 1 %: give the value that was held, or {kind_record} for any motion",
-            kind_record = KIND.set_to("record")
+            "{name} is unknown, or varies by more than 1 %: give it, or {}",
+            KIND.set_to("record")
         ))),
     }
 }

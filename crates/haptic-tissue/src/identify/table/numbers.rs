@@ -92,10 +92,7 @@ impl Reader {
         if !numbered {
             return Err(wrong(
                 table.header_line,
-                &format!(
-                    "there is no header: add one, as time_s,relaxation_modulus_pa, or name the columns by {COLUMNS}, as in \
-                 time=1,modulus=2"
-                ),
+                &format!("there is no header: add one, or give {COLUMNS}, as in time=1,modulus=2"),
             ));
         }
         let names = (1..=table.header.len())
@@ -142,7 +139,7 @@ impl Reader {
                     return Err(wrong(
                         table.header_line,
                         &format!(
-                            "the columns {} and {name} both look like {}: say which by {COLUMNS} {}=NAME",
+                            "the columns {} and {name} both look like {}: give {COLUMNS} {}=NAME",
                             found[other].name,
                             column.name(),
                             column.name()
@@ -222,7 +219,7 @@ impl Reader {
                 };
                 if own.is_some_and(|own| (own / given - 1.0).abs() > 1e-9) {
                     return Err(IdentifyError::Record(format!(
-                        "column {} names its own unit: omit {}={unit} of {UNITS}, or correct the header",
+                        "column {} names its own unit: omit {}={unit} of {UNITS}",
                         f.name,
                         f.column.name()
                     )));

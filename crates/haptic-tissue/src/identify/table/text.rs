@@ -245,7 +245,7 @@ fn place_of(name: &str, header: &[&str]) -> Result<usize, String> {
 /// Why a row is wider than its header.
 pub(super) fn too_many(row: &StringRecord, width: usize) -> String {
     format!(
-        "{} cells under a header of {width}: is a comma meant as a decimal point? Then separate cells by tabs or semicolons",
+        "{} cells under a header of {width}: separate cells by semicolons beside decimal commas",
         row.len()
     )
 }

@@ -265,7 +265,7 @@ const REFUSED: &[(&str, Option<RecordKind>, &[&str])] = &[
     (
         "time_s,relaxation_modulus_pa\n1,4,5\n",
         None,
-        &["line 2", "3 cells under a header of 2", "decimal point"],
+        &["line 2", "3 cells under a header of 2", "decimal commas"],
     ),
     (
         "Time [Pa],Modulus\n1,5\n",

@@ -4,7 +4,7 @@ use super::resolved::{HORIZON, logarithmic, path, path_result};
 use crate::files::Place;
 use crate::options::{Given, Options, WithFiles, keys};
 use crate::output::{Output, joined};
-use crate::page::{Panel, linear, logarithmic as axis, page};
+use crate::picture::{Panel, linear, logarithmic as axis, page};
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Coupler, Effective, Environment, LeastDamping, LoopOperator};
 use haptic_experiment::Failure;
@@ -18,7 +18,6 @@ use haptic_experiment::run::DeviceValues;
 use haptic_figure::{FigureError, Look, Picture};
 use serde_json::{Value, json};
 
-/// The virtual environment and the frequencies.
 struct Wall {
     environment: Environment,
     scheme: Scheme,
@@ -35,8 +34,7 @@ impl Wall {
         let low = given.number(&OMEGA_MIN).unwrap_or(high * 1e-3);
         if !(low > 0.0 && low < high && high <= nyquist) {
             return Err(Failure::bad_input(format_args!(
-                "frequencies {low} to {high} rad/s are not inside 0 to {nyquist} rad/s, lowest first: \
-                 change --omega-min, --omega-max or --sample-time"
+                "{low} to {high} rad/s are not in 0 to {nyquist}: change --omega-min or --omega-max"
             )));
         }
         let count = given.count(&POINTS, 2..=100_000)? as usize;
@@ -54,7 +52,6 @@ impl Wall {
     }
 }
 
-/// Effective stiffness and damping of the environment.
 pub(super) fn environment(
     asked: WithFiles<keys::Environment>,
     output: Output,
@@ -71,7 +68,6 @@ pub(super) fn environment(
     report(&points, &wall, json!({}), place, title, output)
 }
 
-/// The same of the closed loop, beside the continuous one.
 pub(super) fn transparency(
     asked: WithFiles<keys::Transparency>,
     output: Output,
@@ -196,7 +192,6 @@ fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureErr
     page(title, &subtitle, 2, &panels)
 }
 
-/// The damping that a virtual coupler needs.
 pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Result<(), Failure> {
     let given = options.given()?;
     let (mu, scheme) = (given.order()?, given.scheme()?);
@@ -239,7 +234,7 @@ pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Resu
         "passive": passive,
         "passive_reason": passive.is_none().then_some("give --damping to know"),
         "reason": required.is_none().then(|| format!(
-            "the coupler itself is active at theta = {worst_theta:.6}: no damping of the device makes the port passive"
+            "the coupler itself is active at theta = {worst_theta:.6}: no damping is enough"
         )),
     }))
 }

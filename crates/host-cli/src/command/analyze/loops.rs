@@ -3,7 +3,7 @@
 use super::resolved::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
 use crate::options::{Options, WithFiles, keys};
 use crate::output::{Output, joined};
-use crate::page::{Panel, Points, linear, logarithmic as axis, page};
+use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
 use haptic_analysis::{AnalysisError, Largest, OnePort, StabilityRegion};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::SENSITIVITY_POINTS;
@@ -11,7 +11,6 @@ use haptic_figure::{FigureError, Look, Picture};
 use serde_json::json;
 use std::f64::consts::PI;
 
-/// Is this wall stable on this device, and by how much?
 pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<(), Failure> {
     let resolved = resolve(&options.given()?, Wall::Needed)?;
     let parameters = resolved.parameters;
@@ -49,7 +48,6 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
     ))
 }
 
-/// The damping that a wall needs to be passive.
 pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<(), Failure> {
     let resolved = resolve(&options.given()?, Wall::Needed)?;
     let parameters = resolved.parameters;
@@ -78,7 +76,7 @@ pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<
         "worst_theta": required.worst_theta,
         "passive": delta.map(|delta| required.passive(delta)),
         "passive_reason": match (required.negative_at_rest, delta) {
-            (true, _) => Some("at rest a negative spring, alpha + beta P(1) < 0: no damping is enough"),
+            (true, _) => Some("a negative spring at rest: no damping is enough"),
             (false, None) => Some("give --delta or --damping to know"),
             _ => None,
         },
@@ -100,7 +98,6 @@ pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<
 /// Points on the boundary of a region.
 const POINTS: usize = 1000;
 
-/// All walls that are stable on a device.
 pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(), Failure> {
     let mut place = asked.files.look("region", &[])?;
     let resolved = resolve(&asked.options.given()?, Wall::Sought)?;
@@ -179,7 +176,6 @@ fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, Fig
     page("Stable walls", &subtitle, 1, &[panel])
 }
 
-/// How much a loop amplifies errors of its model at each frequency.
 pub(super) fn sensitivity(
     asked: WithFiles<keys::Sensitivity>,
     output: Output,

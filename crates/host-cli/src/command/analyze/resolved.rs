@@ -56,7 +56,6 @@ pub(super) enum Wall {
     Sought,
 }
 
-/// Checks and gathers a loop, with units or without.
 pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure> {
     let mu = given.order()?;
     let file = given.device()?.map(|file| file.values);
@@ -64,13 +63,12 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
     let with_units = file.is_some() || WITH_UNITS.iter().any(|parameter| given.has(parameter));
     if without_units && with_units {
         return Err(Failure::bad_input(
-            "the loop is given both without units and with them: give either --alpha --beta --delta --gamma, or \
-             --mass --damping --hand-stiffness (or --device-model) --sample-time --stiffness --dissipation",
+            "the loop has units and has none: omit --alpha, --beta, --delta and --gamma",
         ));
     }
     let missing = |parameter: &Parameter| {
         Failure::bad_input(format_args!(
-            "{parameter} is missing: give --alpha and --beta, or --mass, --sample-time, --stiffness and --dissipation"
+            "{parameter} is missing: give --alpha and --beta, or --mass, --sample-time and the wall"
         ))
     };
     let needed = |parameter: &Parameter| match (given.number(parameter), wall) {
@@ -138,13 +136,11 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
 }
 
 impl ResolvedLoop {
-    /// The device as the loop sees it.
     pub(super) fn plant(&self) -> Result<SampledPlant, Failure> {
         let Nondimensional { delta, gamma, .. } = self.parameters;
         SampledPlant::behind(delta, gamma, self.path).map_err(Failure::input)
     }
 
-    /// The loop.
     pub(super) fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
         let Nondimensional { alpha, beta, .. } = self.parameters;
         SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(Failure::input)
@@ -190,7 +186,7 @@ pub(super) fn path(
     let in_samples = given.number(&DELAY_SAMPLES);
     if in_samples.is_some() && given.has(&ANALYSED_DELAY) {
         return Err(Failure::bad_input(
-            "the delay is given both in samples and in seconds: give either --delay-samples or --delay",
+            "the delay is given in samples and in seconds: omit --delay-samples or --delay",
         ));
     }
     let samples = |parameter: &Parameter, of_file: fn(&DeviceValues) -> f64| {
@@ -211,7 +207,6 @@ pub(super) fn path(
     ForcePath::new(delay, lag).map_err(analysed)
 }
 
-/// Delay and lag in a result; times are null without a sample time.
 pub(super) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value {
     json!({
         "delay_samples": path.delay_samples(),
@@ -221,7 +216,6 @@ pub(super) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value 
     })
 }
 
-/// Amplitude ratio in decibel.
 pub(crate) fn decibel(magnitude: f64) -> f64 {
     20.0 * magnitude.log10()
 }

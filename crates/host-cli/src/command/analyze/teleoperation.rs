@@ -4,7 +4,7 @@ use super::resolved::logarithmic;
 use crate::command::materials::library;
 use crate::options::{Given, WithFiles, keys};
 use crate::output::Output;
-use crate::page::{Panel, Points, linear, logarithmic as axis, page};
+use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
@@ -38,7 +38,6 @@ rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the i
 
 time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
 
-/// A question with its tissue.
 struct Question {
     hands: Teleoperation,
     omegas: Vec<f64>,
@@ -46,7 +45,6 @@ struct Question {
     environment: Vec<Complex<f64>>,
 }
 
-/// Is it stable, up to which delay, and what is felt?
 pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<(), Failure> {
     let given = asked.options.given()?;
     let files = asked.files;
@@ -56,7 +54,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
     };
     if asked.architecture == Architecture::TimeDomain {
         return Err(Failure::bad_input(
-            "time-domain is not a linear law: analyze its coupler with --architecture position-position",
+            "time-domain is not a linear law: give --architecture position-position",
         ));
     }
     asked.all_act()?;
@@ -151,7 +149,6 @@ struct Point {
     llewellyn_ratio: f64,
 }
 
-/// What was asked.
 struct Asked {
     given: Given,
     architecture: Architecture,
@@ -176,7 +173,6 @@ impl Asked {
         self.given.number(parameter).unwrap_or_default()
     }
 
-    /// Refuses options that would have no effect.
     fn all_act(&self) -> Result<(), Failure> {
         let refuse = |parameters: &[&p::Parameter], why: &str| {
             let mut given = parameters
@@ -209,7 +205,7 @@ impl Asked {
         let most = 0.5 / self.number(&p::SAMPLE_TIME);
         if !(low > 0.0 && low < high && high <= most) {
             return Err(Failure::bad_input(format_args!(
-                "frequencies {low} to {high} Hz are not inside 0 to {most} Hz, lowest first: change --low, --high or --sample-time"
+                "{low} to {high} Hz are not in 0 to {most} Hz: change --low, --high or --sample-time"
             )));
         }
         let folder = Some(self.given.text(&p::LIBRARY)).filter(|folder| !folder.is_empty());
@@ -242,7 +238,6 @@ impl Asked {
         })
     }
 
-    /// Devices and line.
     fn hands(&self) -> Result<Teleoperation, Failure> {
         let order = Order::new(self.number(&p::HAND_COUPLER_ORDER)).map_err(Failure::input)?;
         let coupler = HandCoupler {
@@ -306,8 +301,7 @@ impl Asked {
         }
         if found.is_empty() {
             return Err(Failure::bad_input(
-                "no coupler that was tried is stable with every hand and place: take more damping of the devices, a shorter \
-                 --line-delay or --sample-time, or --architecture wave",
+                "no coupler is stable with every hand and place: shorten --line-delay or --sample-time",
             ));
         }
         Ok(found)
@@ -335,7 +329,6 @@ impl Question {
     }
 }
 
-/// What is drawn.
 struct Shown<'a> {
     architecture: &'static str,
     tissue: String,

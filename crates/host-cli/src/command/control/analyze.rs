@@ -46,7 +46,6 @@ const COLUMNS: [&str; 5] = [
     "complementary_db",
 ];
 
-/// Frequency, gain and phase of the open loop.
 fn open(point: &LoopPoint) -> (f64, f64, f64) {
     let gain_db = decibel(point.open.norm());
     (point.omega_rad_s, gain_db, point.phase_rad.to_degrees())
@@ -167,7 +166,6 @@ fn pole(pole: &Complex<f64>) -> Value {
     })
 }
 
-/// The verdict on a stable loop, and what would end that.
 fn stable(margins: &Margins) -> String {
     let at = |crossing: &Crossing| format!("(at {} rad/s)", digits(crossing.omega_rad_s, 4));
     let times = |gain: Crossing, words| format!("{} {words} {}", digits(gain.value, 4), at(&gain));

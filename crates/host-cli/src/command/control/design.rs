@@ -10,7 +10,7 @@ use super::loops::{
 use super::words::refused;
 use crate::files::{Files, PROGRAM, Place, save_picture};
 use crate::output::Output;
-use crate::parse::{in_range, number_within, within};
+use crate::parse::{in_range, quantity};
 use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
@@ -19,9 +19,9 @@ use fractional_control::design::{ControlAnswer, ControlDesign};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::{Bound, Specification};
 use haptic_experiment::document::{ControllerFile, ControllerOrigin};
-use haptic_experiment::parameters::range;
+use haptic_experiment::parameters::{Range, range};
 use haptic_experiment::{Failure, parameters};
-use haptic_quantity::{Angle, AngularFrequency, QuantityError, Time, digits, parse_number};
+use haptic_quantity::{digits, parse_for_key};
 
 pub(super) const LONG_ABOUT: &str = "\
 Tunes a PI^lambda D^mu. It meets crossover and phase margin exactly, makes the phase flat there (so that the overshoot stays the same \
@@ -32,6 +32,9 @@ Exit code 1 if a wish is missed by more than 1 %; the report says which, and by 
 
 /// Samples in the time 1/crossover, if no sample time is given.
 const SAMPLES_A_RADIAN: f64 = 50.0;
+
+/// Angles; that of the phase margin is judged in degrees, by the tuning.
+const ANGLES: Range = Range::Within(f64::MIN, f64::MAX);
 
 /// Arguments of `control design`.
 #[derive(Debug, Args)]
@@ -45,8 +48,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     wishes: WishArguments,
     /// Sample time [default: about 1/(50 crossover)]
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), help_heading = "Controller")]
-    sample_time: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES), help_heading = "Controller")]
+    sample_time: Option<f64>,
     /// Scheme: full or full-bdf2, each with :TOLERANCE
     #[arg(long, value_parser = controller_scheme, default_value = parameters::CONTROLLER_SCHEME.shown, help_heading = "Controller")]
     scheme: Scheme,
@@ -54,11 +57,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits, help_heading = "Controller")]
     output_limits: Option<Limits>,
     /// Height of the simulated step
-    #[arg(long, value_parser = number_within(range::NUMBERS), default_value = "1")]
+    #[arg(long, value_parser = quantity("", range::NUMBERS), default_value = "1")]
     step: f64,
     /// Length of the steps [default: 60 times 1/crossover]
-    #[arg(long, value_parser = within::<Time>(range::DURATIONS))]
-    duration: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::DURATIONS))]
+    duration: Option<f64>,
     #[command(flatten)]
     files: Files,
 }
@@ -68,11 +71,11 @@ pub(crate) struct Arguments {
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
     /// Crossover in rad/s or Hz: about 1.3/rise time
-    #[arg(long, value_parser = within::<AngularFrequency>(range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY")]
-    crossover: AngularFrequency,
+    #[arg(long, value_parser = quantity("_rad_s", range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY")]
+    crossover: f64,
     /// Phase margin, as in 60deg
-    #[arg(long, value_name = "ANGLE", default_value = "60deg")]
-    phase_margin: Angle,
+    #[arg(long, value_name = "ANGLE", value_parser = quantity("_rad", ANGLES), default_value = "60deg")]
+    phase_margin: f64,
     /// Do not make the phase flat: the overshoot may then change with the gain
     #[arg(long)]
     not_flat: bool,
@@ -98,17 +101,16 @@ impl WishArguments {
             disturbance: self.disturbance,
             sensitivity_peak: self.sensitivity_peak,
             complementary_peak: self.complementary_peak,
-            ..Specification::new(self.crossover.0, self.phase_margin.0)
+            ..Specification::new(self.crossover, self.phase_margin)
         }
     }
 
-    /// The wishes as a line of the controller file.
     fn words(&self) -> String {
         let mut words = vec![
-            format!("crossover {} rad/s", digits(self.crossover.0, 4)),
+            format!("crossover {} rad/s", digits(self.crossover, 4)),
             format!(
                 "phase margin {}°",
-                digits(self.phase_margin.0.to_degrees(), 4)
+                digits(self.phase_margin.to_degrees(), 4)
             ),
         ];
         if !self.not_flat {
@@ -145,7 +147,6 @@ fn round_down(time_s: f64) -> f64 {
     format!("{time_s:.0e}").parse().unwrap_or(time_s)
 }
 
-/// The sample time that goes with a crossover.
 fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
     let time = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
     let [low, high] = range::SAMPLE_TIMES.ends().map(time);
@@ -207,9 +208,9 @@ impl Arguments {
 
     fn design(&self, plant: &NamedPlant) -> Result<ControlDesign, Failure> {
         check_step(self.step)?;
-        let crossover = self.wishes.crossover.0;
+        let crossover = self.wishes.crossover;
         let sample_time_s = match self.sample_time {
-            Some(time) => time.0,
+            Some(sample_time_s) => sample_time_s,
             None => sample_time_for(crossover)?,
         };
         check_gain(plant, crossover)?;
@@ -263,10 +264,10 @@ fn parse_peak(text: &str) -> Result<f64, String> {
 fn parse_gain(text: &str) -> Result<f64, String> {
     let none = |_| format!("\"{text}\" is neither a number nor decibel");
     let Some(decibel) = text.trim().strip_suffix("dB") else {
-        let gain = parse_number(text).map_err(none)?;
-        return in_range(gain, range::BOUNDS).map_err(|refused| format!("gain {refused}"));
+        let gain = parse_for_key("", text).map_err(none)?;
+        return in_range("", gain, range::BOUNDS).map_err(|refused| format!("gain {refused}"));
     };
-    let decibel = parse_number(decibel).map_err(none)?;
+    let decibel = parse_for_key("", decibel).map_err(none)?;
     // The ends in decibel, rounded: they are whole.
     let [low, high] = (range::BOUNDS.ends()).map(|end| (20.0 * end.log10()).round());
     if (low..=high).contains(&decibel) {
@@ -279,18 +280,15 @@ fn parse_gain(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads a frequency and a gain.
 fn parse_bound(text: &str) -> Result<Bound, String> {
     let parts = || -> Result<Bound, String> {
         let (frequency, gain) =
             (text.split_once(':')).ok_or_else(|| format!("\"{text}\" is not FREQUENCY:GAIN"))?;
-        let frequency: AngularFrequency = frequency
-            .parse()
-            .map_err(|error: QuantityError| error.to_string())?;
+        let key = "frequency_rad_s";
+        let frequency = parse_for_key(key, frequency).map_err(|error| error.to_string())?;
+        let frequency = in_range(key, frequency, range::ANGULAR_FREQUENCIES);
         Ok(Bound {
-            omega_rad_s: in_range(frequency, range::ANGULAR_FREQUENCIES)
-                .map_err(|refused| format!("frequency {refused}"))?
-                .0,
+            omega_rad_s: frequency.map_err(|refused| format!("frequency {refused}"))?,
             at_most: parse_gain(gain)?,
         })
     };
@@ -349,7 +347,7 @@ mod tests {
         }
         let fast = parse_bound("1e10rad/s:0.1").expect_err("refused");
         assert!(
-            fast.contains("frequency 1e10 rad/s is not from 1e-12 to 1e9 rad/s"),
+            fast.contains("frequency 1e10 rad/s is not from 1e-12 rad/s to 1e9 rad/s"),
             "{fast}"
         );
     }

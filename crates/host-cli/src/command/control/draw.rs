@@ -3,7 +3,7 @@
 use super::loops::NamedPlant;
 use super::words::in_short;
 use crate::command::analyze::resolved::decibel;
-use crate::page::{Panel, Points, linear, logarithmic, page};
+use crate::picture::{Panel, Points, linear, logarithmic, page};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;
@@ -25,7 +25,6 @@ fn law(file: &ControllerSetup) -> String {
     pid.to_string()
 }
 
-/// Plant, controller and sample time in a line each.
 fn subtitle(plant: &NamedPlant, file: &ControllerSetup) -> String {
     format!(
         "plant {}\ncontroller {} · T = {} · {}",
@@ -36,7 +35,6 @@ fn subtitle(plant: &NamedPlant, file: &ControllerSetup) -> String {
     )
 }
 
-/// Samples over time.
 pub(super) fn over_time(values: &[f64], sample_time_s: f64) -> Points {
     let points = values.iter().enumerate();
     points
@@ -70,7 +68,6 @@ pub(super) fn draw_run(
     page(title, subtitle, 1, &[outputs, commands])
 }
 
-/// The lines of a run's picture.
 pub(super) fn run_subtitle(plant: &NamedPlant, file: Option<&ControllerSetup>) -> String {
     match file {
         Some(file) => subtitle(plant, file),
@@ -99,7 +96,6 @@ fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> 
     }
 }
 
-/// A record and the function that was found in it.
 pub(super) fn draw_identified(
     record: &InputOutput,
     model: &[f64],
@@ -240,7 +236,6 @@ fn closed_loop(analysis: &LoopAnalysis) -> [Panel<'static>; 2] {
     [closed, nyquist]
 }
 
-/// Bode of a plant alone.
 pub(super) fn draw_plant(points: &[LoopPoint], plant: &NamedPlant) -> Result<Picture, FigureError> {
     let panel = |caption, label, value: fn(&LoopPoint) -> f64| {
         let points = over_omega(points, value);
@@ -341,7 +336,6 @@ impl Curves {
         panel
     }
 
-    /// The steps that are not drawn.
     fn left_out(&self, of: &str) -> Option<String> {
         let ink = self.gains.iter().filter(|(_, points)| Self::is_ink(points));
         let mut names: Vec<&str> = ink.map(|(name, _)| name.as_str()).collect();
@@ -436,7 +430,6 @@ pub(super) fn draw_design(
     page(title, &about.join("\n"), 2, &panels).map(Some)
 }
 
-/// Columns of the table of a design.
 pub(super) fn design_columns(candidate: &Candidate, prefix: &str) -> Vec<(String, Vec<f64>)> {
     let Some(trial) = &candidate.trial else {
         return Vec::new();

@@ -4,7 +4,7 @@ use super::draw::draw_identified;
 use super::words::refused;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, note, warn};
-use crate::parse::within;
+use crate::parse::of;
 use crate::table;
 use clap::Args;
 use fractional_control::model_search::{
@@ -17,7 +17,7 @@ use haptic_experiment::document::record_check::{check_signals, check_times};
 use haptic_experiment::document::short;
 use haptic_experiment::run::{PlantFile, PlantModel};
 use haptic_experiment::{Failure, parameters};
-use haptic_quantity::{Time, digits, written};
+use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -52,8 +52,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FUNCTION", allow_hyphen_values = true)]
     model: Option<String>,
     /// Known dead time
-    #[arg(long, value_parser = within::<Time>(parameters::DEAD_TIME.range()), default_value = "0")]
-    delay: Time,
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME), default_value = "0")]
+    delay: f64,
     #[command(flatten)]
     file: File,
 }
@@ -78,7 +78,6 @@ fn signal(text: &str) -> Result<(usize, String), String> {
     split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
 }
 
-/// Terms and first values.
 fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
     let refused = |error: &dyn std::fmt::Display| {
         Failure::bad_input(format_args!("model \"{text}\": {error}; change --model"))
@@ -104,7 +103,7 @@ impl Arguments {
             );
             note("note", words);
         }
-        let delayed = shifted(&record, self.delay.0).map_err(refused)?;
+        let delayed = shifted(&record, self.delay).map_err(refused)?;
         let guesses = match &self.model {
             Some(text) => {
                 vec![Guess::Orders(guess(text)?)]
@@ -138,7 +137,7 @@ impl Arguments {
         });
         output.summary(&json!({
             "function": with_digits(&own.function, DIGITS).to_string(),
-            "delay_s": self.delay.0,
+            "delay_s": self.delay,
             "samples": record.time_s.len(),
             "sample_time_s": record.sample_time_s(),
             "rms_residual": own.rms_residual,
@@ -158,7 +157,6 @@ impl Arguments {
         place.close(Ok(()))
     }
 
-    /// The columns of time, input and output.
     fn columns(&self) -> Result<[&str; 3], Failure> {
         let mut names = SIGNALS.map(|(_, column)| column);
         for (place, name) in &self.columns {
@@ -177,8 +175,7 @@ impl Arguments {
     fn read(&self) -> Result<InputOutput, Failure> {
         let [time, input, output] = self.columns()?;
         let names = [time, input, output];
-        let table = table::read(&self.data, names, "see --columns")?;
-        let [time_s, from, to] = table.columns;
+        let (_, [time_s, from, to]) = table::read(&self.data, names, "see --columns")?;
         let mut record = InputOutput {
             time_s,
             input: from,
@@ -212,7 +209,7 @@ impl Arguments {
             intervals: Vec::new(),
             model: PlantModel::Function {
                 function: Box::new(with_digits(&own.function, DIGITS)),
-                delay_s: self.delay.0,
+                delay_s: self.delay,
             },
             program: PROGRAM.to_owned(),
             note: format!(

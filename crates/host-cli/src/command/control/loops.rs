@@ -2,7 +2,7 @@
 
 use super::words::{in_degrees, refused};
 use crate::output::warn;
-use crate::parse::{in_range, parse_scheme, within};
+use crate::parse::{in_range, of, parse_scheme, quantity};
 use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
@@ -15,7 +15,7 @@ use haptic_experiment::document::{ControllerFile, short};
 use haptic_experiment::parameters::range;
 use haptic_experiment::run::{DeviceValues, PlantFile, PlantModel, read_response};
 use haptic_experiment::{Failure, parameters};
-use haptic_quantity::{Damping, Mass, Stiffness, Time, digits, parse_number};
+use haptic_quantity::{digits, parse_for_key};
 use std::path::Path;
 
 /// Options of the plant.
@@ -31,23 +31,22 @@ pub(super) struct PlantArguments {
     )]
     plant: Option<String>,
     /// Mass of a device instead of --plant: force in, position out
-    #[arg(long, value_parser = within::<Mass>(parameters::MASS.range()), conflicts_with = "plant")]
-    mass: Option<Mass>,
+    #[arg(long, value_parser = of(parameters::MASS), conflicts_with = "plant")]
+    mass: Option<f64>,
     /// Viscous damping of the device
-    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), requires = "mass")]
-    damping: Option<Damping>,
+    #[arg(long, value_parser = of(parameters::DAMPING), requires = "mass")]
+    damping: Option<f64>,
     /// Stiffness of the hand
-    #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), requires = "mass")]
-    hand_stiffness: Option<Stiffness>,
+    #[arg(long, value_parser = of(parameters::HAND_STIFFNESS), requires = "mass")]
+    hand_stiffness: Option<f64>,
     /// Time constant of the actuator's current
-    #[arg(long, value_parser = within::<Time>(parameters::CURRENT_LAG.range()), requires = "mass")]
-    current_lag: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::CURRENT_LAG), requires = "mass")]
+    current_lag: Option<f64>,
     /// Additional dead time
-    #[arg(long, value_parser = within::<Time>(parameters::DEAD_TIME.range()))]
-    delay: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME))]
+    delay: Option<f64>,
 }
 
-/// A plant and its name.
 #[derive(Debug)]
 pub(super) struct NamedPlant {
     pub(super) plant: Plant,
@@ -62,16 +61,15 @@ impl NamedPlant {
 }
 
 impl PlantArguments {
-    /// The plant.
     pub(super) fn resolve(&self) -> Result<NamedPlant, Failure> {
-        let delay_s = self.delay.map_or(0.0, |delay| delay.0);
+        let delay_s = self.delay.unwrap_or(0.0);
         let model = match (&self.plant, self.mass) {
             (Some(text), _) => named(text)?,
             (None, Some(mass)) => PlantModel::Device(DeviceValues {
-                hand_stiffness_n_per_m: self.hand_stiffness.map_or(0.0, |hand| hand.0),
+                hand_stiffness_n_per_m: self.hand_stiffness.unwrap_or(0.0),
                 delay_s,
-                current_lag_s: self.current_lag.map_or(0.0, |lag| lag.0),
-                ..DeviceValues::ideal(mass.0, self.damping.map_or(0.0, |damping| damping.0))
+                current_lag_s: self.current_lag.unwrap_or(0.0),
+                ..DeviceValues::ideal(mass, self.damping.unwrap_or(0.0))
             }),
             (None, None) => {
                 return Err(Failure::bad_input(
@@ -141,8 +139,8 @@ pub(super) struct ControllerArguments {
     #[arg(long, value_name = "FILE|FUNCTION", allow_hyphen_values = true)]
     controller: Option<String>,
     /// Sample time [default: that of the controller file]
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
-    sample_time: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    pub(super) sample_time: Option<f64>,
     /// Scheme: full or full-bdf2, each with :TOLERANCE [default: of the controller file, or full-bdf2]
     #[arg(long, value_parser = controller_scheme)]
     scheme: Option<Scheme>,
@@ -159,14 +157,8 @@ pub(super) struct Limits {
 }
 
 impl ControllerArguments {
-    /// The sample time that was given.
-    pub(super) fn sample_time_s(&self) -> Option<f64> {
-        self.sample_time.map(|time| time.0)
-    }
-
-    /// The controller, if one is given.
     pub(super) fn resolve(&self) -> Result<Option<ControllerSetup>, Failure> {
-        let sample_time_s = self.sample_time_s();
+        let sample_time_s = self.sample_time;
         let Some(text) = &self.controller else {
             let option = match (self.output_limits, self.scheme) {
                 (None, None) => return Ok(None),
@@ -235,7 +227,13 @@ pub(super) fn controller_scheme(text: &str) -> Result<Scheme, String> {
 pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
     let wrong = || format!("\"{}\" is not LOW:HIGH, as in -10:10", short(text));
     let (low, high) = text.split_once(':').ok_or_else(wrong)?;
-    let end = |text| in_range(parse_number(text).map_err(|_| wrong())?, range::NUMBERS);
+    let end = |text| {
+        in_range(
+            "",
+            parse_for_key("", text).map_err(|_| wrong())?,
+            range::NUMBERS,
+        )
+    };
     let (low, high) = (end(low)?, end(high)?);
     if low < high {
         return Ok(Limits { low, high });
@@ -247,7 +245,6 @@ pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
     ))
 }
 
-/// Refuses a step that is none.
 pub(super) fn check_step(height: f64) -> Result<(), Failure> {
     match height {
         0.0 => Err(Failure::bad_input(
@@ -259,11 +256,11 @@ pub(super) fn check_step(height: f64) -> Result<(), Failure> {
 
 /// Samples of a run of this length, or else so many.
 pub(super) fn samples(
-    duration: Option<Time>,
+    duration: Option<f64>,
     sample_time_s: f64,
     or_else: impl FnOnce() -> f64,
 ) -> Result<usize, Failure> {
-    let samples = duration.map_or_else(or_else, |time| (time.0 / sample_time_s).round() + 1.0);
+    let samples = duration.map_or_else(or_else, |time| (time / sample_time_s).round() + 1.0);
     if (2.0..=SAMPLES_MOST).contains(&samples) {
         return Ok(samples as usize);
     }

@@ -5,8 +5,8 @@ use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, 
 use super::words::{in_degrees, refused, shape};
 use crate::files::{Files, Place};
 use crate::output::{Output, warn};
-use crate::parse::{number_within, within};
-use crate::table::{self, Table};
+use crate::parse::quantity;
+use crate::table;
 use clap::Args;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
@@ -14,7 +14,7 @@ use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples
 use fractional_control::{ControlError, ControllerSetup, Response};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
-use haptic_quantity::{Time, digits};
+use haptic_quantity::digits;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -79,10 +79,10 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     controller: ControllerArguments,
     /// Length [default: 60 times 1/crossover]
-    #[arg(long, value_parser = within::<Time>(range::DURATIONS))]
-    duration: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::DURATIONS))]
+    duration: Option<f64>,
     /// Height of the step [default: 1]
-    #[arg(long, value_parser = number_within(range::NUMBERS))]
+    #[arg(long, value_parser = quantity("", range::NUMBERS))]
     step: Option<f64>,
     /// CSV with `time_s` and `reference`, instead of a step
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
@@ -91,7 +91,6 @@ pub(crate) struct Arguments {
     files: Files,
 }
 
-/// A sample.
 #[derive(Clone, Copy, Serialize)]
 struct Row {
     time_s: f64,
@@ -175,9 +174,9 @@ impl Arguments {
     }
 
     fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Value, Failure> {
-        let t = match (self.controller.sample_time_s(), self.duration) {
+        let t = match (self.controller.sample_time, self.duration) {
             (Some(t), _) => t,
-            (None, Some(duration)) => sample_time_of(duration.0)?,
+            (None, Some(duration)) => sample_time_of(duration)?,
             (None, None) => {
                 return Err(Failure::bad_input(
                     "a plant alone has no crossover: give --duration, as in 20s, or --controller",
@@ -232,7 +231,6 @@ impl Arguments {
     }
 }
 
-/// A reference out of a file.
 struct Record {
     time_s: Vec<f64>,
     value: Vec<f64>,
@@ -241,9 +239,8 @@ struct Record {
 impl Record {
     fn read(path: &Path) -> Result<Self, Failure> {
         let names = ["time_s", "reference"];
-        let Table { lines, columns } =
-            table::read(path, names, "give --reference a file with both")?;
-        let [time_s, value] = columns;
+        let remedy = "give --reference a file with both";
+        let (lines, [time_s, value]) = table::read(path, names, remedy)?;
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
             let what = format!("line {line}: the time does not grow: sort the rows");

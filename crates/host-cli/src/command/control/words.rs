@@ -74,7 +74,6 @@ pub(super) const fn in_short(analysis: &LoopAnalysis) -> &'static str {
     }
 }
 
-/// Margins and peaks in a report.
 pub(super) fn margins(margins: &Margins) -> Value {
     let value = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.value);
     let place = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.omega_rad_s);
@@ -94,7 +93,6 @@ pub(super) fn margins(margins: &Margins) -> Value {
     })
 }
 
-/// The shape of a step in a report.
 pub(super) fn shape(shape: &Shape, sample_time_s: f64) -> Value {
     json!({
         "overshoot": shape.overshoot,
@@ -104,7 +102,6 @@ pub(super) fn shape(shape: &Shape, sample_time_s: f64) -> Value {
     })
 }
 
-/// A PI^λD^μ in a report.
 pub(super) fn pid(own: PidParameters) -> Value {
     json!({
         "proportional_gain": own.proportional,

@@ -1,7 +1,7 @@
 //! What `device set` changes: `KEY=VALUE`, read before the device is asked.
 
-use super::key_value::{self, in_range, key_and_value, keys_help, refused};
-use crate::output::note;
+use super::key_value::{self, count, in_range, key_and_value, keys_help, refused};
+use crate::output::warn;
 use crate::parse::parse_scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
@@ -85,7 +85,6 @@ const KEYS: &[Key] = keys! {
     "push_n" in range::FORCES => c.simulation.push_n, "Push of the hand on a simulated device";
 };
 
-/// The help of all keys.
 pub(super) fn help() -> String {
     keys_help(KEYS.iter().map(|key| (key.key, key.help)))
 }
@@ -331,10 +330,7 @@ impl Changes {
         }
         if self.given.contains("jump_m") && limits.jump_m > 0.0 && limits.speed_hard_m_per_s == 0.0
         {
-            note(
-                "warning",
-                "jump has no effect without a speed limit: give speed_limit too",
-            );
+            warn("jump has no effect without a speed limit: give speed_limit too");
         }
     }
 }
@@ -353,14 +349,6 @@ fn unless_none<T>(
         "none" => Ok(None),
         text => read(text).map(Some),
     }
-}
-
-fn count(text: &str, least: u16, most: u16) -> Result<u16, String> {
-    let count = text
-        .parse()
-        .ok()
-        .filter(|count| (least..=most).contains(count));
-    count.ok_or_else(|| format!("is not a whole number from {least} to {most}"))
 }
 
 fn whole(number: f64, what: &str) -> Result<u32, String> {

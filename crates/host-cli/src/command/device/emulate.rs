@@ -1,10 +1,10 @@
 //! `device emulate`.
 
-use super::key_value::{self, in_range, key_and_value, keys_help, refused};
+use super::key_value::{self, count, in_range, key_and_value, keys_help, refused};
 use crate::command::conduct::stop_on_interrupt;
 use crate::options::DeviceModelArguments;
 use crate::output::{Output, note};
-use crate::parse::{choice, number_within, whole, within};
+use crate::parse::{choice, quantity, whole};
 use clap::Args;
 use haptic_devices::haply::{HaplyName, Model, Version};
 use haptic_devices::moteus::{MoteusName, MoteusSettings};
@@ -15,7 +15,6 @@ use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
-use haptic_quantity::Time;
 use haptic_remote::serial::Line;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -86,11 +85,11 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     model: DeviceModelArguments,
     /// Device seconds per second; the watchdog stays in real time
-    #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0)]
+    #[arg(long, value_parser = quantity("", range::SPEED_UPS), default_value_t = 1.0)]
     speed: f64,
     /// Stop after this time [default: run until Ctrl-C]
-    #[arg(long, value_parser = within::<Time>(range::WAITS))]
-    duration: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS))]
+    duration: Option<f64>,
     /// The line and the hand, as in drop=1%; the keys are below
     #[arg(value_name = "KEY=VALUE")]
     values: Vec<String>,
@@ -109,7 +108,7 @@ const KEYS: [(&str, &str); 12] = [
     ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
     (
         "hand",
-        "2DIY: strokes (along y from 85 mm to 100 mm in 4 s, the default), free, at:X:Y, or fixed:X:Y",
+        "2DIY: strokes (along y, the default), free, at:X:Y, or fixed:X:Y",
     ),
     ("servo_id", "Servo: number on its bus [default: 1]"),
     (
@@ -123,7 +122,6 @@ pub(crate) fn key_like(option: &str) -> Option<&'static str> {
     key_value::key_like(option, KEYS.map(|(key, _)| key))
 }
 
-/// What the keys say.
 #[derive(Debug)]
 struct Details {
     faults: LineFaults,
@@ -169,19 +167,10 @@ impl Details {
             "delay_s" => faults.delay_s = in_range(key, range::LINE_TIMES, text)?,
             "stall" => faults.stall = chance(text)?,
             "stall_time_s" => faults.stall_s = in_range(key, range::LINE_TIMES, text)?,
-            "line_seed" => {
-                self.seed = text
-                    .parse()
-                    .map_err(|_| "is not a whole number, 0 or more")?;
-            }
+            "line_seed" => self.seed = count(text, 0, u64::MAX)?,
             "hardware" => self.hardware = Some(version(text)?),
             "hand" => self.held = Some(hand(text)?),
-            "servo_id" => {
-                let id = text
-                    .parse()
-                    .map_err(|_| "is not a whole number from 0 to 255")?;
-                self.servo_id = Some(id);
-            }
+            "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             _ => self.turn = Some(turn(text)?),
         }
         Ok(())
@@ -198,7 +187,6 @@ fn chance(text: &str) -> Result<f64, String> {
     chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
 }
 
-/// The device's end of the line.
 enum Port {
     Terminal(Terminal),
     Socket(Socket),
@@ -234,7 +222,7 @@ impl Arguments {
         self.check_kind(kind, &details)?;
         let body = self.model.read()?.as_ref().map(body);
         let servo = servo(details.servo_id, details.turn)?;
-        let duration = (self.duration).map(|time| Duration::from_secs_f64(time.0));
+        let duration = self.duration.map(Duration::from_secs_f64);
         let (faults, seed) = (details.faults, details.seed);
         let stop = stop_on_interrupt()?;
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
@@ -277,7 +265,6 @@ impl Arguments {
         Ok(())
     }
 
-    /// Refuses options of another kind.
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
         let refusal = if kind != Kind::Haply2Diy
             && (details.hardware.is_some() || details.held.is_some())
@@ -286,7 +273,7 @@ impl Arguments {
         } else if kind != Kind::Moteus && (details.servo_id.is_some() || details.turn.is_some()) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
-            "--axes applies only to --kind own: a 2DIY has two axes, a servo one; omit --axes"
+            "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {
             "--device-model applies only to --kind own: omit it"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
@@ -298,7 +285,6 @@ impl Arguments {
     }
 }
 
-/// The device of a device file, to be emulated.
 fn body(model: &DeviceModel) -> Body {
     let (values, imperfections) = (&model.values, model.imperfections());
     // The tick is that of a run.
@@ -330,8 +316,8 @@ fn failed(error: EmulatorError) -> Failure {
 fn words_of_own(done: &Emulated) -> String {
     let (from, to) = (done.damage.to_device, done.damage.to_host);
     format!(
-        "{} ticks, {} frames from the host, {} to it; the line lost {}, damaged {}, repeated {}, put {} out \
-         of order, stood still {} times; {} were not fetched",
+        "{} ticks, {} frames from the host, {} to it; {} lost, {} damaged, {} repeated, {} out of \
+         order, {} stalls; {} not fetched",
         done.ticks,
         from.sent,
         to.sent,
@@ -377,9 +363,8 @@ fn hand(text: &str) -> Result<Held, String> {
         ("fixed", rest) => place(rest)?.map(Held::Fixed),
         _ => None,
     };
-    held.ok_or_else(|| {
-        ("is not a hand: give strokes, free, at:X:Y or fixed:X:Y, as in fixed:19mm:90mm").to_owned()
-    })
+    let known = "is not a hand: give strokes, free, at:X:Y or fixed:X:Y, as in fixed:19mm:90mm";
+    held.ok_or_else(|| known.to_owned())
 }
 
 impl Held {
@@ -400,18 +385,28 @@ impl Held {
     }
 }
 
-fn words_of_haply(board: &haply::Board, Damage { to_device, to_host }: &Damage) -> String {
+fn words_of_haply(board: &haply::Board, damage: &Damage) -> String {
     let place_m = board.body().place_m();
-    let (x, y) = (1e3 * place_m.x, 1e3 * place_m.y);
     let [first, second] = board.torques_nm();
+    let counted = board.counted();
+    format!(
+        "{} configurations, {} frames of torques, {} resets, {} bytes skipped; handle at {:.3} mm, \
+         {:.3} mm; torques {first:.6} N·m, {second:.6} N·m, largest {:.6} N·m; {}",
+        counted.configured,
+        counted.torques,
+        counted.resets,
+        counted.skipped,
+        1e3 * place_m.x,
+        1e3 * place_m.y,
+        counted.largest_nm,
+        words_of_line(damage)
+    )
+}
+
+fn words_of_line(Damage { to_device, to_host }: &Damage) -> String {
     let lost = to_device.dropped + to_host.dropped;
     let damaged = to_device.corrupted + to_host.corrupted;
-    let board = board.counted();
-    format!(
-        "{} configurations, {} frames of torques, {} resets, {} bytes skipped; handle at {x:.3} mm, {y:.3} mm; torques \
-         {first:.6} N·m, {second:.6} N·m, the largest asked for {:.6} N·m; the line lost {lost} bytes, damaged {damaged}",
-        board.configured, board.torques, board.resets, board.skipped, board.largest_nm
-    )
+    format!("{lost} bytes lost, {damaged} damaged")
 }
 
 /// Ticks: longer than a force takes to rise to its full size at 1 kHz.
@@ -440,22 +435,18 @@ fn servo(id: Option<u8>, hand: Option<moteus::Hand>) -> Result<moteus::EmulatedS
     moteus::EmulatedServo::new(id, shaft).map_err(Failure::input)
 }
 
-fn words_of_moteus(
-    adapter: &moteus::EmulatedAdapter,
-    Damage { to_device, to_host }: &Damage,
-) -> String {
+fn words_of_moteus(adapter: &moteus::EmulatedAdapter, damage: &Damage) -> String {
     let (served, servo) = (adapter.served(), &adapter.servo);
-    let lost = to_device.dropped + to_host.dropped;
-    let damaged = to_device.corrupted + to_host.corrupted;
     format!(
-        "{} frames, {} answers, {} lines refused; mode {} at the end, shaft at {:.6} revolutions, torque {:.6} N·m, the \
-         largest {:.6} N·m; the line lost {lost} bytes, damaged {damaged}",
+        "{} frames, {} answers, {} lines refused; mode {} at the end, shaft at {:.6} revolutions, \
+         torque {:.6} N·m, largest {:.6} N·m; {}",
         served.frames,
         served.answers,
         served.refused,
         u8::from(servo.mode()),
         servo.position_rev(),
         servo.torque_nm(),
-        servo.torque_peak_nm()
+        servo.torque_peak_nm(),
+        words_of_line(damage)
     )
 }

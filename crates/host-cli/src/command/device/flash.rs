@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 pub(super) const LONG_ABOUT: &str = "\
-Builds the firmware, programs a board over a debug probe with probe-rs (https://probe.rs), and checks that the device \
-then answers with the image's board and version.";
+Builds the firmware, programs a board over a debug probe with probe-rs (https://probe.rs), and \
+checks that the device then answers with the image's board and version.";
 
 /// A board of `firmware/`.
 #[derive(Debug)]
@@ -88,7 +88,7 @@ impl Arguments {
         let manifest = self.source.join("Cargo.toml");
         if !manifest.is_file() {
             return Err(Failure::bad_input(format_args!(
-                "`{}` does not hold the firmware: run this in the project folder, or give --source",
+                "`{}` does not hold the firmware: give its folder with --source",
                 self.source.display()
             )));
         }
@@ -104,14 +104,10 @@ impl Arguments {
         run(
             cargo,
             "cargo",
-            "install Rust from https://rustup.rs, then rustup target add thumbv7em-none-eabihf",
+            "install Rust, then rustup target add thumbv7em-none-eabihf",
         )?;
-        Ok(self
-            .source
-            .join("target")
-            .join(TARGET)
-            .join("release")
-            .join(BINARY))
+        let built: PathBuf = ["target", TARGET, "release", BINARY].iter().collect();
+        Ok(self.source.join(built))
     }
 }
 
@@ -137,7 +133,6 @@ impl Identity {
     /// Mark before the 16 bytes of the board's name and the 3 bytes of the version.
     const MARK: &'static [u8] = b"haptic-device image\0";
 
-    /// The first in these bytes.
     fn find(image: &[u8]) -> Option<Self> {
         let mut marks = image.windows(Self::MARK.len()).enumerate();
         marks.find_map(|(at, window)| {
@@ -162,8 +157,7 @@ impl Identity {
             return Ok(());
         }
         Err(Failure::Device(anyhow::anyhow!(
-            "{device} answers, but the image is for {self}: name the programmed board's port with --device serial:PATH, \
-             or unplug the board and plug it in again"
+            "{device} answers, but the image is for {self}: give --device serial:PATH, or replug it"
         )))
     }
 }
@@ -176,12 +170,12 @@ fn read_identity(board: &Board, image: &Path) -> Result<Option<Identity>, Failur
     let identity = Identity::find(&bytes);
     match &identity {
         None => warn(&format!(
-            "`{}` does not say what it is, so board and version are not checked: rebuild it",
+            "board and version of `{}` are unknown and not checked: rebuild it",
             image.display()
         )),
         Some(identity) if identity.board != board.name => {
             return Err(Failure::bad_input(format_args!(
-                "`{}` is for {identity}, not for {}: give the --image of that board, or omit --image",
+                "`{}` is for {identity}, not for {}: change or omit --image",
                 image.display(),
                 board.name
             )));
@@ -200,8 +194,7 @@ fn require_probe_rs() -> Result<(), Failure> {
     match Command::new("probe-rs").arg("--version").output() {
         Ok(_) => Ok(()),
         Err(error) => Err(Failure::Device(anyhow::anyhow!(
-            "probe-rs is not installed ({error}): run `cargo install probe-rs-tools --locked` or see \
-             https://probe.rs, then plug in the board's debug port and try again"
+            "probe-rs is not installed ({error}): run `cargo install probe-rs-tools --locked`"
         ))),
     }
 }
@@ -214,7 +207,7 @@ fn program(board: &Board, image: &Path, output: Output) -> Result<(), Failure> {
     run(
         probe,
         "probe-rs",
-        "is the debug port plugged in? `probe-rs list` shows the probes",
+        "plug in the debug port; `probe-rs list` shows the probes",
     )?;
     let mut reset = Command::new("probe-rs");
     reset.args(["reset", "--chip", board.chip]);
@@ -225,7 +218,6 @@ fn program(board: &Board, image: &Path, output: Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs a program to its end; its output goes to standard error.
 fn run(mut command: Command, name: &str, advice: &str) -> Result<(), Failure> {
     let status = command
         .stdout(std::io::stderr())

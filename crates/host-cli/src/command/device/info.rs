@@ -55,14 +55,13 @@ impl List {
         if listed.is_empty() {
             note(
                 "ports",
-                "none: plug in a device, or emulate one with host-cli device emulate",
+                "none: plug in a device, or use host-cli device emulate",
             );
         }
         output.report(&json!({"ports": listed}))
     }
 }
 
-/// What a device is, and its counters.
 pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> {
     let link = port.connect_any()?;
     let problem = |error| at_port(link.path(), &error);
@@ -101,7 +100,6 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
     }))
 }
 
-/// The device's counters, with names that say what is counted.
 fn counted(counters: &Statistics) -> Value {
     json!({
         "ticks": counters.ticks,
@@ -125,7 +123,6 @@ fn counted(counters: &Statistics) -> Value {
     })
 }
 
-/// Whole words for a latched fault; `None` if there is none.
 pub(super) fn fault_in_words(status: Status) -> Option<String> {
     (status.fault > 0).then(|| {
         Fault::from_code(status.fault).map_or_else(

@@ -1,9 +1,12 @@
 //! `KEY=VALUE`, as `device set` and `device emulate` take it.
 
+use crate::parse::outside;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
-use haptic_quantity::{is_meant, parse_for_key, without_unit, written};
+use haptic_quantity::{is_meant, parse_for_key, without_unit};
+use std::fmt::Display;
+use std::str::FromStr;
 
 /// The key that is meant, with its unit or without, and its value.
 ///
@@ -18,16 +21,11 @@ pub(super) fn key_and_value<'w>(
         .split_once('=')
         .ok_or_else(|| refused(word, "is not KEY=VALUE"))?;
     let key = keys.into_iter().find(|key| is_meant(key, name));
-    let key = key.ok_or_else(|| {
-        refused(
-            word,
-            &format!("does not name a parameter: host-cli device {command} --help lists them"),
-        )
-    })?;
+    let why = format!("does not name a parameter: see host-cli device {command} --help");
+    let key = key.ok_or_else(|| refused(word, &why))?;
     Ok((key, text.trim()))
 }
 
-/// What is wrong with a word.
 pub(super) fn refused(word: &str, why: &str) -> Failure {
     let gap = if why.starts_with(':') { "" } else { " " };
     Failure::bad_input(format_args!("{}{gap}{why}", short(word)))
@@ -42,7 +40,6 @@ pub(super) fn key_like(
     keys.into_iter().map(without_unit).find(|key| *key == name)
 }
 
-/// Keys with their help, a line each.
 pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static str)>) -> String {
     let lines = keys
         .into_iter()
@@ -50,16 +47,20 @@ pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static s
     lines.collect()
 }
 
-/// A number in a range.
 pub(super) fn in_range(key: &str, range: Range, text: &str) -> Result<f64, String> {
     let value = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
-    let [low, high] = range.ends().map(|end| match end {
-        0.0 => "0".to_owned(),
-        end => written(key, end),
-    });
-    match (range.contains(value), range) {
-        (true, _) => Ok(value),
-        (false, Range::Within(..)) => Err(format!("is not from {low} to {high}")),
-        (false, Range::AboveUpTo(..)) => Err(format!("is not above {low} and at most {high}")),
+    match range.contains(value) {
+        true => Ok(value),
+        false => Err(outside(key, range)),
     }
+}
+
+pub(super) fn count<T: FromStr + PartialOrd + Display>(
+    text: &str,
+    least: T,
+    most: T,
+) -> Result<T, String> {
+    let count = text.parse().ok();
+    let count = count.filter(|count| (&least..=&most).contains(&count));
+    count.ok_or_else(|| format!("is not a whole number from {least} to {most}"))
 }

@@ -3,22 +3,21 @@
 use crate::command::conduct::{progress_bar, stop_on_interrupt};
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::options::{Options, keys};
-use crate::output::{Output, warn};
-use crate::page::{Panel, linear, page};
-use crate::parse::within;
+use crate::output::{Output, joined, warn};
+use crate::parse::quantity;
+use crate::picture::{Panel, linear, page};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{MEASUREMENT, range};
 use haptic_experiment::question::measurement::{
-    MeasurePlan, Measured, Measurement, MotionRecord, SerialMotion, estimate, on_serial,
-    on_simulated,
+    MeasurePlan, Measured, Measurement, MotionRecord, estimate, on_serial, on_simulated,
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_figure::{FigureError, Look, Picture};
 use haptic_log::record::StartTime;
-use haptic_quantity::{Time, digits, written};
-use serde::Serialize;
+use haptic_quantity::{digits, written};
+use serde_json::json;
 use std::time::{Duration, SystemTime};
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -43,28 +42,12 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     options: Options<keys::Measure>,
     /// Keep trying for this long if the device is absent [default: 0s]
-    #[arg(long, value_parser = within::<Time>(range::WAITS))]
-    wait: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS))]
+    wait: Option<f64>,
     #[command(flatten)]
     file: File,
 }
 
-/// The result.
-#[derive(Serialize)]
-struct Report<'a> {
-    device: &'a str,
-    board: Option<&'a str>,
-    #[serde(flatten)]
-    found: &'a Measured,
-    encoder_resolution_reason: Option<&'static str>,
-    largest_force_n: f64,
-    reach_low_m: f64,
-    reach_high_m: f64,
-    model: Option<String>,
-    figure: Option<String>,
-}
-
-/// A motion and whose it is.
 struct Motion {
     record: MotionRecord,
     device: String,
@@ -77,7 +60,7 @@ impl Arguments {
         let document = self.options.over(Document::new(MEASUREMENT))?;
         let mut asked = Measurement::open(&document).map_err(Failure::input)?;
         if let (Some(remote), Some(wait)) = (&mut asked.remote, self.wait) {
-            remote.patience = Duration::from_secs_f64(wait.0);
+            remote.patience = Duration::from_secs_f64(wait);
         }
         let plan = asked.plan;
         let motion = motion(&asked, output)?;
@@ -87,47 +70,35 @@ impl Arguments {
         }
         let (model, figure) = write(&motion, &plan, &found, &mut place);
         let (reach_low_m, reach_high_m) = motion.record.reach_m();
-        output.summary(&Report {
-            device: &motion.device,
-            board: motion.board.as_deref(),
-            encoder_resolution_reason: (found.encoder_resolution_m == 0.0)
-                .then_some("no steps seen"),
-            found: &found,
-            largest_force_n: motion.record.largest_force_n(),
-            reach_low_m,
-            reach_high_m,
-            model,
-            figure,
-        })?;
+        let stepless = found.encoder_resolution_m == 0.0;
+        let asked = json!({"device": motion.device, "board": motion.board});
+        let beside = json!({
+            "encoder_resolution_reason": stepless.then_some("no steps seen"),
+            "largest_force_n": motion.record.largest_force_n(),
+            "reach_low_m": reach_low_m,
+            "reach_high_m": reach_high_m,
+            "model": model,
+            "figure": figure,
+        });
+        output.summary(&joined([asked, json!(found), beside]))?;
         place.close(Ok(()))
     }
 }
 
-/// Lets the device move.
 fn motion(asked: &Measurement, output: Output) -> Result<Motion, Failure> {
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(asked.plan.ticks_at_most(), output);
     let progress = |ticks| bar.set_position(ticks);
     let plan = &asked.plan;
     let moved = match &asked.remote {
-        Some(remote) => {
-            let moved = on_serial(plan, remote, &warn, &progress, stop);
-            moved.map(
-                |SerialMotion {
-                     record,
-                     board,
-                     simulated,
-                 }| Motion {
-                    record,
-                    device: remote.name.to_string(),
-                    board: Some(if simulated {
-                        format!("{board} (simulated)")
-                    } else {
-                        board
-                    }),
-                },
-            )
-        }
+        Some(remote) => on_serial(plan, remote, &warn, &progress, stop).map(|moved| Motion {
+            record: moved.record,
+            device: remote.name.to_string(),
+            board: Some(match moved.simulated {
+                true => format!("{} (simulated)", moved.board),
+                false => moved.board,
+            }),
+        }),
         None => {
             let device = (asked.device, asked.sensors);
             on_simulated(plan, device, &progress, stop).map(|record| Motion {

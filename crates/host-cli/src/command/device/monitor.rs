@@ -5,7 +5,7 @@ use crate::command::device::info::fault_in_words;
 use crate::command::device::port::PortArguments;
 use crate::files::RunFiles;
 use crate::output::{Output, note, warn};
-use crate::parse::{whole, within};
+use crate::parse::{quantity, whole};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
@@ -13,7 +13,6 @@ use haptic_experiment::run::device::trouble;
 use haptic_experiment::run::{Recorder, Stopped};
 use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};
 use haptic_log::record::{RecordError, StartTime, TickMessage};
-use haptic_quantity::Time;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -22,9 +21,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 pub(super) const LONG_ABOUT: &str = "\
-Shows position, force and state of a device without affecting it, and logs every sample (monitor.mcap). When the line \
-breaks, the device reboots or the board fails, the log is closed, and a new one (monitor-2.mcap) starts once the device \
-is back.";
+Shows position, force and state of a device without affecting it, and logs every sample \
+(monitor.mcap). When the line breaks, the device reboots or the board fails, the log is closed, \
+and a new one (monitor-2.mcap) starts once the device is back.";
 
 /// Arguments of `device monitor`.
 #[derive(Debug, Args)]
@@ -38,8 +37,8 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
     /// Stop after this time [default: run until Ctrl-C]
-    #[arg(long, value_parser = within::<Time>(range::DURATIONS))]
-    duration: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::DURATIONS))]
+    duration: Option<f64>,
     #[command(flatten)]
     live: LiveArguments,
     #[command(flatten)]
@@ -66,30 +65,22 @@ struct Watched {
 }
 
 impl Watched {
-    /// Counts the log of a session.
-    fn closed(&mut self, log: Closed) {
-        self.logs.extend(log.file);
-        self.dropped_samples += log.dropped;
-        self.unwritten = self.unwritten.take().or(log.unwritten);
-    }
-
-    /// Says what was seen.
     fn report(&self, output: Output) -> Result<(), Failure> {
         let missing = self.samples_lost + self.dropped_samples;
         output.summary(self)?;
         let lost = match (&self.unwritten, missing) {
-            (None, 0) => None,
-            (None, missing) => Some(format!("{missing} samples are missing from the logs")),
-            (Some(unwritten), _) => Some(unwritten.to_string()),
+            (None, 0) => String::new(),
+            (None, missing) => format!("{missing} samples are missing from the logs"),
+            (Some(unwritten), _) => unwritten.to_string(),
         };
-        match (&self.gone, lost) {
-            (Some(gone), lost) => Err(Failure::Device(anyhow::anyhow!(
-                "{}: {gone}; it did not come back{}",
-                self.device,
-                lost.map(|lost| format!(", and {lost}")).unwrap_or_default()
+        let and = if lost.is_empty() { "" } else { ", and " };
+        match &self.gone {
+            Some(gone) => Err(Failure::Device(anyhow::anyhow!(
+                "{}: {gone}; it did not come back{and}{lost}",
+                self.device
             ))),
-            (None, Some(lost)) => Err(Failure::DataLost(anyhow::anyhow!("{lost}"))),
-            (None, None) => Ok(()),
+            None if lost.is_empty() => Ok(()),
+            None => Err(Failure::DataLost(anyhow::anyhow!("{lost}"))),
         }
     }
 }
@@ -112,7 +103,9 @@ impl Arguments {
         let folder = self.files.folder("monitor")?.prepare()?;
         let mut watch = Watch {
             every: self.every,
-            until: (self.duration).map(|time| Instant::now() + Duration::from_secs_f64(time.0)),
+            until: self
+                .duration
+                .map(|time| Instant::now() + Duration::from_secs_f64(time)),
             stop,
             bar: status_line(output),
             watched: Watched {
@@ -135,7 +128,7 @@ impl Arguments {
                 (recorder, _) => SessionLog::new(recorder, &watch.bar),
             };
             let over = watch.session(&mut link, &mut log);
-            watch.watched.closed(log.close());
+            log.close(&mut watch.watched);
             watch.watched.dropped_samples += link.report().samples_dropped;
             let zeroed = link.trouble().is_some();
             drop(link);
@@ -216,7 +209,6 @@ impl Watch<'_> {
         self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
     }
 
-    /// Waits for so long, or until it is over.
     fn rest(&self, pause: Duration) {
         let until = Instant::now() + pause;
         while !self.is_over() && Instant::now() < until {
@@ -303,7 +295,6 @@ impl Watch<'_> {
         }
     }
 
-    /// Notes a fault.
     fn fault(&mut self, report: &FaultReport, period_s: f64, log: &mut SessionLog) {
         self.watched.faults += 1;
         let text = fault_in_words(report.status).unwrap_or_default();
@@ -401,36 +392,21 @@ impl SessionLog {
         self.unwritten = Some(failure);
     }
 
-    /// Closes the log.
-    fn close(mut self) -> Closed {
-        let mut file = None;
+    /// Closes the log, and counts what is in it.
+    fn close(mut self, watched: &mut Watched) {
         if let Some(recorder) = self.recorder.take() {
             self.dropped += recorder.dropped();
             match recorder.finish() {
                 Ok(recorded) => {
-                    let warnings = recorded.warnings.iter();
-                    warnings.for_each(|warning| warn(warning));
-                    file = Some(recorded.log.path.display().to_string());
+                    recorded.warnings.iter().for_each(|warning| warn(warning));
+                    watched.logs.push(recorded.log.path.display().to_string());
                 }
                 Err(error) => self.unwritten = Some(error.into()),
             }
         }
-        Closed {
-            file,
-            dropped: self.dropped,
-            unwritten: self.unwritten,
-        }
+        watched.dropped_samples += self.dropped;
+        watched.unwritten = watched.unwritten.take().or(self.unwritten);
     }
-}
-
-/// What became of the log of a session.
-struct Closed {
-    /// Its file, if it is whole.
-    file: Option<String>,
-    /// What was handed over and is not in it.
-    dropped: u64,
-    /// Why it was not written to its end.
-    unwritten: Option<Failure>,
 }
 
 #[cfg(test)]

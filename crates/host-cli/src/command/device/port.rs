@@ -2,12 +2,11 @@
 
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::warn;
-use crate::parse::within;
+use crate::parse::quantity;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_experiment::run::device::{DeviceName, LinkedName};
-use haptic_quantity::Time;
 use haptic_remote::serial::SerialLink;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -19,9 +18,9 @@ pub(crate) struct PortArguments {
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
     device: DeviceName,
     /// Keep trying for this long if the device is absent
-    #[arg(long, value_parser = within::<Time>(range::WAITS))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS))]
     #[arg(default_value = "0s")]
-    wait: Time,
+    wait: f64,
 }
 
 impl PortArguments {
@@ -29,13 +28,13 @@ impl PortArguments {
         match &self.device {
             DeviceName::Linked(name) => Ok(name),
             DeviceName::Simulated => Err(Failure::bad_input(
-                "device \"sim\" has no port: give --device serial:PATH, as of host-cli device emulate",
+                "device \"sim\" has no port: give --device serial:PATH",
             )),
         }
     }
 
     pub(super) fn patience(&self) -> Duration {
-        Duration::from_secs_f64(self.wait.0)
+        Duration::from_secs_f64(self.wait)
     }
 
     /// One attempt, at a device of one axis.

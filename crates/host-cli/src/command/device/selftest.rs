@@ -4,11 +4,11 @@ use crate::command::conduct::stop_on_interrupt;
 use crate::command::device::changes::watchdog_ms;
 use crate::command::device::port::PortArguments;
 use crate::output::{Output, note, warn};
-use crate::parse::{choice, within};
+use crate::parse::{choice, of, quantity};
 use clap::Args;
 use haptic_experiment::parameters::range;
 use haptic_experiment::{Failure, parameters};
-use haptic_quantity::{Force, Time, written};
+use haptic_quantity::written;
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _};
 
@@ -20,8 +20,8 @@ It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 ti
 that is requested, to see the limit act. A real device moves by a few millimetres: let it move freely, and press its \
 emergency stop when told (--emergency-stop none if it has none).
 
-Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency stop or fault ended \
-the test, or a promise could not be judged: this machine was too busy, or a limit of the device ended the trial.";
+Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency \
+stop or fault ended the test, or this machine or a limit of the device kept one from being judged.";
 
 /// Arguments of `device selftest`.
 #[derive(Debug, Args)]
@@ -30,14 +30,14 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     port: PortArguments,
     /// Force limit during the test
-    #[arg(long, value_parser = within::<Force>(range::FORCE_LIMITS), value_name = "FORCE")]
-    force_limit: Option<Force>,
+    #[arg(long, value_parser = quantity("_n", range::FORCE_LIMITS), value_name = "FORCE")]
+    force_limit: Option<f64>,
     /// Silence after which the device must let go
-    #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()))]
-    watchdog: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::WATCHDOG))]
+    watchdog: Option<f64>,
     /// Sample time; longer for a slow line
-    #[arg(long, value_parser = within::<Time>(parameters::MEASURE_SAMPLE_TIME.range()), default_value = parameters::MEASURE_SAMPLE_TIME.shown)]
-    sample_time: Time,
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::MEASURE_SAMPLE_TIME), default_value = parameters::MEASURE_SAMPLE_TIME.shown)]
+    sample_time: f64,
     /// Emergency stop [default: none if simulated, else pressed]
     #[arg(long, value_parser = choice::<EmergencyStop>())]
     emergency_stop: Option<EmergencyStop>,
@@ -46,15 +46,15 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut test = SelfTest::DEFAULT;
-        if let Some(force) = self.force_limit {
-            test.force_limit_n = force.0;
+        if let Some(force_n) = self.force_limit {
+            test.force_limit_n = force_n;
         }
         if let Some(watchdog) = self.watchdog {
-            let ms = watchdog_ms(watchdog.0);
+            let ms = watchdog_ms(watchdog);
             test.watchdog_ms =
-                ms.map_err(|why| Failure::bad_input(format_args!("--watchdog {watchdog} {why}")))?;
+                ms.map_err(|why| Failure::bad_input(format_args!("--watchdog {watchdog}s {why}")))?;
         }
-        test.period_us = (self.sample_time.0 * 1e6).round() as u32;
+        test.period_us = (self.sample_time * 1e6).round() as u32;
         if let Some(emergency_stop) = self.emergency_stop {
             test.emergency_stop = emergency_stop;
         }
@@ -83,14 +83,18 @@ fn say(notice: Notice, output: Output) {
         )),
         Notice::Trying(promise) if is_watched(output) => note("trying", promise),
         Notice::Trying(_) => {}
-        Notice::PressEmergencyStop => note(
-            "now",
-            format_args!("press the emergency stop, within {patience_s} s"),
-        ),
-        Notice::ReleaseEmergencyStop => note(
-            "now",
-            format_args!("release it again, within {patience_s} s"),
-        ),
+        Notice::PressEmergencyStop => {
+            note(
+                "now",
+                format_args!("press the emergency stop, within {patience_s} s"),
+            );
+        }
+        Notice::ReleaseEmergencyStop => {
+            note(
+                "now",
+                format_args!("release it again, within {patience_s} s"),
+            );
+        }
     }
 }
 
@@ -107,9 +111,8 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
         )));
     }
     if report.interrupted {
-        return Err(Failure::Run(anyhow::anyhow!(
-            "interrupted: the device was disarmed"
-        )));
+        let words = anyhow::anyhow!("interrupted: the device was disarmed");
+        return Err(Failure::Run(words));
     }
     let named = |which: fn(&Check) -> bool, why: &str, remedy: &str| {
         let checks = report.checks.iter().filter(|check| which(check));
@@ -118,21 +121,18 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
         let names = names.join(", ");
         (count > 0).then(|| anyhow::anyhow!("{count} of {of} promises {why}: {names}; {remedy}"))
     };
-    let broken = named(
-        |check| check.ok == Some(false),
-        "were broken",
-        "do not use this device until that is fixed",
+    let (broken, fix) = ("were broken", "do not use this device until that is fixed");
+    let broken = named(|check| check.ok == Some(false), broken, fix);
+    let (limited, read) = (
+        "could not be judged, by a limit of the device",
+        "see the table",
     );
-    let limited = named(
-        |check| check.not_judged && !check.host_late,
-        "could not be judged, as a limit of the device ended their trials",
-        "the table says what to do",
-    );
-    let late = named(
-        |check| check.host_late,
+    let limited = named(|check| check.not_judged && !check.host_late, limited, read);
+    let (late, close) = (
         "could not be judged, as this machine was too busy",
-        "close other programs (see `host-cli rt-check`), then test again",
+        "close other programs",
     );
+    let late = named(|check| check.host_late, late, close);
     match (broken, limited.or(late)) {
         (Some(broken), _) => Err(Failure::Run(broken)),
         (None, Some(unknown)) => Err(Failure::Device(unknown)),

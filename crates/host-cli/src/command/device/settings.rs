@@ -12,7 +12,6 @@ use haptic_link::{
 use haptic_quantity::{digits, label, without_unit, written};
 use serde_json::{Value, json};
 
-/// Prints the parameters of a device.
 pub(super) fn get(port: &PortArguments, output: Output) -> Result<(), Failure> {
     let link = port.connect_any()?;
     let configuration = link.configuration();
@@ -134,7 +133,6 @@ fn chain(limits: &Limits) -> Value {
     joined([Value::Object(chain), rest])
 }
 
-/// The passivity guard.
 fn guard(limits: &Limits) -> Value {
     let (n, own) = (number, &limits.guard);
     let kind = match own.kind {

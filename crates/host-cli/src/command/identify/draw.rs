@@ -1,6 +1,6 @@
 //! The record over the candidates, and the residuals below.
 
-use crate::page::{Panel, Points, linear, page};
+use crate::picture::{Panel, Points, linear, page};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_quantity::{digits, written};
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};

@@ -1,12 +1,11 @@
 //! From the file to a record.
 
-use crate::parse::within;
+use crate::parse::quantity;
 use crate::table;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
-use haptic_quantity::Time;
 use haptic_tissue::identify::table::{
     Choice, Column, Columns, Loading, Reader, Reading, Understood, read_table,
 };
@@ -25,11 +24,11 @@ pub(super) struct TableArguments {
     #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
     units: Vec<(Column, String)>,
     /// First time, or angular frequency of an oscillation, rad/s
-    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES))]
-    from: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::RECORD_TIMES))]
+    from: Option<f64>,
     /// Last time or angular frequency
-    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES))]
-    to: Option<Time>,
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::RECORD_TIMES))]
+    to: Option<f64>,
 }
 
 impl TableArguments {
@@ -52,8 +51,8 @@ impl TableArguments {
             let reader = Reader {
                 columns: self.columns.clone(),
                 units: self.units.clone(),
-                from: self.from.map(|time| time.0),
-                to: self.to.map(|time| time.0),
+                from: self.from,
+                to: self.to,
             };
             let read = read_table(&table::bytes(path)?);
             read.and_then(|table| reader.read(table))
@@ -75,7 +74,7 @@ impl TableArguments {
                 "a log has positions and forces: give --area and --thickness, as in 4cm2 and 20mm",
             ));
         }
-        let (from, to) = (self.from.map(|time| time.0), self.to.map(|time| time.0));
+        let (from, to) = (self.from, self.to);
         let mut read = LogColumns::default();
         let mut log = LogReader::open(path)?;
         for entry in &mut log {
@@ -152,7 +151,7 @@ impl LogColumns {
     }
 }
 
-fn quantity(text: &str) -> Result<(Column, &str), String> {
+fn pair(text: &str) -> Result<(Column, &str), String> {
     let split = text
         .split_once('=')
         .and_then(|(name, value)| Some((Column::named(name.trim())?, value.trim())));
@@ -163,7 +162,7 @@ fn quantity(text: &str) -> Result<(Column, &str), String> {
 }
 
 fn parse_column(text: &str) -> Result<(Column, Choice), String> {
-    let (column, value) = quantity(text)?;
+    let (column, value) = pair(text)?;
     let choice = match value.parse() {
         Ok(number) => Choice::Number(number),
         Err(_) => Choice::Name(value.to_owned()),
@@ -172,6 +171,6 @@ fn parse_column(text: &str) -> Result<(Column, Choice), String> {
 }
 
 fn parse_unit(text: &str) -> Result<(Column, String), String> {
-    let (column, value) = quantity(text)?;
+    let (column, value) = pair(text)?;
     Ok((column, value.to_owned()))
 }

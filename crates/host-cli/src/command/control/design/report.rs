@@ -11,7 +11,6 @@ use haptic_quantity::digits;
 use serde_json::{Value, json};
 use std::f64::consts::LN_10;
 
-/// What was asked, and the answer.
 pub(super) struct Report<'a> {
     pub(super) design: &'a ControlDesign,
     pub(super) answer: &'a ControlAnswer,
@@ -77,7 +76,6 @@ impl Report<'_> {
         self.answer.integer.as_ref().ok()
     }
 
-    /// All of it, for JSON.
     pub(super) fn value(&self, plant: &str, controller: Option<&str>, files: &[String]) -> Value {
         let (own, integer, t) = (self.own(), self.integer(), self.design.sample_time.0);
         let wish = |wish: &Wish| {
@@ -129,7 +127,6 @@ impl Report<'_> {
         parts.join("; ")
     }
 
-    /// Which wishes are missed, and by how much.
     fn unmet(&self) -> String {
         let missed = self.own().wishes.iter().filter(|wish| !wish.is_met());
         let words = missed.map(|wish| {
@@ -210,7 +207,6 @@ impl Report<'_> {
         }
     }
 
-    /// The verdict and the comparison.
     fn sentences(&self) -> Vec<String> {
         let Some(own) = &self.own().trial else {
             let count = "Stable at the measured frequencies, if the plant is stable; not proved.";
@@ -255,7 +251,6 @@ impl Report<'_> {
     }
 }
 
-/// One spread against another.
 fn compared(fractional: f64, integer: f64) -> String {
     let least = 1e-3;
     if fractional < least && integer < least {
