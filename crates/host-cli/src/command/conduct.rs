@@ -166,7 +166,7 @@ impl RunArguments {
 /// What a file promises and the run did not keep.
 fn broken(key: &str, what: &str, remedy: &str) -> Failure {
     Failure::Run(anyhow::anyhow!(
-        "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
+        "{key}: {what}: {remedy}, or take {key} out of the file to run it anyway"
     ))
 }
 
