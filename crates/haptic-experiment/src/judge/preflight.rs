@@ -320,7 +320,7 @@ mod tests {
             assert!(text.contains(part), "\"{part}\" in {text}");
         }
         verdict.require_stable(true).expect("forced");
-        for (guarded, words) in [(false, "run all the same"), (true, "the guard alone")] {
+        for (guarded, words) in [(false, "it runs anyway"), (true, "only the guard")] {
             let warning = verdict.warning(guarded).expect("a warning");
             let told = ["unstable", words]
                 .iter()

@@ -156,7 +156,7 @@ fn promised(kept: bool, key: &str, what: &str, remedy: &str) -> Result<(), Failu
     match kept {
         true => Ok(()),
         false => Err(Failure::Run(anyhow::anyhow!(
-            "{key}: {what}: {remedy}, or omit {key} to allow it"
+            "{key}: {what}: {remedy}, or take {key} out of the file to run it anyway"
         ))),
     }
 }

@@ -43,7 +43,7 @@ impl DriveReport {
         }
         if !self.preflight.stable() {
             warnings.push(
-                "pre-flight: the loop of the drive is unstable by the analysis; run all the same"
+                "pre-flight: the loop of the drive is unstable by the analysis; it runs anyway"
                     .to_owned(),
             );
         }
