@@ -146,7 +146,7 @@ impl Outcome {
                 anyhow::anyhow!("interrupted: the force is zero, nothing was written")
             }
             Self::Fault(Fault::Workspace) => anyhow::anyhow!(
-                "the device left the box of {box_mm} mm, force zero: enlarge {MEASURE_BOX} or lower {MEASURE_FORCE_LIMIT}"
+                "the device left the box of {box_mm} mm, and the force is zero: enlarge {MEASURE_BOX}, or give a smaller {MEASURE_FORCE_LIMIT}"
             ),
             Self::Fault(fault @ (Fault::Velocity | Fault::PositionJump)) => anyhow::anyhow!(
                 "the device is too fast, and the force is zero ({fault}): give a smaller {MEASURE_FORCE_LIMIT}, or see to its sensor"
@@ -155,7 +155,7 @@ impl Outcome {
                 anyhow::anyhow!("the measurement ended in a fault, and the force is zero: {fault}")
             }
             Self::Blocked => anyhow::anyhow!(
-                "the device does not move under {force} N, force zero: free it, or raise {MEASURE_FORCE_LIMIT}"
+                "the device does not move under {force} N, and the force is zero: free it, or raise {MEASURE_FORCE_LIMIT}"
             ),
             Self::MovesByItself => anyhow::anyhow!(
                 "the device moves by itself, without any force: level it, let go of it, or give {HELD} if a hand holds it"
