@@ -231,7 +231,7 @@ fn bad_limits_are_refused() {
         (true, |limits, x| limits.rate = NewtonsPerSecond(x)),
         (true, |limits, x| limits.norm = Some(Newtons(x))),
         (true, |limits, x| {
-            limits.braking = Some(NewtonSecondsPerMetre(x))
+            limits.braking = Some(NewtonSecondsPerMetre(x));
         }),
         (true, |limits, x| limits.velocity_bandwidth = Hertz(x)),
         (false, |limits, x| limits.start_force = Some(Newtons(x))),

@@ -35,13 +35,6 @@ fn armed_host_loop(law: fn(f32) -> f32) -> Bench {
     bench
 }
 
-/// The same, started.
-fn host_loop(law: fn(f32) -> f32) -> Bench {
-    let mut bench = armed_host_loop(law);
-    bench.done(Request::Start(START));
-    bench
-}
-
 /// A run of so many ticks, started.
 fn started(start: Start) -> Bench {
     let mut bench = armed();

@@ -2,18 +2,19 @@
 //!
 //! Its clock is that of its ticks: where this machine is late, the board is slow, and nothing else changes.
 
+use haptic_emulator::{FaultyLine, LineDamage, LineFaults};
 use haptic_experiment::Failure;
 use haptic_link::{
     Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Refusal, Report,
     Scope, Simulation, State, encode,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{Line as _, Pipe, SerialLink};
+use haptic_remote::serial::{Line as _, Pipe, SerialError, SerialLink};
 use haptic_remote::{DeviceSession, Hardware, SimulatedPlant, TickSide};
 use std::cell::RefCell;
 use std::io::{Read as _, Write as _};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -95,10 +96,43 @@ impl Hardware for Axis {
     }
 }
 
+/// One direction of the line: bytes go in, and come through by frames, or not.
+struct Way {
+    line: FaultyLine,
+    /// Bytes since the end of a frame.
+    frame: Vec<u8>,
+}
+
+impl Way {
+    fn new(faults: LineFaults, seed: u64) -> Self {
+        Self {
+            line: FaultyLine::new(faults, seed).expect("good chances"),
+            frame: Vec::new(),
+        }
+    }
+
+    fn through(&mut self, bytes: &[u8]) -> Vec<u8> {
+        for &byte in bytes {
+            self.frame.push(byte);
+            if byte == 0 {
+                self.line.send(&self.frame, 0);
+                self.frame.clear();
+            }
+        }
+        core::iter::from_fn(|| self.line.receive(0))
+            .flatten()
+            .collect()
+    }
+}
+
+/// To the board, and to the host.
+type Ways = Arc<Mutex<[Way; 2]>>;
+
 /// A board that runs until it is dropped.
 pub(crate) struct Board {
     /// The end for hosts, one after another.
     line: Pipe,
+    ways: Ways,
     over: Arc<AtomicBool>,
     stop_is_open: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -106,6 +140,13 @@ pub(crate) struct Board {
 
 impl Board {
     pub(crate) fn start(flaw: Flaw) -> Self {
+        Self::on_line(flaw, LineFaults::default(), 0)
+    }
+
+    /// At a line with these faults in both directions.
+    pub(crate) fn on_line(flaw: Flaw, faults: LineFaults, seed: u64) -> Self {
+        let ways = [0, 1].map(|way| Way::new(faults, 2 * seed + way));
+        let ways = Arc::new(Mutex::new(ways));
         let (line, mut port) = Pipe::pair();
         let patience = Duration::from_micros(500);
         port.set_patience(patience).expect("takes a patience");
@@ -116,22 +157,30 @@ impl Board {
             stop_is_open: Arc::clone(&stop_is_open),
         };
         let ends = Arc::clone(&over);
-        let thread = std::thread::spawn(move || Running::new(port, axis, flaw).run(&ends));
+        let running = Running::new(port, Arc::clone(&ways), axis, flaw);
+        let thread = std::thread::spawn(move || running.run(&ends));
         Self {
             line,
+            ways,
             over,
             stop_is_open,
             thread: Some(thread),
         }
     }
 
-    /// The end for a host.
-    pub(crate) fn line(&self) -> Pipe {
-        self.line.clone()
+    /// Greets it once.
+    pub(crate) fn greet(&self) -> Result<SerialLink, SerialError> {
+        SerialLink::to_line(Box::new(self.line.clone()), "board")
     }
 
     pub(crate) fn connect(&self) -> Result<SerialLink, Failure> {
-        SerialLink::to_line(Box::new(self.line()), "board").map_err(Failure::input)
+        self.greet().map_err(Failure::input)
+    }
+
+    /// What its line has done, to the board and to the host.
+    pub(crate) fn damage(&self) -> [LineDamage; 2] {
+        let ways = self.ways.lock().expect("no panic");
+        [ways[0].line.damage(), ways[1].line.damage()]
     }
 
     pub(crate) fn open_stop(&self, open: bool) {
@@ -186,6 +235,7 @@ impl Drop for Board {
 
 struct Running {
     port: Pipe,
+    ways: Ways,
     device: RefCell<TickSide<Axis>>,
     session: DeviceSession,
     flaw: Flaw,
@@ -198,9 +248,10 @@ struct Running {
 }
 
 impl Running {
-    fn new(port: Pipe, axis: Axis, flaw: Flaw) -> Self {
+    fn new(port: Pipe, ways: Ways, axis: Axis, flaw: Flaw) -> Self {
         Self {
             port,
+            ways,
             device: RefCell::new(TickSide::new(axis).expect("it starts")),
             session: DeviceSession::new([0, 1, 0], 7),
             flaw,
@@ -217,7 +268,7 @@ impl Running {
         while !over.load(Ordering::Relaxed) {
             // Nothing came.
             let count = self.port.read(&mut bytes).unwrap_or(0);
-            for &byte in &bytes[..count] {
+            for byte in self.through(0, &bytes[..count]) {
                 let length = (self.session).receive(byte, self.now_us, &self.device, &mut line);
                 self.send(&line[..length]);
             }
@@ -257,9 +308,14 @@ impl Running {
             let mut line = [0; FRAME_MAX];
             let header = Header::from_device(header.sequence as u16);
             let length = encode(&report, header, &mut line).expect("it fits");
+            let through = self.through(1, &line[..length]);
             // A host that is gone reads nothing.
-            let _ = self.port.write_all(&line[..length]);
+            let _ = self.port.write_all(&through);
         }
+    }
+
+    fn through(&self, way: usize, bytes: &[u8]) -> Vec<u8> {
+        self.ways.lock().expect("no panic")[way].through(bytes)
     }
 
     fn spoil(&mut self, report: Report) -> Report {

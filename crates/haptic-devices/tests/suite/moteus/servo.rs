@@ -138,7 +138,8 @@ fn instead(rig: &Rig, answer: Vec<u8>) {
 #[test]
 fn each_fault_is_named_within_five_ticks() {
     let of_another = "rcv 300 21000A2F01000000000000000000000000210F00 E B F ";
-    let happens: [(&str, fn(&mut Rig)); 6] = [
+    type Happens = fn(&mut Rig);
+    let happens: [(&str, Happens); 6] = [
         ("servo 1 is in fault 34, over voltage", |rig| {
             rig.wire.world().adapter.servo.fail(34);
         }),

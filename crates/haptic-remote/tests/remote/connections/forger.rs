@@ -55,7 +55,7 @@ fn any_request(random: &mut Random, faults: u16, tick: u32) -> Request {
     match below(random, 9) {
         0 | 1 => Request::Arm { faults },
         2 => Request::Start(Start {
-            run: (random.bits() as u32),
+            run: random.bits() as u32,
             ..START
         }),
         3 => Request::Force {
@@ -117,7 +117,7 @@ pub(super) fn forged(
                 1 => connection ^ (1 << below(random, 32)),
                 2 => connection.wrapping_add(1),
                 3 => header_of(&capture[below(random, capture.len())]).1,
-                _ => (random.bits() as u32),
+                _ => random.bits() as u32,
             };
             let other = if other == connection { !other } else { other };
             framed(&request, sequence + 1 + (random.bits() as u32) % 100, other)
