@@ -7,14 +7,14 @@ pub(crate) mod drive;
 pub(crate) mod indentation;
 pub(crate) mod reading;
 pub(crate) mod rendering;
-pub mod teleoperation;
+pub(crate) mod teleoperation;
 pub(crate) mod touch;
 pub(crate) mod trial;
 pub(crate) mod wall;
 
 use crate::document::parameters::{ON_DEVICE, Parameter, SAFETY};
-pub use drive::{DriveReport, DriveVerdict, LoopVerdict};
-pub use touch::{PostureVerdict, TouchVerdict};
+pub use teleoperation::{End, FarEnd, FarReport, FeltAt, RemotePlace, Terms};
+pub use touch::TouchVerdict;
 
 /// Kinds of experiments, the names of their tables in files.
 pub const KINDS: [&str; 6] = [

@@ -454,11 +454,14 @@ impl DeviceModelArguments {
 pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
-        AREA, CONTACT, CONTROLLER, CREEP_DURATION, DAMPING, DELAY, DESIGN_ORDERS, DEVICE,
-        DEVICE_MODEL, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_STIFFNESS, HELD, LOOP, MASS,
-        MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
-        ONE_SIDED, PUSH, Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME,
-        STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WISH, WISH_FREQUENCY, WISH_TISSUE,
+        ARCHITECTURE, AREA, CONTACT, CONTROLLER, COUPLER_DISSIPATION, COUPLER_STIFFNESS,
+        CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DESIGN_ORDERS, DEVICE, DEVICE_MODEL,
+        DISSIPATION, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_COUPLER_DISSIPATION,
+        HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD, LIBRARY, LINE_DELAY,
+        LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
+        MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PUSH, Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE,
+        SAMPLE_TIME, SCHEME, SLAVE_DAMPING, SLAVE_MASS, STIFFNESS, STRAIN, STRESS, THICKNESS,
+        TISSUE, TRIAL_FORCE_LIMIT, WAVE_IMPEDANCE, WISH, WISH_FREQUENCY, WISH_TISSUE,
         ZWIDTH_ORDERS, ZWIDTH_POINTS,
     };
 
@@ -485,6 +488,92 @@ pub(crate) mod keys {
     const RIG: &[&Parameter] =
         &[&AREA, &THICKNESS, &CONTACT, &CONTROLLER, &LOOP, &DEVICE_MODEL, &GUARD];
 
+    /// Mass of a device that is analysed.
+    pub(crate) const ANALYSED_MASS: Parameter = MASS.without_default();
+    /// Its damping.
+    pub(crate) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
+    /// The hand on it.
+    pub(crate) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
+    /// Sample time of what is analysed.
+    pub(crate) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
+    /// Delay of what is analysed.
+    pub(crate) const ANALYSED_DELAY: Parameter = DELAY.without_default();
+    /// Current lag of what is analysed.
+    pub(crate) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
+
+    /// A wall on a device.
+    const ON_WALL: &[&Parameter] = &[
+        &ORDER,
+        &a::ANALYSED_SCHEME,
+        &DEVICE_MODEL,
+        &ANALYSED_MASS,
+        &ANALYSED_DAMPING,
+        &ANALYSED_HAND,
+        &ANALYSED_SAMPLE_TIME,
+        &STIFFNESS,
+        &DISSIPATION,
+        &ANALYSED_DELAY,
+        &ANALYSED_LAG,
+    ];
+    /// The same without units.
+    const WITHOUT_UNITS: &[&Parameter] =
+        &[&a::ALPHA, &a::BETA, &a::DELTA, &a::GAMMA, &a::DELAY_SAMPLES];
+    /// A wall and frequencies.
+    const ENVIRONMENT: &[&Parameter] = &[
+        &ORDER,
+        &a::ANALYSED_SCHEME,
+        &STIFFNESS,
+        &DISSIPATION,
+        &ANALYSED_SAMPLE_TIME,
+        &a::OMEGA_MIN,
+        &a::OMEGA_MAX,
+        &a::POINTS,
+    ];
+    /// The device that it is on.
+    const TRANSPARENCY: &[&Parameter] = &[
+        &DEVICE_MODEL,
+        &ANALYSED_MASS,
+        &ANALYSED_DAMPING,
+        &ANALYSED_DELAY,
+        &ANALYSED_LAG,
+        &a::DELAY_SAMPLES,
+    ];
+    /// A virtual coupler.
+    const COUPLING: &[&Parameter] = &[
+        &ORDER,
+        &a::ANALYSED_SCHEME,
+        &COUPLER_STIFFNESS,
+        &COUPLER_DISSIPATION,
+        &ANALYSED_SAMPLE_TIME,
+        &ANALYSED_DAMPING,
+    ];
+    /// Two hands over a line.
+    const HANDS: &[&Parameter] = &[
+        &ARCHITECTURE,
+        &LINE_DELAY,
+        &HAND_COUPLER_STIFFNESS,
+        &HAND_COUPLER_DISSIPATION,
+        &HAND_COUPLER_ORDER,
+        &WAVE_IMPEDANCE,
+        &a::PLAYOUT_SAMPLES,
+        &a::BEST,
+        &TISSUE,
+        &a::FELT_LOW,
+        &a::FELT_HIGH,
+        &a::FELT_POINTS,
+    ];
+    /// Their devices, and the tissue.
+    const HANDS_ON: &[&Parameter] = &[
+        &MASS,
+        &DAMPING,
+        &SLAVE_MASS,
+        &SLAVE_DAMPING,
+        &SAMPLE_TIME,
+        &LIBRARY,
+        &AREA,
+        &THICKNESS,
+    ];
+
     named! {
         Relax: &[
             &[&TISSUE, &STRAIN, &RAMP_TIME, &RELAX_DURATION, &SCHEME, &SAMPLE_TIME, &DEVICE],
@@ -507,11 +596,11 @@ pub(crate) mod keys {
             &MEASURE_SAMPLE_TIME, &HELD, &DEVICE_MODEL, &MASS, &DAMPING,
         ]];
         // Of `analyze`.
-        Wall: &[a::LOOP, a::LOOP_WITHOUT_UNITS];
-        Sensitivity: &[a::LOOP, &[&a::SENSITIVITY_POINTS], a::LOOP_WITHOUT_UNITS];
-        Environment: &[a::ENVIRONMENT];
-        Transparency: &[a::ENVIRONMENT, a::TRANSPARENCY];
-        Coupling: &[a::COUPLING];
-        Hands: &[a::HANDS, a::HANDS_ON];
+        Wall: &[ON_WALL, WITHOUT_UNITS];
+        Sensitivity: &[ON_WALL, &[&a::SENSITIVITY_POINTS], WITHOUT_UNITS];
+        Environment: &[ENVIRONMENT];
+        Transparency: &[ENVIRONMENT, TRANSPARENCY];
+        Coupling: &[COUPLING];
+        Hands: &[HANDS, HANDS_ON];
     }
 }

@@ -12,6 +12,9 @@ use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
+/// Times to wait for something that may never come, s: a day.
+pub(crate) const WAITS: Range = Range::Within(0.0, 86_400.0);
+
 /// What was read, if it is in a range; else value and range, for people.
 pub(crate) fn in_range<Q: Quantity>(quantity: Q, range: Range) -> Result<Q, String> {
     if range.contains(quantity.si()) {

@@ -1,18 +1,30 @@
 //! Pictures of what experiments leave.
 
-use haptic_experiment::experiment::teleoperation::{FarReport, FeltAt, TeleoperationReport};
+use haptic_experiment::TeleoperationReport;
+use haptic_experiment::experiment::{FarReport, FeltAt};
 use haptic_experiment::judge::Curves;
-use haptic_experiment::{Report, TouchReport, TrialReport};
+use haptic_experiment::{IndentationReport, Report, TrialReport};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
 };
 
-/// A run beside its closed form.
+/// A run of any kind.
 ///
 /// # Errors
 /// If there is nothing to draw.
-pub fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
+pub fn of_report(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
+    match report {
+        Report::Indentation(report) => of_theory(report, curves),
+        Report::Wall(report) => of_trial(&report.trial, curves),
+        Report::Coupler(report) => of_trial(&report.trial, curves),
+        Report::Teleoperation(report) => of_teleoperation(report, curves),
+        Report::Touch(_) => of_touch(curves),
+    }
+}
+
+/// A run beside its closed form.
+fn of_theory(report: &IndentationReport, curves: &Curves) -> Result<Picture, FigureError> {
     let (quantity, label) = match report.final_strain {
         Some(_) => ("strain", "strain"),
         None => ("force", "force / N"),
@@ -34,12 +46,12 @@ pub fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, FigureErro
         },
         quantity,
         label,
-        origin: curves.origin.word(),
+        origin: curves.origin,
         time_s: &curves.time_s,
         values: curves.column("values"),
         closed_form: curves.column("closed_form"),
         relative_error: curves.column("relative_error"),
-        held: report.drive.as_ref().map(|_| HeldPanels {
+        held: (!curves.column("drive_force_n").is_empty()).then(|| HeldPanels {
             time_s: &curves.time_s,
             label: error_label,
             tracking_error: &tracking_error,
@@ -111,13 +123,7 @@ pub fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureError> {
 }
 
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_teleoperation(
-    report: &TeleoperationReport,
-    curves: &Curves,
-) -> Result<Picture, FigureError> {
+fn of_teleoperation(report: &TeleoperationReport, curves: &Curves) -> Result<Picture, FigureError> {
     let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
     let [hand, master, slave] =
         ["hand_m", "position_m", "far_position_m"].map(|name| over_time(curves.column(name), 1e3));
@@ -189,10 +195,7 @@ fn felt_chart<'a>(
 }
 
 /// A touch: the paths over the shape, the depth, and the force of each axis.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, FigureError> {
+fn of_touch(curves: &Curves) -> Result<Picture, FigureError> {
     let forces = ["force_x_n", "force_y_n", "force_z_n"].map(|name| curves.column(name).to_vec());
     let axes = forces.iter().filter(|force| !force.is_empty()).count();
     PlaneFigure {
@@ -209,10 +212,7 @@ pub fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, FigureError
 }
 
 /// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
+fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
     let time = &trial.time_s;
     let position = over_time(time, trial.column("position_m"), 1e3);
     let object = Some(trial.column("object_position_m")).filter(|object| !object.is_empty());
@@ -222,7 +222,7 @@ pub fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureE
     let rest: Vec<(f64, f64)> = (report.settling.expected_deflection_m)
         .map(|x| ends.map(|&t| (t, 1e3 * x)).collect())
         .unwrap_or_default();
-    let run = trial.origin.word();
+    let run = trial.origin;
     let device = if object.is_some() {
         format!("device, {run}")
     } else {

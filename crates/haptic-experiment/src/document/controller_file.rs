@@ -100,7 +100,7 @@ impl ControllerFile {
     ///
     /// # Errors
     /// If it is wrong: in one line, with file and line.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let words = ("controller", CHOICE);
         let laws = LAWS.map(|(name, _)| name);

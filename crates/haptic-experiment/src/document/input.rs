@@ -61,25 +61,25 @@ pub fn without_bulk(message: &str, arguments: impl Iterator<Item = String>) -> S
 /// A source of rows that ends with an error in a row longer than a mebibyte, so that one without line
 /// breaks takes no more memory than that.
 #[derive(Debug)]
-pub struct Rows<R> {
+pub(crate) struct Rows<R> {
     source: R,
     row: RowLength,
 }
 
 /// Bytes read since the last row began; to be told of each row.
 #[derive(Clone, Debug, Default)]
-pub struct RowLength(Rc<Cell<u64>>);
+pub(crate) struct RowLength(Rc<Cell<u64>>);
 
 impl RowLength {
     /// A row has been taken in.
-    pub fn next_row(&self) {
+    pub(crate) fn next_row(&self) {
         self.0.set(0);
     }
 }
 
 impl<R> Rows<R> {
     /// Rows from a source.
-    pub fn new(source: R) -> (Self, RowLength) {
+    pub(crate) fn new(source: R) -> (Self, RowLength) {
         let row = RowLength::default();
         let length = row.clone();
         (Self { source, row }, length)

@@ -7,7 +7,7 @@
 mod common;
 mod controller;
 pub(crate) mod kind;
-pub mod range;
+pub(crate) mod range;
 mod safety;
 
 pub use common::*;

@@ -55,7 +55,8 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_loop::{ParameterError, SafetyChain};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
-pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
+pub(crate) use report::TeleoperationVerdict;
+pub use report::{FeltAt, TeleoperationReport};
 pub use side::{FarEnd, FarReport, Terms};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -128,7 +129,7 @@ parameters! {
 }
 
 /// Of `[teleoperation]`.
-pub const TELEOPERATION: &[Parameter] = &joined::<39>(&[
+pub(crate) const TELEOPERATION: &[Parameter] = &joined::<39>(&[
     &[ARCHITECTURE, HAND_COUPLER_STIFFNESS],
     &[HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER],
     &[WAVE_IMPEDANCE, PLAYOUT, LINE_DELAY, LINE_JITTER],
@@ -281,7 +282,7 @@ pub struct TeleoperationExperiment {
 impl TeleoperationExperiment {
     /// T.
     #[must_use]
-    pub const fn sample_time(&self) -> Seconds {
+    pub(crate) const fn sample_time(&self) -> Seconds {
         self.master.sample_time
     }
 
@@ -289,7 +290,7 @@ impl TeleoperationExperiment {
     ///
     /// # Errors
     /// A parameter outside its range.
-    pub fn check(&self) -> Result<u64, Failure> {
+    pub(crate) fn check(&self) -> Result<u64, Failure> {
         self.check_waves()?;
         self.pair().map(|_| self.samples())
     }
@@ -466,7 +467,7 @@ impl TeleoperationExperiment {
     }
 
     /// Of the log of a run, or of a side of one.
-    fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
+    pub(crate) fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
         let choice = (pace, self.scheme);
         let mut metadata = metadata("teleoperation", choice, None, &self.safety);
         let frequencies: Vec<String> =

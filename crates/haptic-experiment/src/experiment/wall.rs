@@ -16,7 +16,6 @@ use crate::document::reader::Table;
 use crate::judge::Published;
 use crate::judge::Reference;
 use crate::judge::preflight::Preflight;
-use crate::judge::report::{RunReport, Summary};
 use crate::judge::settling::Settling;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::PreflightSubject;
@@ -43,11 +42,11 @@ parameters! {
 }
 
 /// Of `[wall]` that have to be given in a file.
-pub const WALL_REQUIRED: &[Parameter] =
+pub(crate) const WALL_REQUIRED: &[Parameter] =
     &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
 
 /// Of `[wall]`, with defaults.
-pub const WALL: &[Parameter] = &joined::<17>(&[
+pub(crate) const WALL: &[Parameter] = &joined::<17>(&[
     &[DEVICE_MODEL, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
     TRIAL_LOOP,
@@ -58,7 +57,7 @@ pub const WALL: &[Parameter] = &joined::<17>(&[
 
 /// A wall experiment.
 #[derive(Clone, Debug)]
-pub struct WallExperiment {
+pub(crate) struct WallExperiment {
     /// Device, trial, safety and pace.
     pub setup: TrialSetup,
     /// μ, 0 to 2.
@@ -87,16 +86,6 @@ pub struct WallReport {
     pub trial: TrialReport,
 }
 
-impl Summary for WallReport {
-    fn run(&self) -> &RunReport {
-        &self.trial.run
-    }
-
-    fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.trial.run
-    }
-}
-
 /// `[wall]`: device, wall and trial.
 pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     let remote = remote(table)?;
@@ -123,7 +112,7 @@ impl WallExperiment {
     ///
     /// # Errors
     /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,

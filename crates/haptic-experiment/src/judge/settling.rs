@@ -30,7 +30,7 @@ const LIMITED_SHARE: f64 = 0.01;
 /// By which rule a trial is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Criterion {
+pub(crate) enum Criterion {
     /// Position, force and the force limit.
     Settling,
     /// That of the dissertation's figure 4.3: a push from rest, and a standard deviation of the position of at most 0.1 mm.
@@ -149,7 +149,7 @@ pub struct Settling {
     /// Verdict on the trial.
     pub verdict: TrialVerdict,
     /// By which rule.
-    pub criterion: Criterion,
+    pub(crate) criterion: Criterion,
     /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
     pub impact_m_per_s: f64,
     /// Standard deviation of the position over the window, m; null if the device has left or the trial did

@@ -26,7 +26,7 @@
 
 mod answer;
 mod bench;
-pub mod coupler;
+pub(crate) mod coupler;
 pub(crate) mod reading;
 
 use crate::document::advice::{check, parameter};
@@ -36,10 +36,11 @@ use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{AREA, ENCODER_RESOLUTION, LIBRARY, SCHEME, THICKNESS, range};
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
+use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::ModelledTissue;
-pub use crate::question::bench::Device;
+use crate::question::bench::Device;
 use crate::question::bench::{AskedDevice, check_orders};
-use crate::{Imperfections, Settling, dynamics};
+use crate::{Imperfections, Settling};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_loop::Specimen;
@@ -74,7 +75,7 @@ const DISSIPATION_UNIT: &str = "N·s^μ/m";
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
 /// Of `[design]`, beside the device of a question.
-pub const DESIGN: &[Parameter] = &[
+pub(crate) const DESIGN: &[Parameter] = &[
     WISH,
     WISH_TISSUE,
     LIBRARY,
@@ -143,7 +144,7 @@ impl Named for RequireName {
 /// Aim of a design.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
-pub enum Wish {
+pub(crate) enum Wish {
     /// The largest K.
     StiffestWall,
     /// The largest effective damping of the wall at a frequency.
@@ -163,33 +164,8 @@ pub enum Wish {
 }
 
 /// A question of a designer.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-/// use haptic_experiment::question::design::{Design, Device, Wish};
-/// use haptic_experiment::{Imperfections, dissertation_device};
-/// use std::sync::atomic::AtomicBool;
-///
-/// let design = Design {
-///     device: Device {
-///         plant: dissertation_device(Seconds(2e-3)),
-///         sensors: Imperfections::NONE.sensors,
-///         force_limit_n: 100.0,
-///     },
-///     scheme: "muir:3".parse()?,
-///     orders: vec![Order::new(1.0)?],
-///     gain_margin: None,
-///     wish: Wish::StiffestWall,
-///     force_noise_limit_n: None,
-/// };
-/// let report = design.answer(&AtomicBool::new(false), &|_| {})?;
-/// // Theorem 1 without delay: K up to 2b/T.
-/// let stiffness = report.best.and_then(|best| best.stiffness).expect("a wall");
-/// assert!((stiffness / 3500.0 - 1.0).abs() < 1e-3);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
-pub struct Design {
+pub(crate) struct Design {
     /// On which device.
     pub device: Device,
     /// With which operator.
@@ -217,8 +193,7 @@ impl Device {
 
 impl Design {
     /// The tissue's own order, then those of the grid.
-    #[must_use]
-    pub fn orders_to_try(&self) -> Vec<Order> {
+    pub(crate) fn orders_to_try(&self) -> Vec<Order> {
         let mut orders = self.orders.clone();
         if let Wish::Tissue { material, .. } = &self.wish {
             let own = material.order();
@@ -341,7 +316,7 @@ pub struct RealisticTrial {
 
 /// Verdict on a tissue that is to be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct TissueVerdict {
+pub(crate) struct TissueVerdict {
     /// Its name.
     pub name: String,
     /// Its order.
@@ -383,7 +358,7 @@ pub struct DesignReport {
     /// The one that meets the wish best; null if none does.
     pub best: Option<Candidate>,
     /// For a tissue.
-    pub tissue: Option<TissueVerdict>,
+    pub(crate) tissue: Option<TissueVerdict>,
     /// The best one tried on the simulated device.
     pub simulated: Option<Settling>,
     /// If an ideal device was assumed: the best one tried on a realistic one.

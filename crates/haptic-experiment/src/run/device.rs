@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Hears what a user should know before a run is over, a sentence each.
-pub type Warn<'a> = &'a (dyn Fn(&str) + Sync);
+pub(crate) type Warn<'a> = &'a (dyn Fn(&str) + Sync);
 
 /// A device by name.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -9,7 +9,7 @@ use haptic_remote::{Impossible, LinkError};
 
 /// Why a run ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// Somebody asked for it.
     Interrupted,
     /// The safety chain latched a fault.
@@ -253,7 +253,7 @@ const LONGER: u16 = 5;
 
 /// How late a host may be for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lateness {
+pub(crate) struct Lateness {
     /// Silence after which the device lets go, ms.
     pub watchdog_ms: u16,
     /// Ticks from a sample to the force that answers it at most, in a loop on the host.

@@ -191,7 +191,7 @@ impl OutputFolder {
 
     /// See [`FolderRequest::roll_bytes`].
     #[must_use]
-    pub const fn roll_bytes(&self) -> Option<u64> {
+    pub(crate) const fn roll_bytes(&self) -> Option<u64> {
         self.roll_bytes
     }
 

@@ -42,7 +42,7 @@ impl RealtimeOptions {
 
 /// Percentiles, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Microseconds {
+pub(crate) struct Microseconds {
     /// Median.
     pub p50: f64,
     /// 99 of 100 took no longer.
@@ -56,7 +56,7 @@ pub struct Microseconds {
 impl Microseconds {
     /// Of a histogram of ns.
     #[must_use]
-    pub fn of(histogram: &Histogram<u64>) -> Self {
+    pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
         let Percentiles {
             p50,
             p99,
@@ -79,7 +79,7 @@ pub(crate) fn microseconds(time: Duration) -> f64 {
 
 /// Timing of a run by the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RealtimeSummary {
+pub(crate) struct RealtimeSummary {
     /// Priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
     /// The core that it was pinned to.
@@ -106,7 +106,7 @@ pub struct RealtimeSummary {
 
 /// A tick, and what took how long.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct WorstTick {
+pub(crate) struct WorstTick {
     /// Its number in the log.
     pub number: u64,
     /// From when it was due to when it began, µs.
@@ -128,7 +128,7 @@ impl From<WorstCycle> for WorstTick {
 impl RealtimeSummary {
     /// Of what a loop measured in a thread.
     #[must_use]
-    pub fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
+    pub(crate) fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
         let Overruns {
             by_wake_up,
             by_compute,

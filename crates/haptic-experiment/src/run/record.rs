@@ -26,7 +26,7 @@ pub(crate) const fn keeps_all(samples: u64) -> bool {
 /// The tick of the log with which a run begins to count, and its time: 0 but where a simulated plant waits for its device to raise its
 /// force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Start {
+pub(crate) struct Start {
     /// Number of the tick.
     pub tick: u64,
     sample_time_s: f64,
@@ -35,7 +35,7 @@ pub struct Start {
 impl Start {
     /// At this tick of so many seconds each.
     #[must_use]
-    pub const fn at(tick: u64, sample_time_s: f64) -> Self {
+    pub(crate) const fn at(tick: u64, sample_time_s: f64) -> Self {
         Self {
             tick,
             sample_time_s,
@@ -44,13 +44,13 @@ impl Start {
 
     /// Its time in the log, s.
     #[must_use]
-    pub const fn time_s(self) -> f64 {
+    pub(crate) const fn time_s(self) -> f64 {
         self.tick as f64 * self.sample_time_s
     }
 
     /// The sample counted from here on; `None` before.
     #[must_use]
-    pub fn counted(self, sample: KeptSample) -> Option<KeptSample> {
+    pub(crate) fn counted(self, sample: KeptSample) -> Option<KeptSample> {
         if self.tick == 0 {
             return Some(sample);
         }
@@ -66,7 +66,7 @@ impl Start {
 
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
-pub struct Record {
+pub(crate) struct Record {
     /// Where it begins in the log.
     pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
@@ -207,7 +207,7 @@ impl Record {
 
     /// Time of the last sample, s; 0 without samples.
     #[must_use]
-    pub fn duration_s(&self) -> f64 {
+    pub(crate) fn duration_s(&self) -> f64 {
         self.last.map_or(0.0, |last| last.time_s)
     }
 

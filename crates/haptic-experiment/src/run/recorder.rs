@@ -152,13 +152,13 @@ impl Recorder {
     }
 
     /// A fault has latched: from here on the flight recorder takes what follows it.
-    pub fn fault(&mut self, fault: FaultSeen) {
+    pub(crate) fn fault(&mut self, fault: FaultSeen) {
         self.flight.latch(fault);
     }
 
     /// Recorder of the ticks around a fault.
     #[must_use]
-    pub const fn flight(&self) -> &FaultRecorder {
+    pub(crate) const fn flight(&self) -> &FaultRecorder {
         &self.flight
     }
 

@@ -19,7 +19,7 @@ use haptic_loop::{Limits, SpeedLimit, Stuck, Workspace};
 
 /// Settings that an experiment asks for; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Safety {
+pub(crate) struct Safety {
     /// Passivity guard.
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
@@ -143,7 +143,7 @@ impl Safety {
     /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
     /// with a blow is refused, and an implausible position is a fault unless that is switched off.
     #[must_use]
-    pub fn on(&self, limits: Limits, real: bool) -> Limits {
+    pub(crate) fn on(&self, limits: Limits, real: bool) -> Limits {
         let brakes = self.braking_n_s_per_m.is_some();
         let default = Limits::default();
         let unless_off = |given: Option<f64>, default: Option<f64>| {
@@ -174,7 +174,7 @@ impl Safety {
     /// # Errors
     /// A jump without a speed limit, the time of a stuck sensor without its force, a mass or damping that nobody asks for; what
     /// has no effect on any device.
-    pub fn acts(&self) -> Result<(), Failure> {
+    pub(crate) fn acts(&self) -> Result<(), Failure> {
         if let (Some(jump), None) = (self.jump_m, self.speed_limit_m_per_s)
             && jump > 0.0
         {
@@ -274,7 +274,7 @@ impl Safety {
 
     /// Facts of the device as the experiment gives them; where it gives none, those of `device`.
     #[must_use]
-    pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
+    pub(crate) fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
         let said = GuardedDevice {
             mass_kg: self.device_mass_kg,
             damping_n_s_per_m: self.device_damping_n_s_per_m,

@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 /// A sample that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeptSample {
+pub(crate) struct KeptSample {
     /// Its number.
     pub tick: u64,
     /// Its time, s.

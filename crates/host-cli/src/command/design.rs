@@ -6,9 +6,7 @@ use crate::options::{WithFiles, keys};
 use crate::output::{Output, warn};
 use crate::page::{Panel, linear, page};
 use haptic_experiment::document::Document;
-use haptic_experiment::question::Question;
-use haptic_experiment::question::design::coupler::{CouplerAnswer, CouplerDesign};
-use haptic_experiment::question::design::{Candidate, Design, DesignReport, Wish};
+use haptic_experiment::question::{Answer, Candidate, CouplerAnswer, DesignReport, Question};
 use haptic_experiment::{Failure, TrialVerdict};
 use haptic_figure::{FigureError, Look, Picture};
 use serde::Serialize;
@@ -37,20 +35,20 @@ pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --ou
 pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), Failure> {
     let mut place = asked.files.look("design", &["toml"])?;
     let document = asked.options.over(Document::new("design"))?;
-    let design = match Question::open(&document).map_err(Failure::input)? {
-        Question::Design(design) => design,
-        Question::Coupler(design) => return coupler(&design, place, output),
-        Question::ZWidth(_) => return Err(Failure::bad_input("not a design")),
-    };
-    let bar = progress_bar(design.orders_to_try().len() as u64, output);
-    let answer = design.answer(&AtomicBool::new(false), &|orders| bar.inc(orders));
+    let question = Question::open(&document).map_err(Failure::input)?;
+    let bar = progress_bar(question.steps(), output);
+    let answer = question.answer(&|orders| bar.inc(orders), &AtomicBool::new(false), &warn);
     bar.finish_and_clear();
-    let mut report = answer?;
+    let mut report = match answer? {
+        Answer::Design(report) => report,
+        Answer::Coupler(answer) => return coupler(answer, place, output),
+        Answer::ZWidth(_) => return Err(Failure::bad_input("not a design")),
+    };
     report.experiment = experiment(&mut place, report.experiment_text.as_deref());
     let table = place.write(|folder| folder.write_table("csv", report.candidates.iter()));
     report.files.extend(table);
     if report.best.is_some() {
-        let picture = place.write(|folder| save_picture(folder, draw(&design, &report)));
+        let picture = place.write(|folder| save_picture(folder, draw(&report)));
         report.files.extend(picture);
     } else {
         place.without(&["svg", "png"]);
@@ -63,7 +61,7 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
         ));
     }
     output.summary(&report)?;
-    place.close(judge(&design, &report))
+    place.close(judge(&report))
 }
 
 /// Writes the experiment of a design, if there is one, and returns its path.
@@ -75,11 +73,11 @@ fn experiment(place: &mut Place, text: Option<&str>) -> Option<String> {
 }
 
 /// A design without a candidate, or one that is not stable when it is tried.
-fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
+fn judge(report: &DesignReport) -> Result<(), Failure> {
     match (&report.best, &report.simulated) {
         (Some(best), Some(simulated))
             if simulated.verdict == TrialVerdict::Unstable
-                && design.gain_margin.is_none()
+                && report.gain_margin.is_none()
                 && report.imperfections.sensors.are_ideal() =>
         {
             warn(&format!(
@@ -127,8 +125,7 @@ struct CouplerReport {
 }
 
 /// The stiffest coupler of each order.
-fn coupler(design: &CouplerDesign, mut place: Place, output: Output) -> Result<(), Failure> {
-    let answer = design.answer(&AtomicBool::new(false), &|_| {})?;
+fn coupler(answer: CouplerAnswer, mut place: Place, output: Output) -> Result<(), Failure> {
     let experiment = experiment(&mut place, answer.experiment_text.as_deref());
     let table = place.write(|folder| folder.write_table("csv", answer.candidates.iter()));
     let report = CouplerReport {
@@ -154,13 +151,13 @@ fn coupler(design: &CouplerDesign, mut place: Place, output: Output) -> Result<(
 }
 
 /// Draws the wished quantity over the order, and the dissipation that allows it.
-fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> {
-    let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match design.wish {
-        Wish::StiffestWall => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
-        Wish::MostDamping { .. } => ("effective damping / N·s·m⁻¹", |c| {
+fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
+    let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match report.wish {
+        "most-damping" => ("effective damping / N·s·m⁻¹", |c| {
             c.effective_damping_n_s_per_m
         }),
-        Wish::Tissue { .. } => ("largest scale of the specimen", |c| c.largest_scale),
+        "tissue" => ("largest scale of the specimen", |c| c.largest_scale),
+        _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
     };
     let panel = |label, value: fn(&Candidate) -> Option<f64>| {
         Panel::new("", linear("order μ"), linear(label))
@@ -184,9 +181,9 @@ fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> 
     // Device and operator in one line.
     let subtitle = format!(
         "m = {} kg · b = {} N·s/m · T = {} s · {} · scheme {}",
-        design.device.plant.mass.0,
-        design.device.plant.damping.0,
-        design.device.plant.sample_time.0,
+        report.asked.mass_kg,
+        report.asked.damping_n_s_per_m,
+        report.asked.sample_time_s,
         report.imperfections.words(),
         report.scheme
     );

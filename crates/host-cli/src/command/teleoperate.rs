@@ -4,13 +4,13 @@ use crate::command::conduct::{both_saved, drawn, lacks, stop_on_interrupt};
 use crate::files::RunFiles;
 use crate::options::{Options, keys};
 use crate::output::{Output, note, warn};
-use crate::parse::within;
+use crate::parse::{WAITS, within};
 use crate::picture::of_side;
 use clap::Args;
 use haptic_experiment::document::Document;
-use haptic_experiment::experiment::teleoperation::{End, FarEnd, FarReport, Terms};
+use haptic_experiment::experiment::{End, FarEnd, FarReport, Terms};
 use haptic_experiment::judge::Published;
-use haptic_experiment::parameters::{SAMPLE_TIME, range};
+use haptic_experiment::parameters::{self, SAMPLE_TIME};
 use haptic_experiment::{ExperimentFile, Failure, Supervisor, TeleoperationExperiment};
 use haptic_quantity::{Strain, Time, digits, written};
 use std::io::{self, Write};
@@ -50,10 +50,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
-    #[arg(long, value_parser = within::<Time>(range::WAITS), default_value = "60s")]
+    #[arg(long, value_parser = within::<Time>(WAITS), default_value = "60s")]
     patience: Time,
     /// Largest share of the ticks that this machine may skip
-    #[arg(long, value_parser = within::<Strain>(range::SHARES), value_name = "SHARE")]
+    #[arg(long, value_parser = within::<Strain>(parameters::LINE_LOSS.range()), value_name = "SHARE")]
     #[arg(default_value = "10%")]
     skipped_most: Strain,
     #[command(flatten)]
@@ -63,8 +63,15 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let document = self.document()?;
-        let mut experiment = experiment(&document)?;
-        experiment.force_unstable = self.force_unstable;
+        let mut opened = ExperimentFile::open(&document).map_err(Failure::input)?;
+        if self.force_unstable {
+            opened = opened.though_unstable()?;
+        }
+        let experiment = opened.teleoperation().ok_or_else(|| {
+            Failure::bad_input(
+                "the file is of another experiment: give one with a table [teleoperation]",
+            )
+        })?;
         let terms = Terms {
             patience: Duration::from_secs_f64(self.patience.0),
             skipped_most: self.skipped_most.0,
@@ -95,7 +102,7 @@ impl Arguments {
         };
         let run = experiment.run_side(end, terms, &opened, (&request, supervisor))?;
         let report = shown(run, output)?;
-        ended_well(&report, &experiment, terms)
+        ended_well(&report, experiment, terms)
     }
 
     fn document(&self) -> Result<Document, Failure> {
@@ -130,15 +137,6 @@ impl Arguments {
     }
 }
 
-fn experiment(document: &Document) -> Result<TeleoperationExperiment, Failure> {
-    match ExperimentFile::open(document).map_err(Failure::input)? {
-        ExperimentFile::Teleoperation(experiment) => Ok(*experiment),
-        _ => Err(Failure::bad_input(
-            "the file is of another experiment: give one with a table [teleoperation]",
-        )),
-    }
-}
-
 /// Draws and prints, and then tells what could not be written.
 fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure> {
     let Published {
@@ -165,11 +163,11 @@ fn ended_well(
 ) -> Result<(), Failure> {
     let against = report.against_passive(experiment);
     match report.ended {
-        FarEnd::Done | FarEnd::OtherLeft => match against.filter(|_| experiment.must_be_passive) {
+        FarEnd::Done | FarEnd::OtherLeft => match against {
             None => Ok(()),
             Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
                 "must_be_passive: {} after {}; take must_be_passive out of the file to allow it; the force is zero",
-                verdict.words(),
+                verdict,
                 written("duration_s", report.duration_s)
             ))),
         },

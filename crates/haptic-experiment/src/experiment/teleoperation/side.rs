@@ -148,21 +148,19 @@ impl FarReport {
         self.ticks_at_limit as f64 > SATURATED_SHARE * self.ticks as f64
     }
 
-    /// What speaks against a passive run of this experiment, as far as one side sees it: its force was at the limit, or the other side
-    /// left longer before the end than it may be silent. Energy of the line is that of both sides together: the sum of their `given_j`.
+    /// What speaks against a passive run of an experiment that must be one, as far as one side sees it: its force was at the limit, or the
+    /// other side left longer before the end than it may be silent. Energy of the line is that of both sides together: the sum of their
+    /// `given_j`.
     #[must_use]
-    pub fn against_passive(
-        &self,
-        experiment: &TeleoperationExperiment,
-    ) -> Option<TeleoperationVerdict> {
+    pub fn against_passive(&self, experiment: &TeleoperationExperiment) -> Option<&'static str> {
         let left_s = experiment.duration_s - self.duration_s;
-        if self.is_saturated() {
-            Some(TeleoperationVerdict::Saturated)
-        } else if self.ended == FarEnd::OtherLeft && left_s > experiment.silence_s {
-            Some(TeleoperationVerdict::Unfinished)
-        } else {
-            None
-        }
+        let left = self.ended == FarEnd::OtherLeft && left_s > experiment.silence_s;
+        let verdict = match (experiment.must_be_passive, self.is_saturated()) {
+            (true, true) => TeleoperationVerdict::Saturated,
+            (true, false) if left => TeleoperationVerdict::Unfinished,
+            _ => return None,
+        };
+        Some(verdict.words())
     }
 }
 

@@ -46,7 +46,7 @@ impl TouchExperiment {
     ///
     /// # Errors
     /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
@@ -61,7 +61,7 @@ impl TouchExperiment {
     ///
     /// # Errors
     /// A parameter outside its range.
-    pub fn check(&self) -> Result<u64, Failure> {
+    pub(crate) fn check(&self) -> Result<u64, Failure> {
         match self.axes {
             3 => self.checked::<3>(),
             _ => self.checked::<2>(),
@@ -72,7 +72,7 @@ impl TouchExperiment {
     ///
     /// # Errors
     /// A start inside, which would be a blow; a parameter outside its range.
-    pub fn check_start(&self) -> Result<(), Failure> {
+    pub(crate) fn check_start(&self) -> Result<(), Failure> {
         match self.axes {
             _ if self.remote.is_some() => Ok(()),
             3 => self.outside(&self.parts::<3>()?),
@@ -161,8 +161,7 @@ impl TouchExperiment {
     }
 
     /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
-    #[must_use]
-    pub fn metadata(&self) -> BTreeMap<String, String> {
+    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
         let (key, numbers) = match &self.shape {
             TouchShape::Plane { normal, .. } => ("normal", normal),
             TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),

@@ -8,11 +8,13 @@ use crate::document::failure::Failure;
 use crate::document::lines_of;
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
+use crate::experiment::trial::TrialSetup;
 use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
+use crate::experiment::wall::WallExperiment;
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
-use crate::{Settling, TrialPlan, TrialSetup, TrialVerdict, WallExperiment};
+use crate::{Settling, TrialPlan, TrialVerdict};
 use fracdiff::{Order, Scheme, Seconds};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -32,7 +34,7 @@ impl Design {
     ///
     /// # Errors
     /// A parameter outside its range; a stop.
-    pub fn answer(
+    pub(crate) fn answer(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),

@@ -39,7 +39,7 @@ impl ZWidth {
     ///
     /// # Errors
     /// A parameter outside its range; on a device the first failure, if no point was found before it, or that no wall came to rest.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,
@@ -473,7 +473,7 @@ impl Theory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::question::zwidth::dissertation_device;
+    use crate::question::bench::dissertation_device;
     use crate::{Imperfections, TrialPlan};
     use fracdiff::{Scheme, Seconds};
 

@@ -60,7 +60,7 @@ pub struct GuardedDevice {
 impl GuardedDevice {
     /// A simulated device, of which everything is known.
     #[must_use]
-    pub fn simulated(device: &MassDamperConfig, sensors: Sensors) -> Self {
+    pub(crate) fn simulated(device: &MassDamperConfig, sensors: Sensors) -> Self {
         Self {
             mass_kg: Some(device.mass.0),
             damping_n_s_per_m: Some(device.damping.0),
@@ -72,7 +72,7 @@ impl GuardedDevice {
 
     /// What an experiment says of a device that is not simulated here: a delay or lag that it does not speak of is not known.
     #[must_use]
-    pub fn given(device: &MassDamperConfig) -> Self {
+    pub(crate) fn given(device: &MassDamperConfig) -> Self {
         let (delay, lag) = (device.delay.0, device.lag.0);
         Self {
             mass_kg: Some(device.mass.0),
@@ -99,7 +99,7 @@ impl GuardedDevice {
 
     /// Values of this one; where it has none, those of the other.
     #[must_use]
-    pub fn or(self, other: Self) -> Self {
+    pub(crate) fn or(self, other: Self) -> Self {
         Self {
             mass_kg: self.mass_kg.or(other.mass_kg),
             damping_n_s_per_m: self.damping_n_s_per_m.or(other.damping_n_s_per_m),
@@ -115,7 +115,7 @@ impl GuardChoice {
     ///
     /// # Errors
     /// If what it needs to know of the device is not known.
-    pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
+    pub(crate) fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
         let unknown = |what, key: &dyn fmt::Display| {
             Failure::bad_input(format_args!(
                 "guard {} needs to know the {what} of a real device: give {key}",

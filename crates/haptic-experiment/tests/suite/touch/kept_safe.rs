@@ -20,18 +20,15 @@ fn the_force_stays_within_the_limit_of_its_norm() {
     assert!(most <= 0.5 && most > 0.499, "{most}");
     assert_eq!(report.verdict, TouchVerdict::Saturated);
     // What was not limited is compared.
-    let (run, errors) = (&report.run, &report.errors);
+    let (run, shown) = (&report.run, super::json(&report));
     assert!(run.limited_samples > 100, "{}", run.limited_samples);
     assert_eq!(
-        errors.full_history.samples,
+        shown["max_relative_error_samples"],
         run.samples - run.limited_samples
     );
     assert!(
-        errors
-            .full_history
-            .largest
-            .is_some_and(|error| error < 1e-5),
-        "{errors:?}"
+        (shown["max_relative_error"].as_f64()).is_some_and(|error| error < 1e-5),
+        "{shown}"
     );
 }
 

@@ -11,7 +11,7 @@ use haptic_analysis::{
     AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
     Transparency,
 };
-use haptic_experiment::experiment::teleoperation::RemotePlace;
+use haptic_experiment::experiment::RemotePlace;
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::analysis as a;
 use haptic_experiment::{Failure, Matter, ModelledTissue, Named as _, TissuePiece};

@@ -18,10 +18,13 @@ use fractional_control::ControlError;
 use fractional_control::design::{ControlAnswer, ControlDesign};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::{Bound, Specification};
+use haptic_experiment::Failure;
 use haptic_experiment::document::{ControllerFile, ControllerOrigin};
-use haptic_experiment::parameters::range;
-use haptic_experiment::{Failure, parameters};
+use haptic_experiment::parameters::{self, Range};
 use haptic_quantity::{Angle, AngularFrequency, QuantityError, Time, digits, parse_number};
+
+/// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
+const BOUNDS: Range = Range::Within(1e-15, 1e6);
 
 pub(super) const LONG_ABOUT: &str = "\
 Tunes a PI^lambda D^mu: crossover and phase margin exactly, a flat phase there (so that the overshoot stays when the plant's gain \
@@ -44,7 +47,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     wishes: WishArguments,
     /// Sample time [default: about 1/(50 crossover)]
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), help_heading = "Controller")]
+    #[arg(long, value_parser = within::<Time>(parameters::SAMPLE_TIME.range()), help_heading = "Controller")]
     sample_time: Option<Time>,
     /// Scheme: full or full-bdf2, each with :TOLERANCE
     #[arg(long, value_parser = controller_scheme, default_value = parameters::CONTROLLER_SCHEME.shown, help_heading = "Controller")]
@@ -53,10 +56,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits, help_heading = "Controller")]
     output_limits: Option<Limits>,
     /// Height of the simulated step
-    #[arg(long, value_parser = number_within(range::NUMBERS), default_value = "1")]
+    #[arg(long, value_parser = number_within(parameters::OUTPUT_HIGH.range()), default_value = "1")]
     step: f64,
     /// Length of the steps [default: 60 times 1/crossover]
-    #[arg(long, value_parser = within::<Time>(range::DURATIONS))]
+    #[arg(long, value_parser = within::<Time>(parameters::TRIAL_DURATION.range()))]
     duration: Option<Time>,
     #[command(flatten)]
     files: Files,
@@ -67,7 +70,7 @@ pub(crate) struct Arguments {
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
     /// Crossover in rad/s or Hz: about 1.6/rise time
-    #[arg(long, value_parser = within::<AngularFrequency>(range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY")]
+    #[arg(long, value_parser = within::<AngularFrequency>(parameters::analysis::OMEGA_MAX.range()), value_name = "FREQUENCY")]
     crossover: AngularFrequency,
     /// Phase margin, as in 60deg
     #[arg(long, value_name = "ANGLE", default_value = "60deg")]
@@ -147,9 +150,9 @@ fn round_down(time_s: f64) -> f64 {
 /// The sample time that goes with a crossover.
 fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
     let time = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
-    let [low, high] = range::SAMPLE_TIMES.ends().map(time);
+    let [low, high] = parameters::SAMPLE_TIME.range().ends().map(time);
     let sample_time_s = round_down(1.0 / (SAMPLES_A_RADIAN * crossover_rad_s));
-    if range::SAMPLE_TIMES.contains(sample_time_s) {
+    if parameters::SAMPLE_TIME.range().contains(sample_time_s) {
         return Ok(sample_time_s);
     }
     Err(Failure::bad_input(format_args!(
@@ -162,7 +165,7 @@ fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
 
 /// The gain of a controller is about one over that of the plant at the crossover, and may be no more than other numbers.
 fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
-    let [_, most] = range::NUMBERS.ends();
+    let [_, most] = parameters::OUTPUT_HIGH.range().ends();
     let gain = plant.plant.response(crossover_rad_s).map(|g| g.norm());
     match gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain)) {
         None => Ok(()),
@@ -263,11 +266,11 @@ fn parse_gain(text: &str) -> Result<f64, String> {
     let none = |_| format!("\"{text}\" is neither a number nor decibel");
     let Some(decibel) = text.trim().strip_suffix("dB") else {
         let gain = parse_number(text).map_err(none)?;
-        return in_range(gain, range::BOUNDS).map_err(|refused| format!("gain {refused}"));
+        return in_range(gain, BOUNDS).map_err(|refused| format!("gain {refused}"));
     };
     let decibel = parse_number(decibel).map_err(none)?;
     // The ends in decibel, rounded: they are whole.
-    let [low, high] = (range::BOUNDS.ends()).map(|end| (20.0 * end.log10()).round());
+    let [low, high] = (BOUNDS.ends()).map(|end| (20.0 * end.log10()).round());
     if (low..=high).contains(&decibel) {
         Ok(10_f64.powf(decibel / 20.0))
     } else {
@@ -287,7 +290,7 @@ fn parse_bound(text: &str) -> Result<Bound, String> {
             .parse()
             .map_err(|error: QuantityError| error.to_string())?;
         Ok(Bound {
-            omega_rad_s: in_range(frequency, range::ANGULAR_FREQUENCIES)
+            omega_rad_s: in_range(frequency, parameters::analysis::OMEGA_MAX.range())
                 .map_err(|refused| format!("frequency {refused}"))?
                 .0,
             at_most: parse_gain(gain)?,

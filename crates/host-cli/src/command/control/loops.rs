@@ -12,8 +12,7 @@ use fractional_control::{
     SetPoint, factor_after_division,
 };
 use haptic_experiment::document::{ControllerFile, short};
-use haptic_experiment::parameters::range;
-use haptic_experiment::run::{DeviceValues, PlantFile, PlantModel, read_response};
+use haptic_experiment::run::{DeviceValues, PlantModel};
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{Damping, Mass, Stiffness, Time, digits, parse_number};
 use std::path::Path;
@@ -68,10 +67,12 @@ impl PlantArguments {
         let model = match (&self.plant, self.mass) {
             (Some(text), _) => named(text)?,
             (None, Some(mass)) => PlantModel::Device(DeviceValues {
+                mass_kg: mass.0,
+                damping_n_s_per_m: self.damping.map_or(0.0, |damping| damping.0),
                 hand_stiffness_n_per_m: self.hand_stiffness.map_or(0.0, |hand| hand.0),
                 delay_s,
                 current_lag_s: self.current_lag.map_or(0.0, |lag| lag.0),
-                ..DeviceValues::ideal(mass.0, self.damping.map_or(0.0, |damping| damping.0))
+                ..DeviceValues::default()
             }),
             (None, None) => {
                 return Err(Failure::bad_input(
@@ -102,14 +103,8 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
         path.extension()
             .is_some_and(|own| own.eq_ignore_ascii_case(extension))
     };
-    if ends("csv") {
-        return read_response(path)
-            .map(PlantModel::Measured)
-            .map_err(Failure::bad_input);
-    }
-    if ends("toml") || path.is_file() {
-        let file = PlantFile::read(path).map_err(Failure::input)?;
-        return Ok(file.model);
+    if ends("csv") || ends("toml") || path.is_file() {
+        return PlantModel::read(path);
     }
     let model = text.parse().map_err(|error| {
         let (text, error) = (short(text), in_degrees(&error));
@@ -141,7 +136,7 @@ pub(super) struct ControllerArguments {
     #[arg(long, value_name = "FILE|FUNCTION", allow_hyphen_values = true)]
     controller: Option<String>,
     /// Sample time [default: that of the controller file]
-    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
+    #[arg(long, value_parser = within::<Time>(parameters::SAMPLE_TIME.range()))]
     sample_time: Option<Time>,
     /// Scheme: full or full-bdf2, each with :TOLERANCE [default: that of the controller file, else full-bdf2]
     #[arg(long, value_parser = controller_scheme)]
@@ -235,7 +230,12 @@ pub(super) fn controller_scheme(text: &str) -> Result<Scheme, String> {
 pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
     let wrong = || format!("\"{}\" is not LOW:HIGH, as in -10:10", short(text));
     let (low, high) = text.split_once(':').ok_or_else(wrong)?;
-    let end = |text| in_range(parse_number(text).map_err(|_| wrong())?, range::NUMBERS);
+    let end = |text| {
+        in_range(
+            parse_number(text).map_err(|_| wrong())?,
+            parameters::OUTPUT_HIGH.range(),
+        )
+    };
     let (low, high) = (end(low)?, end(high)?);
     if low < high {
         return Ok(Limits { low, high });

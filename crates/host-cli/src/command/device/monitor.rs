@@ -7,10 +7,9 @@ use crate::files::RunFiles;
 use crate::output::{Output, note, warn};
 use crate::parse::{whole, within};
 use clap::Args;
-use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
 use haptic_experiment::run::device::trouble;
 use haptic_experiment::run::{Recorder, Stopped};
+use haptic_experiment::{Failure, parameters};
 use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};
 use haptic_log::record::{RecordError, StartTime, TickMessage};
 use haptic_quantity::Time;
@@ -38,7 +37,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
     /// Stop after this time [default: run until Ctrl-C]
-    #[arg(long, value_parser = within::<Time>(range::DURATIONS))]
+    #[arg(long, value_parser = within::<Time>(parameters::TRIAL_DURATION.range()))]
     duration: Option<Time>,
     #[command(flatten)]
     live: LiveArguments,

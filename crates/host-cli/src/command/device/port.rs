@@ -2,10 +2,9 @@
 
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::warn;
-use crate::parse::within;
+use crate::parse::{WAITS, within};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
 use haptic_experiment::run::device::{DeviceName, LinkedName};
 use haptic_quantity::Time;
 use haptic_remote::serial::SerialLink;
@@ -19,7 +18,7 @@ pub(crate) struct PortArguments {
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
     device: DeviceName,
     /// Keep trying for this long if the device is absent
-    #[arg(long, value_parser = within::<Time>(range::WAITS))]
+    #[arg(long, value_parser = within::<Time>(WAITS))]
     #[arg(default_value = "0s")]
     wait: Time,
 }

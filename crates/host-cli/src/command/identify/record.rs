@@ -4,7 +4,7 @@ use crate::parse::within;
 use crate::table;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
+use haptic_experiment::parameters::Range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use haptic_quantity::Time;
 use haptic_tissue::identify::table::{
@@ -12,6 +12,9 @@ use haptic_tissue::identify::table::{
 };
 use haptic_tissue::identify::{RecordKind, SAMPLES_MOST};
 use std::path::Path;
+
+/// Times in a record, s.
+const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
 
 /// Options of the table.
 #[derive(Debug, Args)]
@@ -25,10 +28,10 @@ pub(super) struct TableArguments {
     #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
     units: Vec<(Column, String)>,
     /// First time, or angular frequency of an oscillation, rad/s
-    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES))]
+    #[arg(long, value_parser = within::<Time>(RECORD_TIMES))]
     from: Option<Time>,
     /// Last time or angular frequency
-    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES))]
+    #[arg(long, value_parser = within::<Time>(RECORD_TIMES))]
     to: Option<Time>,
 }
 

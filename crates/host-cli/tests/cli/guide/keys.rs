@@ -1,12 +1,9 @@
 //! The page of all keys of experiment, controller and plant files, made from the tables that read them.
 
 use fracdiff::parameter::Shown;
-use haptic_experiment::parameters::choices;
 use haptic_experiment::parameters::{
-    self, CONTROLLER_LOOP, CONTROLLER_SOURCE, CRONE, DEVICE_PLANT, LEAD_LAG, MEASURED_PLANT, PID,
-    PLANT_SOURCE, Parameter, Range, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
+    self, CONTROLLER_TABLES, PLANT_TABLES, Parameter, Range, TABLES, Value, choices,
 };
-use host_cli::TABLES;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use testkit::book;
@@ -17,23 +14,6 @@ const MARK: &str =
     "<!-- Made from the tables: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
 /// With this in the environment the page is written, not compared.
 const UPDATE: &str = "UPDATE_GUIDE";
-
-const CONTROLLER_FILES: &[(&str, &[Parameter])] = &[
-    ("[pid]", PID),
-    ("[tid]", TID),
-    ("[crone]", CRONE),
-    ("[lead_lag]", LEAD_LAG),
-    ("[transfer_function]", TRANSFER_CONTROLLER),
-    ("[loop], always", CONTROLLER_LOOP),
-    ("[source], if you like", CONTROLLER_SOURCE),
-];
-const PLANT_FILES: &[(&str, &[Parameter])] = &[
-    ("[transfer_function]", TRANSFER_PLANT),
-    ("[device]", DEVICE_PLANT),
-    ("[state_space]", STATE_PLANT),
-    ("[measured_response]", MEASURED_PLANT),
-    ("[source], if you like", PLANT_SOURCE),
-];
 
 /// A line for people, and the default that some of them tell in words: `…, 1ms to 1s [default: 0.1s]`.
 fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
@@ -127,7 +107,7 @@ fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String])
 
 /// The page below its mark.
 fn made() -> String {
-    let all = [TABLES, CONTROLLER_FILES, PLANT_FILES].concat();
+    let all = [TABLES, CONTROLLER_TABLES, PLANT_TABLES].concat();
     let all = all
         .iter()
         .flat_map(|(heading, parameters)| rows(heading, parameters));
@@ -149,9 +129,9 @@ fn made() -> String {
     tables(&mut text, TABLES, &shared);
     table(&mut text, "Shared keys", &listed);
     text.push_str("\n## Controller files\n\nOne of the first five, and `[loop]`.\n");
-    tables(&mut text, CONTROLLER_FILES, &shared);
+    tables(&mut text, CONTROLLER_TABLES, &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
-    tables(&mut text, PLANT_FILES, &shared);
+    tables(&mut text, PLANT_TABLES, &shared);
     text
 }
 
