@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         position += speed * T;
         position
     };
-    let settling = TrialPlan::DEFAULT.try_law((0.0, wall), plant, Seconds(T), STIFFNESS)?;
+    let settling = TrialPlan::default().try_law((0.0, wall), plant, Seconds(T), STIFFNESS)?;
     for line in lines(&settling) {
         if let Line::Row(row) = line {
             println!("{}: {}", row.label, row.value);

@@ -27,7 +27,8 @@ use crate::experiment::coupler::{self, CouplerExperiment, CouplerReport};
 use crate::experiment::indentation::{self, Indentation, IndentationReport};
 use crate::experiment::reading::with_devices;
 use crate::experiment::teleoperation::{
-    self, MUST_BE_PASSIVE, TeleoperationExperiment, TeleoperationReport, TeleoperationVerdict,
+    self, End, FarReport, MUST_BE_PASSIVE, TeleoperationExperiment, TeleoperationReport,
+    TeleoperationVerdict, Terms,
 };
 use crate::experiment::touch::{self, TouchExperiment, TouchReport, TouchVerdict};
 use crate::experiment::trial::{Trial as _, TrialSetup};
@@ -39,11 +40,11 @@ use crate::run::folder::FolderRequest;
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use parameters::{
-    DEVICE_MODEL, DEVICE_PLANT, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind,
-    takes_device,
+    DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind, takes_device,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::path::Path;
 use std::time::Duration;
 
@@ -117,7 +118,7 @@ impl ExperimentFile {
             return Err(drive.fail(reason));
         }
         let drive = drive
-            .map(|drive| drive.with_keys(&[(DRIVE_TABLE, DRIVE)]))
+            .map(|drive| drive.with_keys(&of_kind(DRIVE_TABLE)))
             .transpose()?;
         let drive = drive.as_ref();
         let experiment = match kind {
@@ -277,15 +278,6 @@ impl ExperimentFile {
         }
     }
 
-    /// The teleoperation that it is, a side of which can be run.
-    #[must_use]
-    pub fn teleoperation(&self) -> Option<&TeleoperationExperiment> {
-        match &self.0 {
-            Experiment::Teleoperation(own) => Some(own),
-            _ => None,
-        }
-    }
-
     /// The serial device of the file; `None` for the simulated one.
     pub(crate) fn remote(&self) -> Option<&RemoteDevice> {
         match &self.0 {
@@ -294,6 +286,39 @@ impl ExperimentFile {
             Experiment::Coupler(coupler) => coupler.setup.remote.as_ref(),
             Experiment::Touch(touch) => touch.remote.as_ref(),
             Experiment::Teleoperation(_) => None,
+        }
+    }
+
+    /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears
+    /// the address of this side.
+    ///
+    /// # Errors
+    /// Another experiment; a parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not
+    /// fit; a log that cannot be written.
+    pub fn run_side(
+        &self,
+        end: End,
+        terms: Terms,
+        opened: &dyn Fn(SocketAddr),
+        conduct: (&FolderRequest, Supervisor<'_>),
+    ) -> Result<Published<FarReport>, Failure> {
+        self.teleoperation()?.run_side(end, terms, opened, conduct)
+    }
+
+    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document asks for.
+    ///
+    /// # Errors
+    /// Exit code 1.
+    pub fn require_side(&self, report: &FarReport, terms: Terms) -> Result<(), Failure> {
+        report.require(self.teleoperation()?, terms)
+    }
+
+    fn teleoperation(&self) -> Result<&TeleoperationExperiment, Failure> {
+        match &self.0 {
+            Experiment::Teleoperation(own) => Ok(own),
+            _ => Err(Failure::bad_input(
+                "the file is of another experiment: give one with a table [teleoperation]",
+            )),
         }
     }
 
@@ -474,11 +499,8 @@ impl Document {
 
 /// The parameters of a table of a document.
 fn known(table: &str) -> impl Iterator<Item = &'static Parameter> {
-    let known = match table {
-        DRIVE_TABLE => vec![(DRIVE_TABLE, DRIVE)],
-        kind => of_kind(kind),
-    };
-    known.into_iter().flat_map(|(_, parameters)| parameters)
+    let known = of_kind(table).into_iter();
+    known.flat_map(|(_, parameters)| parameters)
 }
 
 /// The value of a parameter as a log has it: numbers with spaces between them, rows with semicolons.

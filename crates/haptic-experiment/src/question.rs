@@ -111,11 +111,11 @@ impl Question {
         asked.map(Self)
     }
 
-    /// The same Z-width, each wall tried and judged by this plan.
+    /// The same Z-width, each wall tried and judged as in the experiment of the dissertation's figure 4.3.
     #[must_use]
-    pub fn tried_by(mut self, plan: TrialPlan) -> Self {
+    pub fn as_in_the_dissertation(mut self) -> Self {
         if let Asked::ZWidth(zwidth) = &mut self.0 {
-            zwidth.plan = plan;
+            zwidth.plan = TrialPlan::DISSERTATION;
         }
         self
     }
@@ -192,9 +192,21 @@ impl Answer {
     /// A table that cannot be written.
     pub fn write_table(&self, folder: &OutputFolder) -> Result<String, Failure> {
         match self {
-            Self::ZWidth(report) => folder.write_table("csv", report.rows()),
-            Self::Design(found) => folder.write_table("csv", found.candidates.iter()),
-            Self::Coupler(found) => folder.write_table("csv", found.candidates.iter()),
+            Self::ZWidth(report) => folder.write_table(&[], report.rows()),
+            Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
+            Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),
+        }
+    }
+
+    /// Refuses a design that found nothing, or whose best is not stable when it is tried; `warn` hears of less.
+    ///
+    /// # Errors
+    /// Exit code 1.
+    pub fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
+        match self {
+            Self::ZWidth(_) => Ok(()),
+            Self::Design(found) => found.require(warn),
+            Self::Coupler(found) => found.require(),
         }
     }
 

@@ -7,7 +7,7 @@
 //! stop does.
 
 mod budget;
-pub mod device;
+pub(crate) mod device;
 pub(crate) mod ending;
 pub(crate) mod fault_recorder;
 pub(crate) mod flat;
@@ -29,7 +29,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{REALTIME, SAMPLE_TIME};
 use budget::TickParts;
 use device::Warn;
-pub use ending::LetGo;
+pub use device::{DeviceName, at_port, firmware_version, lost_board, refused_at_port, trouble};
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};

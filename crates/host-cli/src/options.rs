@@ -12,8 +12,8 @@ use haptic_experiment::Failure;
 use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
-    DEVICE_MODEL, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS,
-    Value as Kind, choices, is_path, of_kind,
+    DEVICE_MODEL, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS, Value as Kind,
+    choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{is_meant, kind_of_key, name_keys, parse_for_key, without_unit};
@@ -40,14 +40,16 @@ pub(crate) const VALUES: &str = "KEY=VALUE";
 pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let wanted = option.trim_start_matches('-');
     let all = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
-    let kinds: Vec<&str> = match command {
+    let mut kinds: Vec<&str> = match command {
         "run" => KINDS.to_vec(),
         "teleoperate" => vec!["teleoperation"],
         command => all.filter(|kind| *kind == command).collect(),
     };
-    let takes_drive = kinds.iter().any(|kind| ["relax", "creep"].contains(kind));
-    let tables = kinds.into_iter().flat_map(of_kind).map(|(_, table)| table);
-    let mut parameters = tables.chain(takes_drive.then_some(DRIVE)).flatten();
+    if kinds.iter().any(|kind| ["relax", "creep"].contains(kind)) {
+        kinds.push(DRIVE_TABLE);
+    }
+    let tables = kinds.into_iter().flat_map(of_kind);
+    let mut parameters = tables.flat_map(|(_, table)| table);
     let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
     let value = match known.value {
         Kind::Flag(_) => "true",
@@ -158,7 +160,7 @@ fn argument(parameter: &'static Parameter) -> Arg {
         Kind::Number(..) => kind_of_key(parameter.key),
         Kind::Count(_) => "COUNT",
         Kind::List(_) => "LIST",
-        _ if is_path(parameter, "x.toml") => "FILE.toml",
+        _ if is_path(parameter.key, "x.toml") => "FILE.toml",
         _ => "NAME",
     })
 }
@@ -380,7 +382,8 @@ impl Given {
 
 /// The table of a document that has this key.
 fn table_of<'k>(kind: &'k str, parameter: &Parameter) -> &'k str {
-    match DRIVE.contains(parameter) {
+    let drive = of_kind(DRIVE_TABLE);
+    match drive.iter().any(|(_, table)| table.contains(parameter)) {
         true => DRIVE_TABLE,
         false => kind,
     }
@@ -393,7 +396,7 @@ fn found(kind: &str, written: &str) -> Option<Parameter> {
         None => (None, written),
     };
     let key = key.replace('-', "_");
-    let tables = of_kind(kind).into_iter().chain([(DRIVE_TABLE, DRIVE)]);
+    let tables = of_kind(kind).into_iter().chain(of_kind(DRIVE_TABLE));
     let tables =
         tables.filter(|(name, _)| heading.is_none_or(|heading| [*name, kind].contains(&heading)));
     let parameters: Vec<Parameter> = tables.flat_map(|(_, table)| table).copied().collect();

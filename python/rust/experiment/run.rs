@@ -110,7 +110,7 @@ pub(crate) fn run_experiment<'py>(
 fn prepared(document: &Document, force_unstable: bool) -> PyResult<ExperimentFile> {
     let mut experiment = ExperimentFile::open(document).or_refused()?;
     if !experiment.is_simulated() {
-        experiment = experiment.in_pace(Pace::Realtime(RealtimeOptions::NORMAL));
+        experiment = experiment.in_pace(Pace::Realtime(RealtimeOptions::default()));
     }
     if force_unstable {
         experiment = experiment.though_unstable().or_refused()?;

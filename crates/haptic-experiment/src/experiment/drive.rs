@@ -39,7 +39,7 @@ parameters! {
 }
 
 /// Of `[drive]`, beside `[relax]` or `[creep]`.
-pub const DRIVE: &[Parameter] = &[CONTROLLER, DRIVE_FORCE_LIMIT];
+pub(crate) const DRIVE: &[Parameter] = &[CONTROLLER, DRIVE_FORCE_LIMIT];
 
 /// `[drive]`.
 pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {

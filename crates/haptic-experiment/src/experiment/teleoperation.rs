@@ -57,7 +57,7 @@ use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
 pub(crate) use report::TeleoperationVerdict;
 pub use report::{FeltAt, TeleoperationReport};
-pub use side::{FarEnd, FarReport, Terms};
+pub use side::{FarReport, Terms};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -236,7 +236,7 @@ impl HandMotion {
 
 /// A teleoperation.
 #[derive(Clone, Debug)]
-pub struct TeleoperationExperiment {
+pub(crate) struct TeleoperationExperiment {
     /// The device in the hand; its sample time is that of both ports.
     pub(super) master: MassDamperConfig,
     /// The remote device, of the same sample time.
@@ -622,7 +622,7 @@ impl Named for PlaceName {
 
 /// What the slave touches, and is joined to, from its start on.
 #[derive(Clone, Debug)]
-pub struct RemotePlace {
+pub(crate) struct RemotePlace {
     /// A piece of tissue, or a wall.
     pub matter: Matter,
     /// It pushes but never pulls.
@@ -638,14 +638,12 @@ impl RemotePlace {
     }
 
     /// Force for a place at a frequency, N/m; `None` where it is not linear.
-    #[must_use]
-    pub fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
+    pub(crate) fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
         (!self.one_sided).then(|| self.matter.stiffness(omega_rad_s))
     }
 
     /// In a few words.
-    #[must_use]
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         let words = self.matter.words();
         match (&self.matter, self.one_sided) {
             (Matter::Tissue(_), _) => words,

@@ -46,7 +46,8 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limits, SafetyChain};
-pub use report::{TouchReport, TouchVerdict};
+pub use report::TouchReport;
+pub(crate) use report::TouchVerdict;
 use shape::{Grip, HandPath, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 

@@ -77,12 +77,18 @@ pub struct TrialPlan {
     pub force_limit_n: f64,
 }
 
+impl Default for TrialPlan {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// Samples of a trial: of a longer one nothing more is learned.
 pub(crate) const TRIAL_SAMPLES: RangeInclusive<f64> = 10.0..=20e6;
 
 impl TrialPlan {
     /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         criterion: Criterion::Settling,
         push_n: PUSH.default_number(),
         impact_m_per_s: IMPACT.default_number(),
@@ -91,7 +97,7 @@ impl TrialPlan {
         force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
     };
     /// The experiment of the dissertation's figure 4.3.
-    pub const DISSERTATION: Self = Self {
+    pub(crate) const DISSERTATION: Self = Self {
         criterion: Criterion::Dissertation,
         impact_m_per_s: 0.0,
         ..Self::DEFAULT

@@ -4,7 +4,6 @@ use crate::document::failure::Failure;
 use crate::judge::Compared;
 use crate::judge::warnings::Warnings;
 use crate::run::Ran;
-use crate::run::ending::LetGo;
 use crate::run::folder::Table;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::realtime::RealtimeSummary;
@@ -72,7 +71,7 @@ pub struct RunReport {
     pub unwritten: Option<String>,
     /// What became of the force, if the run ended early.
     #[serde(skip)]
-    pub let_go: Option<LetGo>,
+    pub let_go: Option<String>,
     /// The device cannot be used any more: its link was lost, or nothing comes from its board.
     #[serde(skip)]
     pub device_lost: bool,
@@ -167,7 +166,7 @@ impl RunReport {
             link: record.link.clone(),
             preflight: ran.preflight,
             fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
-            let_go: record.let_go(),
+            let_go: record.let_go().map(|let_go| let_go.words()),
             device_lost: record.device_lost(),
             warnings: warnings.0,
         }

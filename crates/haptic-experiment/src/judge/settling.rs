@@ -111,7 +111,7 @@ const GONE_M: f64 = 1.0;
 /// The outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TrialVerdict {
+pub(crate) enum TrialVerdict {
     /// At rest.
     Stable,
     /// At rest, but only because friction holds the device: without friction it is not.
@@ -128,8 +128,7 @@ pub enum TrialVerdict {
 
 impl TrialVerdict {
     /// In words.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Stable => "stable",
             Self::HeldByFriction => "held still by friction alone",
@@ -147,7 +146,7 @@ pub struct Settling {
     /// True if it is at rest, and not by friction alone.
     pub stable: bool,
     /// Verdict on the trial.
-    pub verdict: TrialVerdict,
+    pub(crate) verdict: TrialVerdict,
     /// By which rule.
     pub(crate) criterion: Criterion,
     /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
@@ -184,8 +183,7 @@ impl Settling {
     }
 
     /// Why it is not stable, in words; `None` if it is.
-    #[must_use]
-    pub fn reason(&self) -> Option<String> {
+    pub(crate) fn reason(&self) -> Option<String> {
         let share = self.saturated_share.unwrap_or(0.0);
         match self.verdict {
             TrialVerdict::Stable => None,

@@ -1,7 +1,6 @@
 //! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
 pub use crate::document::parameters::*;
-pub use crate::experiment::drive::DRIVE;
 pub use crate::experiment::rendering::{
     CREEP_DURATION, PRECISION, RAMP_TIME, RELAX_DURATION, STRAIN, STRESS,
 };
@@ -27,6 +26,7 @@ pub use crate::question::measurement::{
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 
+use crate::experiment::drive::DRIVE;
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
@@ -36,8 +36,21 @@ use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
 
-/// Tables of experiment files and of questions, as help and guide show them: heading and keys.
-pub const TABLES: &[(&str, &[Parameter])] = &[
+/// Headings and keys, as help and guide show them.
+type Tables = &'static [(&'static str, &'static [Parameter])];
+
+/// Tables that a file of this sort may have, `controller`, `plant`, or `experiment`, with those of questions: heading and keys.
+#[must_use]
+pub fn tables(file: &str) -> Tables {
+    match file {
+        "controller" => CONTROLLER_TABLES,
+        "plant" => PLANT_TABLES,
+        _ => TABLES,
+    }
+}
+
+/// Of experiment files and of questions.
+const TABLES: Tables = &[
     ("[relax]", rendering::RELAX),
     ("[creep]", rendering::CREEP),
     ("[relax] and [creep]", rendering::RENDERING),
@@ -56,8 +69,8 @@ pub const TABLES: &[(&str, &[Parameter])] = &[
     ("device measure", question::measurement::MEASURE),
 ];
 
-/// Tables of controller files.
-pub const CONTROLLER_TABLES: &[(&str, &[Parameter])] = &[
+/// Of controller files.
+const CONTROLLER_TABLES: Tables = &[
     ("[pid]", PID),
     ("[tid]", TID),
     ("[crone]", CRONE),
@@ -67,8 +80,8 @@ pub const CONTROLLER_TABLES: &[(&str, &[Parameter])] = &[
     ("[source], if you like", CONTROLLER_SOURCE),
 ];
 
-/// Tables of plant files.
-pub const PLANT_TABLES: &[(&str, &[Parameter])] = &[
+/// Of plant files.
+const PLANT_TABLES: Tables = &[
     ("[transfer_function]", TRANSFER_PLANT),
     ("[device]", DEVICE_PLANT),
     ("[state_space]", STATE_PLANT),

@@ -30,7 +30,7 @@ pub(crate) enum Ending {
 
 /// What became of the force of a run that ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LetGo {
+pub(crate) enum LetGo {
     /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
     Ramped {
         /// Time of the last sample with a force, s.
@@ -146,8 +146,7 @@ impl LetGo {
     }
 
     /// In words.
-    #[must_use]
-    pub fn words(self) -> String {
+    pub(crate) fn words(self) -> String {
         let at = |time_s| written("time_s", time_s);
         match self {
             Self::Ramped { until_s } => format!("the force ramped to zero until {}", at(until_s)),

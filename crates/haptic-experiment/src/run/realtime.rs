@@ -19,12 +19,18 @@ pub struct RealtimeOptions {
     pub pin: Option<usize>,
 }
 
+impl Default for RealtimeOptions {
+    fn default() -> Self {
+        Self::NORMAL
+    }
+}
+
 impl RealtimeOptions {
     /// Priority where none is given: above the interrupts' threads of a real-time kernel, 50.
     pub const DEFAULT_PRIORITY: u8 = 80;
 
     /// A thread like any other.
-    pub const NORMAL: Self = Self {
+    pub(crate) const NORMAL: Self = Self {
         priority: None,
         pin: None,
     };

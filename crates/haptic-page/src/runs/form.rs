@@ -3,7 +3,7 @@
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
-    self, FILES, KINDS, Parameter, QUESTIONS, Value as Default, choices,
+    self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
 };
 use haptic_experiment::run::{FolderRequest, next_free};
 use serde_json::{Map, Value, json};
@@ -26,7 +26,7 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
         .iter()
         .filter(|(_, value)| !value.is_null() && **value != "");
     for (key, value) in given {
-        if let (true, Some(path)) = (FILES.contains(&key.as_str()), value.as_str()) {
+        if let Some(path) = value.as_str().filter(|path| is_path(key, path)) {
             check_regular(key, Path::new(path))?;
         }
         let value = toml::Value::try_from(value).map_err(|_| {

@@ -203,7 +203,7 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
         let error = anyhow::anyhow!(
             "{reason}: the run ended at {}, {}; the log is {log}{}",
             written("duration_s", *duration_s),
-            let_go.words(),
+            let_go,
             match dropped {
                 0 => String::new(),
                 lost => format!(", and lacks {lost} samples"),

@@ -6,7 +6,7 @@ use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::parameters::{Parameter, TABLES, Value};
+use haptic_experiment::parameters::{Parameter, Value, tables};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -34,7 +34,7 @@ guard = \"observer\" adds damping so that a wall does not shake; \"energy-boundi
 /// The long help: keys of each table, with defaults and ranges.
 pub(crate) fn long_about() -> String {
     let mut text = LONG_ABOUT.to_owned();
-    for (heading, parameters) in TABLES {
+    for (heading, parameters) in tables("experiment") {
         let _ = write!(text, "\n\n{heading}:");
         for parameter in *parameters {
             let _ = write!(text, "\n  {}", described(parameter));

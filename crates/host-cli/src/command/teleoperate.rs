@@ -8,11 +8,11 @@ use crate::parse::{WAITS, within};
 use crate::picture::of_side;
 use clap::Args;
 use haptic_experiment::document::Document;
-use haptic_experiment::experiment::{End, FarEnd, FarReport, Terms};
+use haptic_experiment::experiment::{End, FarReport, Terms};
 use haptic_experiment::judge::Published;
-use haptic_experiment::parameters::{self, SAMPLE_TIME};
-use haptic_experiment::{ExperimentFile, Failure, Supervisor, TeleoperationExperiment};
-use haptic_quantity::{Strain, Time, digits, written};
+use haptic_experiment::parameters;
+use haptic_experiment::{ExperimentFile, Failure, Supervisor};
+use haptic_quantity::{Strain, Time};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
@@ -63,15 +63,10 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let document = self.document()?;
-        let mut opened = ExperimentFile::open(&document).map_err(Failure::input)?;
+        let mut experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
         if self.force_unstable {
-            opened = opened.though_unstable()?;
+            experiment = experiment.though_unstable()?;
         }
-        let experiment = opened.teleoperation().ok_or_else(|| {
-            Failure::bad_input(
-                "the file is of another experiment: give one with a table [teleoperation]",
-            )
-        })?;
         let terms = Terms {
             patience: Duration::from_secs_f64(self.patience.0),
             skipped_most: self.skipped_most.0,
@@ -102,7 +97,7 @@ impl Arguments {
         };
         let run = experiment.run_side(end, terms, &opened, (&request, supervisor))?;
         let report = shown(run, output)?;
-        ended_well(&report, experiment, terms)
+        experiment.require_side(&report, terms)
     }
 
     fn document(&self) -> Result<Document, Failure> {
@@ -153,46 +148,5 @@ fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure
     match report.dropped_samples {
         0 => Ok(report),
         dropped => Err(lacks(dropped, &report.log)),
-    }
-}
-
-fn ended_well(
-    report: &FarReport,
-    experiment: &TeleoperationExperiment,
-    terms: Terms,
-) -> Result<(), Failure> {
-    let against = report.against_passive(experiment);
-    match report.ended {
-        FarEnd::Done | FarEnd::OtherLeft => match against {
-            None => Ok(()),
-            Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
-                "must_be_passive: {} after {}; take must_be_passive out of the file to allow it; the force is zero",
-                verdict,
-                written("duration_s", report.duration_s)
-            ))),
-        },
-        FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
-            "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or \
-             allow it with --skipped-most; the force is zero",
-            report.skipped,
-            report.ticks,
-            digits(100.0 * terms.skipped_most, 4)
-        ))),
-        ended => Err(Failure::Run(anyhow::anyhow!(
-            "{} after {}; the force is zero",
-            words(ended),
-            written("duration_s", report.duration_s)
-        ))),
-    }
-}
-
-const fn words(ended: FarEnd) -> &'static str {
-    match ended {
-        FarEnd::Done => "done",
-        FarEnd::Late => "done, but late",
-        FarEnd::OtherLeft => "the other side left",
-        FarEnd::Silent => "the other side fell silent",
-        FarEnd::Interrupted => "interrupted",
-        FarEnd::Fault => "a fault",
     }
 }

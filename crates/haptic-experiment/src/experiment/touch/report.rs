@@ -23,7 +23,7 @@ use std::f64::consts::TAU;
 /// How a touch went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TouchVerdict {
+pub(crate) enum TouchVerdict {
     /// The hand was given no energy, and the force stayed within its limits.
     Passive,
     /// The hand was given energy.
@@ -70,7 +70,7 @@ pub struct TouchReport {
     #[serde(flatten)]
     pub(crate) errors: Errors,
     /// Verdict.
-    pub verdict: TouchVerdict,
+    pub(crate) verdict: TouchVerdict,
     /// The verdict in words.
     pub verdict_reason: &'static str,
     /// Deepest place as the loop read it, m.

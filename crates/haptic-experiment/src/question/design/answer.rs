@@ -12,9 +12,10 @@ use crate::experiment::trial::TrialSetup;
 use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
 use crate::experiment::wall::WallExperiment;
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::judge::settling::TrialVerdict;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
-use crate::{Settling, TrialPlan, TrialVerdict};
+use crate::{Settling, TrialPlan};
 use fracdiff::{Order, Scheme, Seconds};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -81,8 +82,6 @@ impl Design {
             experiment_text: trial
                 .filter(|(wall, _)| wall.model.is_none())
                 .map(|(wall, _)| self.experiment_file(&wall)),
-            experiment: None,
-            files: Vec::new(),
         })
     }
 

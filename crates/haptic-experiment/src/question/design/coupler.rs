@@ -15,8 +15,8 @@
 //!   too, also with a coupler twice as large: where it is not, both parts are made smaller by the share that is left.
 //! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
 
-use super::WISH_FREQUENCY;
 use super::answer::{keys, plan, until_settled};
+use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
 use crate::document::advice::check;
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
@@ -47,7 +47,7 @@ const LOOP_MARGIN: f64 = 2.0;
 
 /// The stiffest coupler of an order.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct CouplerCandidate {
+pub(crate) struct CouplerCandidate {
     /// μ.
     pub order: f64,
     /// `k_c`, N·s/m; null if no coupler of this order is passive.
@@ -275,14 +275,32 @@ pub struct CouplerAnswer {
     /// Of their `dissipation`, the spring.
     pub dissipation_unit: &'static str,
     /// The stiffest of each order.
-    pub candidates: Vec<CouplerCandidate>,
+    pub(crate) candidates: Vec<CouplerCandidate>,
     /// The stiffest of all as felt at the frequency; null if there is none.
-    pub best: Option<CouplerCandidate>,
+    pub(crate) best: Option<CouplerCandidate>,
     /// The trial of the best, on the ideal device.
     pub simulated: Option<Settling>,
     /// The experiment that runs it.
     #[serde(skip)]
     pub experiment_text: Option<String>,
+}
+
+impl CouplerAnswer {
+    /// Refuses a design without a coupler, or one that is not stable when it is tried.
+    pub(crate) fn require(&self) -> Result<(), Failure> {
+        match (&self.best, &self.simulated) {
+            (None, _) => {
+                let mut reasons = self.candidates.iter().filter_map(|c| c.reason.as_deref());
+                Err(nothing_found(reasons.next()))
+            }
+            (Some(best), Some(simulated)) if !simulated.stable => Err(not_at_rest(
+                best.order,
+                simulated,
+                &format!("take a device with more damping, or other {DESIGN_ORDERS}"),
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl CouplerDesign {

@@ -245,7 +245,7 @@ fn write(plant: &NamedPlant, answer: &ControlAnswer, place: &mut Place) -> Vec<S
             let row = std::iter::once(n as f64 * t).chain(values);
             row.collect::<Vec<f64>>()
         });
-        place.write(|folder| folder.write_named_table("csv", &names, rows))
+        place.write(|folder| folder.write_table(&names, rows))
     });
     let picture = place.write(|folder| {
         let picture = draw_design(answer, plant).transpose();

@@ -7,7 +7,7 @@ use crate::files::RunFiles;
 use crate::output::{Output, note, warn};
 use crate::parse::{whole, within};
 use clap::Args;
-use haptic_experiment::run::device::trouble;
+use haptic_experiment::run::trouble;
 use haptic_experiment::run::{Recorder, Stopped};
 use haptic_experiment::{Failure, parameters};
 use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};

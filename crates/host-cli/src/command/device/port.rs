@@ -5,7 +5,7 @@ use crate::output::warn;
 use crate::parse::{WAITS, within};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::device::{DeviceName, LinkedName};
+use haptic_experiment::run::DeviceName;
 use haptic_quantity::Time;
 use haptic_remote::serial::SerialLink;
 use std::sync::atomic::AtomicBool;
@@ -16,7 +16,7 @@ use std::time::Duration;
 pub(crate) struct PortArguments {
     /// `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
-    device: DeviceName,
+    pub(super) device: DeviceName,
     /// Keep trying for this long if the device is absent
     #[arg(long, value_parser = within::<Time>(WAITS))]
     #[arg(default_value = "0s")]
@@ -24,34 +24,25 @@ pub(crate) struct PortArguments {
 }
 
 impl PortArguments {
-    pub(super) fn name(&self) -> Result<&LinkedName, Failure> {
-        match &self.device {
-            DeviceName::Linked(name) => Ok(name),
-            DeviceName::Simulated => Err(Failure::bad_input(
-                "device \"sim\" has no port: give --device serial:PATH, as of host-cli device emulate",
-            )),
-        }
-    }
-
     pub(super) fn patience(&self) -> Duration {
         Duration::from_secs_f64(self.wait.0)
     }
 
     /// One attempt, at a device of one axis.
     pub(super) fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect_with(1, Duration::ZERO, &warn, None)
+        self.device.connect(Some(1), Duration::ZERO, &warn, None)
     }
 
     /// Attempts at a device of one axis until the patience is over; Ctrl-C ends them in words.
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
         let (patience, stop) = self.attempts()?;
-        self.name()?.connect_with(1, patience, &warn, stop)
+        self.device.connect(Some(1), patience, &warn, stop)
     }
 
     /// The same at a device of any number of axes.
     pub(super) fn connect_any(&self) -> Result<SerialLink, Failure> {
         let (patience, stop) = self.attempts()?;
-        self.name()?.connect(patience, &warn, stop)
+        self.device.connect(None, patience, &warn, stop)
     }
 
     /// For how long to try, and what ends it before.

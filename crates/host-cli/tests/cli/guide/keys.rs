@@ -1,9 +1,7 @@
 //! The page of all keys of experiment, controller and plant files, made from the tables that read them.
 
 use fracdiff::parameter::Shown;
-use haptic_experiment::parameters::{
-    self, CONTROLLER_TABLES, PLANT_TABLES, Parameter, Range, TABLES, Value, choices,
-};
+use haptic_experiment::parameters::{self, Parameter, Range, Value, choices};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use testkit::book;
@@ -107,7 +105,9 @@ fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String])
 
 /// The page below its mark.
 fn made() -> String {
-    let all = [TABLES, CONTROLLER_TABLES, PLANT_TABLES].concat();
+    let all = ["experiment", "controller", "plant"]
+        .map(parameters::tables)
+        .concat();
     let all = all
         .iter()
         .flat_map(|(heading, parameters)| rows(heading, parameters));
@@ -126,12 +126,12 @@ fn made() -> String {
     let shared: Vec<String> = shared.into_values().map(|(_, row)| row).collect();
     let mut text = String::from("\n## Experiment files\n");
     let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
-    tables(&mut text, TABLES, &shared);
+    tables(&mut text, parameters::tables("experiment"), &shared);
     table(&mut text, "Shared keys", &listed);
     text.push_str("\n## Controller files\n\nOne of the first five, and `[loop]`.\n");
-    tables(&mut text, CONTROLLER_TABLES, &shared);
+    tables(&mut text, parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
-    tables(&mut text, PLANT_TABLES, &shared);
+    tables(&mut text, parameters::tables("plant"), &shared);
     text
 }
 
@@ -155,7 +155,9 @@ fn no_table_of_an_experiment_is_missing_on_the_page() {
     for kind in parameters::KINDS {
         for (_, table) in parameters::of_kind(kind) {
             for parameter in table {
-                let shown = TABLES.iter().any(|(_, shown)| shown.contains(parameter));
+                let shown = parameters::tables("experiment")
+                    .iter()
+                    .any(|(_, shown)| shown.contains(parameter));
                 assert!(shown, "{kind}: {}", parameter.key);
             }
         }
