@@ -206,7 +206,7 @@ impl ExperimentFile {
             Experiment::Relax(own) | Experiment::Creep(own) => {
                 own.run(request, supervisor)?.map(Report::Indentation)
             }
-            Experiment::Wall(own) => own.run(request, supervisor)?.map(Report::Wall),
+            Experiment::Wall(own) => own.published(request, supervisor)?.map(Report::Wall),
             Experiment::Coupler(own) => own.run(request, supervisor)?.map(Report::Coupler),
             Experiment::Teleoperation(own) => {
                 own.run(request, supervisor)?.map(Report::Teleoperation)

@@ -13,7 +13,6 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{ON_DEVICE, Parameter};
 use crate::experiment::reading::with_devices;
 use crate::experiment::trial::TrialPlan;
-use crate::judge::settling::Settling;
 use crate::run::device::Warn;
 use crate::run::folder::OutputFolder;
 use bench::BENCH;
@@ -173,17 +172,16 @@ impl Answer {
     /// In a few words.
     #[must_use]
     pub fn verdict(&self) -> String {
-        match self {
-            Self::ZWidth(report) => report.stiffest(),
-            Self::Design(found) => {
-                let order = found.best.as_ref().map(|best| best.order);
-                proposal(order, found.simulated.as_ref())
-            }
-            Self::Coupler(found) => {
-                let order = found.best.as_ref().map(|best| best.order);
-                proposal(order, found.simulated.as_ref())
-            }
-        }
+        let (order, simulated) = match self {
+            Self::ZWidth(report) => return report.stiffest(),
+            Self::Design(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
+            Self::Coupler(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
+        };
+        let Some(order) = order else {
+            return "nothing on the grid does it".to_owned();
+        };
+        let tried = simulated.map(|settling| format!(", {} when tried", settling.verdict.words()));
+        format!("best: order {order}{}", tried.unwrap_or_default())
     }
 
     /// Writes its table into the folder: the path.
@@ -219,15 +217,6 @@ impl Answer {
             Self::Coupler(found) => found.experiment_text.as_deref(),
         }
     }
-}
-
-/// The best order and its trial, in words.
-fn proposal(order: Option<f64>, simulated: Option<&Settling>) -> String {
-    let Some(order) = order else {
-        return "nothing on the grid does it".to_owned();
-    };
-    let tried = simulated.map(|settling| format!(", {} when tried", settling.verdict.words()));
-    format!("best: order {order}{}", tried.unwrap_or_default())
 }
 
 #[cfg(test)]

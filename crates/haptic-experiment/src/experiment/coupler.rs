@@ -38,7 +38,6 @@ use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::document::reader::Table;
 use crate::judge::preflight::{refused, softer};
 use crate::judge::reference::{ReferenceSeries, operator};
-use crate::judge::settling::Settling;
 use crate::judge::{Published, Reference};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
@@ -191,23 +190,10 @@ impl CouplerExperiment {
         self.published(request, supervisor)
     }
 
-    /// The same without log or files: does it settle, and without friction too?
-    ///
-    /// # Errors
-    /// Bad parameters.
-    pub(crate) fn try_out(&self) -> Result<Settling, Failure> {
-        self.settled()
-    }
-
     /// What the analysis says of it on the simulated device.
     #[cfg(test)]
     pub(crate) fn look(&self) -> Result<PreflightVerdict, Failure> {
         (self.subject(self.check()?)).verdict(self.setup.dynamics(), 0)
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        self.parts().map(|parts| parts.samples)
     }
 
     /// Refuses a loop on a device, which cannot carry it.

@@ -13,15 +13,12 @@ use crate::document::parameters::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME,
 };
 use crate::document::reader::Table;
-use crate::judge::Published;
 use crate::judge::Reference;
 use crate::judge::preflight::Preflight;
-use crate::judge::settling::Settling;
-use crate::run::folder::FolderRequest;
+use crate::run::Ran;
 use crate::run::preflight::PreflightSubject;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::samples::Samples;
-use crate::run::{Ran, Supervisor};
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::LoopMode;
 use haptic_loop::Controller;
@@ -108,31 +105,6 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
 }
 
 impl WallExperiment {
-    /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<WallReport>, Failure> {
-        self.published(request, supervisor)
-    }
-
-    /// The same without log or files: does it settle, and without friction too?
-    ///
-    /// # Errors
-    /// Bad parameters.
-    pub(crate) fn try_out(&self) -> Result<Settling, Failure> {
-        self.settled()
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        self.parts().map(|parts| parts.samples)
-    }
-
     fn look(&self, samples: u64) -> Preflight<'_> {
         Preflight {
             stiffness_n_per_m: self.stiffness_n_per_m,

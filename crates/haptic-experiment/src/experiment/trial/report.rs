@@ -120,7 +120,12 @@ pub(crate) trait Trial: Clone {
         None
     }
 
-    /// Runs the loop, writes the log and judges the run.
+    /// The number of samples, if all parameters are good.
+    fn check(&self) -> Result<u64, Failure> {
+        self.parts().map(|parts| parts.samples)
+    }
+
+    /// Runs the loop, writes the log and judges the run; log and CSV go into the folder.
     fn published(
         &self,
         request: &FolderRequest,

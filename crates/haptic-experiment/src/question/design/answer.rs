@@ -8,8 +8,8 @@ use crate::document::failure::Failure;
 use crate::document::lines_of;
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
-use crate::experiment::trial::TrialSetup;
 use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
+use crate::experiment::trial::{Trial as _, TrialSetup};
 use crate::experiment::wall::WallExperiment;
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use crate::judge::settling::TrialVerdict;
@@ -191,7 +191,7 @@ impl Design {
                 one_sided: false,
             }
         };
-        until_settled(make, WallExperiment::try_out)
+        until_settled(make, WallExperiment::settled)
     }
 
     /// The experiment file of a wall that was tried.

@@ -22,8 +22,8 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::coupler::{COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS};
-use crate::experiment::trial::TrialSetup;
 use crate::experiment::trial::dynamics;
+use crate::experiment::trial::{Trial as _, TrialSetup};
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::{Imperfections, Settling, TrialPlan};
@@ -364,7 +364,7 @@ impl CouplerDesign {
             coupler_dissipation_n_s_1_minus_mu_per_m: best.dissipation.unwrap_or(0.0),
             object: self.object,
         };
-        until_settled(make, CouplerExperiment::try_out)
+        until_settled(make, CouplerExperiment::settled)
     }
 
     /// The experiment file of a coupler that was tried.
@@ -520,7 +520,7 @@ mod tests {
             let crate::open::Experiment::Coupler(coupler) = file.expect("is right").0 else {
                 panic!("not a coupler: {text}");
             };
-            let settling = coupler.try_out().expect("valid");
+            let settling = coupler.settled().expect("valid");
             assert_eq!(Some(settling), answer.simulated, "{text}");
             assert!(settling.stable, "{settling:?}");
             let verdict = coupler.look().expect("valid");
