@@ -214,7 +214,6 @@ impl Origin {
     }
 
     /// The word for it.
-    #[must_use]
     pub(crate) const fn word(self) -> &'static str {
         match self {
             Self::Simulated => "simulated",

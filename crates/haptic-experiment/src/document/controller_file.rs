@@ -94,9 +94,6 @@ impl ControllerFile {
     }
 
     /// Reads and checks the text of a file; `path` is for messages.
-    ///
-    /// # Errors
-    /// If it is wrong: in one line, with file and line.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let words = ("controller", CHOICE);

@@ -178,9 +178,6 @@ type Law = VirtualCoupler<f64, Operator<f64>>;
 
 impl CouplerExperiment {
     /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
     pub(crate) fn run(
         &self,
         request: &FolderRequest,

@@ -100,9 +100,6 @@ impl Indentation {
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A strain, stress, ramp time, duration or sample time outside its range.
     pub(crate) fn check(&self) -> Result<u64, Failure> {
         match self.load {
             Load::Strain { strain, .. } if !(strain > 0.0 && strain <= 1.0) => {

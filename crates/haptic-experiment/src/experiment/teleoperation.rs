@@ -281,15 +281,11 @@ pub(crate) struct TeleoperationExperiment {
 
 impl TeleoperationExperiment {
     /// T.
-    #[must_use]
     pub(crate) const fn sample_time(&self) -> Seconds {
         self.master.sample_time
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn check(&self) -> Result<u64, Failure> {
         self.check_waves()?;
         self.pair().map(|_| self.samples())
@@ -387,9 +383,6 @@ impl TeleoperationExperiment {
     }
 
     /// The port of a side.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn port(&self, side: HandSide) -> Result<Port<Operator<f64>>, Failure> {
         let settings = Settings {
             side,

@@ -166,7 +166,6 @@ pub(crate) struct TouchExperiment {
 
 impl TouchExperiment {
     /// T.
-    #[must_use]
     pub(crate) const fn sample_time(&self) -> Seconds {
         self.device.sample_time
     }

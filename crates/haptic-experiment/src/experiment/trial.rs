@@ -112,9 +112,6 @@ impl TrialPlan {
     }
 
     /// Number of samples, that at time 0 included.
-    ///
-    /// # Errors
-    /// Anything outside its range.
     pub(crate) fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
         let t = sample_time.0;
         let samples = crate::run::schedule::samples(self.duration_s, t, &TRIAL_SAMPLES)?;
@@ -305,7 +302,6 @@ pub(crate) fn wall_at_start(
 }
 
 /// Dynamics that the analysis knows of a simulated device: all but friction.
-#[must_use]
 pub(crate) fn dynamics(device: &MassDamperConfig) -> Dynamics {
     Dynamics {
         mass_kg: device.mass.0,

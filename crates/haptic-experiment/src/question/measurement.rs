@@ -128,9 +128,6 @@ impl MeasurePlan {
     }
 
     /// Refuses what is outside its range.
-    ///
-    /// # Errors
-    /// The parameter, its value and its range.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         check(&MEASURE_SAMPLE_TIME, self.sample_time_s)?;
         check(&MEASURE_FORCE_LIMIT, self.force_limit_n)?;
@@ -139,7 +136,6 @@ impl MeasurePlan {
     }
 
     /// Limits of the safety chain of a device that is at `start_m`.
-    #[must_use]
     pub(crate) fn limits(&self, start_m: f64) -> Limits {
         let force = self.force_n();
         let default = Limits::default();

@@ -95,13 +95,11 @@ impl FaultRecorder {
     }
 
     /// The fault, if one has latched.
-    #[must_use]
     pub(crate) const fn fault(&self) -> Option<&FaultSeen> {
         self.fault.as_ref()
     }
 
     /// True if a fault has latched and all that is kept after it is there.
-    #[must_use]
     pub(crate) const fn is_full(&self) -> bool {
         self.fault.is_some() && self.after >= AFTER
     }
@@ -127,9 +125,6 @@ impl FaultRecorder {
     }
 
     /// Writes the log of a fault.
-    ///
-    /// # Errors
-    /// If the file exists without `overwrite`, or the disk does not take it.
     pub(crate) fn write(
         &self,
         path: &Path,

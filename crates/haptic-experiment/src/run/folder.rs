@@ -190,7 +190,6 @@ impl OutputFolder {
     }
 
     /// See [`FolderRequest::roll_bytes`].
-    #[must_use]
     pub(crate) const fn roll_bytes(&self) -> Option<u64> {
         self.roll_bytes
     }

@@ -12,7 +12,7 @@
 use crate::document::controller_file::source;
 use crate::document::error::{FileError, text_of};
 use crate::document::failure::Failure;
-use crate::document::input::{Rows, short};
+use crate::document::input::short;
 use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
 use crate::document::{Parsed, lines_of, parameters as p};
@@ -21,10 +21,13 @@ use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
+use haptic_tissue::identify::table::{TABLE_MOST, read_columns};
 use haptic_tissue::open_file;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use std::f64::consts::{PI, TAU};
+use std::fmt;
+use std::io::Read as _;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -45,7 +48,6 @@ const INTERVALS: &str = "intervals";
 
 impl PlantFile {
     /// A plant without a story.
-    #[must_use]
     pub(crate) const fn new(model: PlantModel) -> Self {
         Self {
             model,
@@ -56,17 +58,11 @@ impl PlantFile {
     }
 
     /// Reads and checks a file.
-    ///
-    /// # Errors
-    /// If it cannot be read or is wrong: in one line, with file and line.
     pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
         Self::parse(path, &text_of(path, "plant")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages and for the table of a measured response.
-    ///
-    /// # Errors
-    /// If it is wrong: in one line, with file and line.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let kinds = MODELS.map(|(name, _)| name);
@@ -300,9 +296,6 @@ impl PlantModel {
 
 impl DeviceValues {
     /// As matrices.
-    ///
-    /// # Errors
-    /// A mass below 1e-15 kg, a negative lag or delay.
     pub(crate) fn plant(&self) -> Result<Plant, ControlError> {
         let (m, b, k) = (
             self.mass_kg,
@@ -398,17 +391,11 @@ impl DeviceModel {
     }
 
     /// Reads and checks a file.
-    ///
-    /// # Errors
-    /// If it cannot be read, is wrong, or has another plant than a device: in one line, with file and line.
     pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
         Self::parse(path, &text_of(path, "device")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let file = PlantFile::parse(path, text)?;
         let document = Parsed::of(path, text)?;
@@ -451,7 +438,6 @@ impl DeviceModel {
     }
 
     /// Mass, damping, hand, delay and lag, for an analysis.
-    #[must_use]
     pub(crate) const fn dynamics(&self) -> Dynamics {
         Dynamics {
             mass_kg: self.values.mass_kg,
@@ -463,7 +449,6 @@ impl DeviceModel {
     }
 
     /// The least of mass and damping and the whole interval of the delay, for a guard, which must hold for what is certain.
-    #[must_use]
     pub(crate) fn guarded(&self) -> GuardedDevice {
         let values = &self.values;
         let ends = |key: &str, value: f64| {
@@ -555,74 +540,71 @@ const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_
 
 /// ω in rad/s and G(jω), from a CSV with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
 /// `phase_rad`, or `real` and `imaginary`. Other columns are passed over.
-///
-/// # Errors
-/// A file that cannot be read, a column or a number that is missing: in one line, with file and line.
 pub(crate) fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, String> {
     let shown = path.display();
-    let bad = |text: String| format!("{shown}: {text}");
-    let file = open_file(path).map_err(|error| {
+    let bad = |text: &dyn fmt::Display| format!("{shown}: {text}");
+    let mut bytes = Vec::new();
+    let read = open_file(path).and_then(|file| file.take(TABLE_MOST + 1).read_to_end(&mut bytes));
+    read.map_err(|error| {
         format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")
     })?;
-    let (rows, length) = Rows::new(file);
-    let mut table = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(rows);
-    let header = table.headers().map_err(|error| bad(error.to_string()))?;
-    let place = |name: &str| header.iter().position(|cell| cell == name);
+    let text = String::from_utf8_lossy(&bytes);
+    let header = text.trim_start_matches('\u{feff}').lines();
+    let header = header
+        .map(str::trim)
+        .find(|line| !line.is_empty() && !line.starts_with('#'));
+    let header = header.unwrap_or_default();
+    let cells: Vec<&str> = header
+        .split([',', ';', '\t'])
+        .map(|cell| cell.trim_matches([' ', '"']))
+        .collect();
     // The first of these columns that is there, and its unit.
-    let column = |what: &str, names: [(&str, f64); 2]| {
-        let mut found = (names.into_iter()).filter_map(|(name, unit)| Some((place(name)?, unit)));
-        found.next().ok_or_else(|| {
-            let names: Vec<&str> = header.iter().collect();
-            bad(format!(
-                "line 1: no column of {what} in the header {:?}; give {COLUMNS}",
-                short(&names.join(","))
+    let column = |what: &str, names: &[(&'static str, f64)]| {
+        let found = names.iter().find(|(name, _)| cells.contains(name));
+        found.copied().ok_or_else(|| {
+            let header = short(header);
+            bad(&format_args!(
+                "no column of {what} in the header {header:?}; give {COLUMNS}"
             ))
         })
     };
     let (frequency, turn) = column(
         "the frequency",
-        [("omega_rad_s", 1.0), ("frequency_hz", TAU)],
+        &[("omega_rad_s", 1.0), ("frequency_hz", TAU)],
     )?;
-    let is_cartesian = place("real").is_some() && place("imaginary").is_some();
-    let ((first, in_db), (second, unit)) = match place("real").zip(place("imaginary")) {
-        Some((real, imaginary)) => ((real, 0.0), (imaginary, 1.0)),
-        None => (
-            column("the gain", [("gain", 0.0), ("gain_db", 1.0)])?,
-            column("the phase", [("phase_deg", PI / 180.0), ("phase_rad", 1.0)])?,
+    let is_cartesian = ["real", "imaginary"]
+        .iter()
+        .all(|name| cells.contains(name));
+    let ((name, _), (second, unit)) = match is_cartesian {
+        true => (("real", 1.0), ("imaginary", 1.0)),
+        false => (
+            column("the gain", &[("gain", 1.0), ("gain_db", 1.0)])?,
+            column(
+                "the phase",
+                &[("phase_deg", PI / 180.0), ("phase_rad", 1.0)],
+            )?,
         ),
     };
-    let mut points = Vec::new();
-    for row in table.records() {
-        let row = row.map_err(|error| bad(error.to_string()))?;
-        length.next_row();
-        let line = row.position().map_or(0, csv::Position::line);
-        let bad = |text: String| bad(format!("line {line}: {text}"));
-        if points.len() == POINTS_MOST {
-            return Err(bad(format!(
-                "more than {POINTS_MOST} frequencies: omit some"
-            )));
-        }
-        let number = |place: usize| {
-            let cell = row.get(place).unwrap_or("");
-            let number = cell.parse().ok().filter(|number: &f64| number.is_finite());
-            number.ok_or_else(|| bad(format!("{:?} is not a finite number", short(cell))))
-        };
-        let omega = turn * number(frequency)?;
-        let (first, second) = (number(first)?, unit * number(second)?);
-        let response = if is_cartesian {
-            Complex::new(first, second)
-        } else {
-            let gain = match in_db > 0.0 {
-                true => libm::pow(10.0, first / 20.0),
-                false => first,
-            };
+    let (lines, [frequencies, firsts, seconds]) =
+        read_columns(&bytes, [frequency, name, second]).map_err(|error| bad(&error))?;
+    if let Some(line) = lines.get(POINTS_MOST) {
+        return Err(bad(&format_args!(
+            "line {line}: more than {POINTS_MOST} frequencies: omit some"
+        )));
+    }
+    let points = frequencies.iter().zip(firsts.iter().zip(&seconds));
+    let points = points.map(|(&frequency, (&first, &second))| {
+        let second = unit * second;
+        let polar = |gain: f64| {
             let (sin, cos) = libm::sincos(second);
             Complex::new(gain * cos, gain * sin)
         };
-        points.push((omega, response));
-    }
-    Ok(points)
+        let response = match name {
+            "real" => Complex::new(first, second),
+            "gain_db" => polar(libm::pow(10.0, first / 20.0)),
+            _ => polar(first),
+        };
+        (turn * frequency, response)
+    });
+    Ok(points.collect())
 }

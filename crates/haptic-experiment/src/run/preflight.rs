@@ -141,7 +141,6 @@ impl PreflightVerdict {
 
     /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say, or a guard
     /// that promises passivity looks after it.
-    #[must_use]
     pub(crate) fn warning(&self, guarded: bool) -> Option<String> {
         if !self.stable {
             let why = match guarded {

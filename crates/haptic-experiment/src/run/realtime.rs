@@ -61,7 +61,6 @@ pub(crate) struct Microseconds {
 
 impl Microseconds {
     /// Of a histogram of ns.
-    #[must_use]
     pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
         let Percentiles {
             p50,
@@ -133,7 +132,6 @@ impl From<WorstCycle> for WorstTick {
 
 impl RealtimeSummary {
     /// Of what a loop measured in a thread.
-    #[must_use]
     pub(crate) fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
         let Overruns {
             by_wake_up,

@@ -123,9 +123,6 @@ impl Recorder {
     }
 
     /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
-    ///
-    /// # Errors
-    /// If the writer has ended.
     pub(crate) fn timed_tick(
         &mut self,
         tick: &TickMessage,
@@ -157,13 +154,11 @@ impl Recorder {
     }
 
     /// Recorder of the ticks around a fault.
-    #[must_use]
     pub(crate) const fn flight(&self) -> &FaultRecorder {
         &self.flight
     }
 
     /// Of a fault, what follows it is kept too: whether that is done, or there was none.
-    #[must_use]
     pub(crate) fn has_aftermath(&self) -> bool {
         self.flight.fault().is_none() || self.flight.is_full()
     }

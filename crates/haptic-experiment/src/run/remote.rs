@@ -53,7 +53,6 @@ pub(crate) struct RemoteDevice {
 
 impl RemoteDevice {
     /// With the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
-    #[must_use]
     pub(crate) fn new(name: LinkedName) -> Self {
         Self {
             name,

@@ -87,9 +87,6 @@ type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
 impl Indentation {
     /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
     pub(crate) fn run(
         &self,
         request: &FolderRequest,

@@ -232,10 +232,6 @@ impl World for Hands {
 
 impl TeleoperationExperiment {
     /// Runs the experiment; log, table and report go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, or a slave that is not stable in its remote place, before any file is made; a log or table that cannot be
-    /// written.
     pub(crate) fn run(
         &self,
         request: &FolderRequest,

@@ -203,10 +203,6 @@ impl FarReport {
 impl TeleoperationExperiment {
     /// Runs a side for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears the address of
     /// this side.
-    ///
-    /// # Errors
-    /// A parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not fit; a log that
-    /// cannot be written.
     pub(crate) fn run_side(
         &self,
         end: End,

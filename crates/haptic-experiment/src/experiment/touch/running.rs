@@ -43,9 +43,6 @@ const START_MOST_M: f64 = 1e-9;
 
 impl TouchExperiment {
     /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
     pub(crate) fn run(
         &self,
         request: &FolderRequest,
@@ -58,9 +55,6 @@ impl TouchExperiment {
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn check(&self) -> Result<u64, Failure> {
         match self.axes {
             3 => self.checked::<3>(),
@@ -69,9 +63,6 @@ impl TouchExperiment {
     }
 
     /// Checks that the simulated device begins outside the shape; on a device only the device knows.
-    ///
-    /// # Errors
-    /// A start inside, which would be a blow; a parameter outside its range.
     pub(crate) fn check_start(&self) -> Result<(), Failure> {
         match self.axes {
             _ if self.remote.is_some() => Ok(()),

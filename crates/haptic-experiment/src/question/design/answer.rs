@@ -32,9 +32,6 @@ const DOUBLINGS: usize = 8;
 
 impl Design {
     /// Answers it; `progress` hears of each order that is done, `stop` ends it before the next.
-    ///
-    /// # Errors
-    /// A parameter outside its range; a stop.
     pub(crate) fn answer(
         &self,
         stop: &AtomicBool,

@@ -79,7 +79,6 @@ pub(crate) enum CouplerCriterion {
 
 impl CouplerCriterion {
     /// Its name.
-    #[must_use]
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Llewellyn => "llewellyn",
@@ -306,9 +305,6 @@ impl CouplerAnswer {
 impl CouplerDesign {
     /// Answers it: candidates, the best of them, its trial and its experiment file; `progress` hears of each order that is done, `stop` ends
     /// it before the next.
-    ///
-    /// # Errors
-    /// A parameter outside its range; a stop.
     pub(crate) fn answer(
         &self,
         stop: &AtomicBool,

@@ -57,9 +57,6 @@ pub(crate) enum DriveError<E> {
 /// `progress` hears the number of ticks.
 ///
 /// Whatever ends it, the force is zero when this returns.
-///
-/// # Errors
-/// Limits outside their range; the device's own.
 pub(crate) fn drive<V: Device<f64, 1>>(
     plan: &MeasurePlan,
     device: &mut V,
@@ -133,9 +130,6 @@ fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Out
 
 impl Outcome {
     /// Refuses all but a measurement that came to its end.
-    ///
-    /// # Errors
-    /// In one line what happened, that the force is zero, and what to do.
     pub(crate) fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
         let force = plan.force_n();
         let box_mm = 1e3 * plan.box_m;
@@ -166,9 +160,6 @@ impl Outcome {
 }
 
 /// Measures a simulated device in virtual time.
-///
-/// # Errors
-/// A parameter outside its range; a measurement that did not come to its end.
 pub(crate) fn on_simulated(
     plan: &MeasurePlan,
     (device, sensors): (MassDamperConfig, Sensors),
@@ -466,9 +457,6 @@ pub(crate) struct SerialMotion {
 /// Measures a serial device. Its own limits hold too, where they are tighter.
 ///
 /// The delay that is found is the device's own: the line is not in it, as the force of each tick is the one that the device says it applied.
-///
-/// # Errors
-/// A device that cannot be used; a parameter outside its range; a measurement that did not come to its end.
 pub(crate) fn on_serial(
     plan: &MeasurePlan,
     remote: &RemoteDevice,

@@ -103,9 +103,6 @@ const NOTHING_M: f64 = 1e-15;
 /// `hand` looks for the stiffness of a hand too. Intervals are those of the linearised problem, with residuals that go together for a while, and
 /// hold every minimum that fits as well as the best.
 /// *Cost*: some 2500 runs of the model over the record.
-///
-/// # Errors
-/// A record that is too short, has lost too much, or does not tell the mass.
 pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
     check(record)?;
     let start = first_guess(record, hand).ok_or(MeasureError::Still)?;

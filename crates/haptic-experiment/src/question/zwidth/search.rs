@@ -36,9 +36,6 @@ const HORIZON: f64 = 20e6;
 impl ZWidth {
     /// Runs the experiment; `progress` hears of each cell that is done, `stop` ends it with those, and `warn` hears what a
     /// user should know before the end.
-    ///
-    /// # Errors
-    /// A parameter outside its range; on a device the first failure, if no point was found before it, or that no wall came to rest.
     pub(crate) fn run(
         &self,
         progress: &(dyn Fn(u64) + Sync),

@@ -59,7 +59,6 @@ pub struct GuardedDevice {
 
 impl GuardedDevice {
     /// A simulated device, of which everything is known.
-    #[must_use]
     pub(crate) fn simulated(device: &MassDamperConfig, sensors: Sensors) -> Self {
         Self {
             mass_kg: Some(device.mass.0),
@@ -71,7 +70,6 @@ impl GuardedDevice {
     }
 
     /// What an experiment says of a device that is not simulated here: a delay or lag that it does not speak of is not known.
-    #[must_use]
     pub(crate) fn given(device: &MassDamperConfig) -> Self {
         let (delay, lag) = (device.delay.0, device.lag.0);
         Self {
@@ -84,7 +82,6 @@ impl GuardedDevice {
     }
 
     /// Facts that a board tells of its sensor: it rounds to its resolution.
-    #[must_use]
     pub(crate) fn read_by(capabilities: &Capabilities) -> Self {
         let sensors = Sensors {
             encoder_resolution_m: f64::from(capabilities.position_resolution_m),
@@ -98,7 +95,6 @@ impl GuardedDevice {
     }
 
     /// Values of this one; where it has none, those of the other.
-    #[must_use]
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             mass_kg: self.mass_kg.or(other.mass_kg),
@@ -112,9 +108,6 @@ impl GuardedDevice {
 
 impl GuardChoice {
     /// The guard for a device, if there is to be one.
-    ///
-    /// # Errors
-    /// If what it needs to know of the device is not known.
     pub(crate) fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
         let unknown = |what, key: &dyn fmt::Display| {
             Failure::bad_input(format_args!(
