@@ -1,6 +1,6 @@
 //! A document: the text of a file, and values given over it by options, keywords or the fields of a form.
 
-pub mod advice;
+pub(crate) mod advice;
 pub(crate) mod controller_file;
 pub(crate) mod error;
 pub(crate) mod failure;
@@ -8,8 +8,9 @@ pub(crate) mod input;
 pub(crate) mod named;
 pub(crate) mod parameters;
 pub(crate) mod reader;
-pub mod record_check;
+mod record_check;
 
+pub use advice::single;
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
 use error::{Source, text_of};
@@ -17,6 +18,7 @@ use haptic_log::record::{Entry, LogReader};
 pub use input::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
+pub use record_check::{check_signals, check_times};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;

@@ -7,14 +7,13 @@ pub(crate) mod drive;
 pub(crate) mod indentation;
 pub(crate) mod reading;
 pub(crate) mod rendering;
-pub mod teleoperation;
+pub(crate) mod teleoperation;
 pub(crate) mod touch;
 pub(crate) mod trial;
 pub(crate) mod wall;
 
 use crate::document::parameters::{ON_DEVICE, Parameter, SAFETY};
-pub use drive::{DriveReport, DriveVerdict, LoopVerdict};
-pub use touch::{PostureVerdict, TouchVerdict};
+pub use teleoperation::{End, FarReport, FeltAt, Terms};
 
 /// Kinds of experiments, the names of their tables in files.
 pub const KINDS: [&str; 6] = [
@@ -29,7 +28,7 @@ pub const KINDS: [&str; 6] = [
 /// The table beside an experiment that a controller drives.
 pub const DRIVE_TABLE: &str = "drive";
 
-/// Tables of a kind: heading and parameters; `None` if it is not one.
+/// Tables of a kind, or of the drive beside one: heading and parameters; `None` if it is not one.
 pub(crate) fn tables(kind: &str) -> Option<Vec<(&'static str, &'static [Parameter])>> {
     let own: &[(&str, &[Parameter])] = match kind {
         "relax" => &[
@@ -47,6 +46,7 @@ pub(crate) fn tables(kind: &str) -> Option<Vec<(&'static str, &'static [Paramete
         ],
         "teleoperation" => &[("teleoperation", teleoperation::TELEOPERATION)],
         "touch" => &[("touch", touch::TOUCH)],
+        DRIVE_TABLE => return Some(vec![(DRIVE_TABLE, drive::DRIVE)]),
         _ => return None,
     };
     let common = match kind {

@@ -14,7 +14,7 @@ use crate::run::record::Record;
 pub use modelled_tissue::operator;
 pub use preflight::Preflight;
 pub(crate) use reference::Reference;
-pub use report::{Errors, RunReport, TickTimes};
+pub use report::RunReport;
 
 /// In per cent, without the digits that binary fractions add.
 pub(crate) fn percent(fraction: f64) -> f64 {
@@ -36,7 +36,7 @@ pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
 
 /// The largest relative error of a stretch of samples, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Compared {
+pub(crate) struct Compared {
     /// The error; `None` where it has no meaning.
     pub largest: Option<f64>,
     /// Time of the first sample that was compared, s.
@@ -192,7 +192,7 @@ impl LargestError {
 
 /// Origin of a quantity: the device decides. No instrument measured it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
+pub(crate) enum Origin {
     /// A simulated device.
     Simulated,
     /// A device's own record of what it commanded and read.
@@ -214,8 +214,7 @@ impl Origin {
     }
 
     /// The word for it.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
+    pub(crate) const fn word(self) -> &'static str {
         match self {
             Self::Simulated => "simulated",
             Self::Rendered => "rendered",
@@ -230,8 +229,8 @@ pub struct Curves {
     pub title: String,
     /// Law, device, operator, verdict.
     pub subtitle: String,
-    /// Origin of the force.
-    pub origin: Origin,
+    /// Origin of the force: `simulated`, or `rendered`, a device's own record of what it commanded and read.
+    pub origin: &'static str,
     /// Time, s.
     pub time_s: Vec<f64>,
     /// Values at these times, each with its name.
@@ -267,6 +266,15 @@ impl<R> Published<R> {
             report,
             curves,
             folder,
+        }
+    }
+
+    /// With the report of any kind.
+    pub(crate) fn map<T>(self, report: impl FnOnce(R) -> T) -> Published<T> {
+        Published {
+            report: report(self.report),
+            curves: self.curves,
+            folder: self.folder,
         }
     }
 }

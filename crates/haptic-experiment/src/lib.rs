@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
+#![warn(unreachable_pub)]
 
 pub mod document;
 pub mod experiment;
@@ -10,26 +11,22 @@ pub mod run;
 
 pub use document::failure::Failure;
 pub use document::named::Named;
-pub use experiment::coupler::{CouplerExperiment, CouplerReport};
-pub use experiment::indentation::{Indentation, Load, Report};
-pub use experiment::rendering::{Contact, Precision, Rendering};
-pub use experiment::teleoperation::{TeleoperationExperiment, TeleoperationReport};
-pub use experiment::touch::{TouchExperiment, TouchReport};
-pub use experiment::trial::{TrialPlan, TrialReport, TrialSetup, dynamics};
-pub use experiment::wall::{WallExperiment, WallReport};
+pub use experiment::coupler::CouplerReport;
+pub use experiment::indentation::{Indentation, IndentationReport};
+pub use experiment::rendering::Precision;
+pub use experiment::teleoperation::TeleoperationReport;
+pub use experiment::touch::TouchReport;
+pub use experiment::trial::{TrialPlan, TrialReport};
+pub use experiment::wall::WallReport;
 pub use haptic_analysis::Dynamics;
 pub use judge::modelled_tissue::{ModelledTissue, TissuePiece};
 pub use judge::preflight::Matter;
-pub use judge::report::{RunReport, Summary};
 pub use judge::rows::{Line, Row, Table, lines};
-pub use judge::settling::{Criterion, Settling, TrialVerdict};
-pub use open::ExperimentFile;
-pub use open::parameters;
-pub use question::bench::AskedDevice;
-pub use question::zwidth::{ZWidth, ZWidthReport, dissertation_device};
+pub use judge::settling::Settling;
+pub use open::{ExperimentFile, Report, parameters};
 pub use run::Supervisor;
-pub use run::preflight::{PreflightRequest, PreflightVerdict};
-pub use run::realtime::{RealtimeOptions, RealtimeSummary};
-pub use run::safety::{GuardChoice, Safety};
+pub use run::preflight::PreflightVerdict;
+pub use run::realtime::RealtimeOptions;
+pub use run::safety::GuardChoice;
 pub use run::schedule::Pace;
 pub use run::sensors::{Imperfections, Sensors};

@@ -23,19 +23,28 @@ use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE};
 use crate::document::parameters::{Parameter, Value};
 use crate::document::reader::Table;
 use crate::document::{Document, IN_LOG, choice, line};
+use crate::experiment::coupler::{self, CouplerExperiment, CouplerReport};
+use crate::experiment::indentation::{self, Indentation, IndentationReport};
 use crate::experiment::reading::with_devices;
-use crate::experiment::{coupler, indentation, teleoperation, touch, wall};
+use crate::experiment::teleoperation::{
+    self, End, FarReport, MUST_BE_PASSIVE, TeleoperationExperiment, TeleoperationReport,
+    TeleoperationVerdict, Terms,
+};
+use crate::experiment::touch::{self, TouchExperiment, TouchReport, TouchVerdict};
+use crate::experiment::trial::{Trial as _, TrialSetup};
+use crate::experiment::wall::{self, MUST_BE_STABLE, WallExperiment, WallReport};
+use crate::judge::Published;
+use crate::judge::report::RunReport;
+use crate::run::Supervisor;
+use crate::run::folder::FolderRequest;
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
-use crate::{
-    CouplerExperiment, Indentation, TeleoperationExperiment, TouchExperiment, TrialSetup,
-    WallExperiment,
-};
 use parameters::{
-    DEVICE_MODEL, DEVICE_PLANT, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind,
-    takes_device,
+    DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind, takes_device,
 };
+use serde::Serialize;
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::path::Path;
 use std::time::Duration;
 
@@ -56,7 +65,11 @@ use std::time::Duration;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub enum ExperimentFile {
+pub struct ExperimentFile(pub(crate) Experiment);
+
+/// An experiment of any kind.
+#[derive(Clone, Debug)]
+pub(crate) enum Experiment {
     /// `[relax]`.
     Relax(Indentation),
     /// `[creep]`.
@@ -75,14 +88,6 @@ pub enum ExperimentFile {
 const DRIVEN: [&str; 2] = ["relax", "creep"];
 
 impl ExperimentFile {
-    /// Reads and checks a file.
-    ///
-    /// # Errors
-    /// If it cannot be read or is wrong: in one line, with file and line.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        Self::open(&Document::read(path)?)
-    }
-
     /// Reads and checks the text of a file; `path` is for messages and for the paths in it.
     ///
     /// # Errors
@@ -113,20 +118,21 @@ impl ExperimentFile {
             return Err(drive.fail(reason));
         }
         let drive = drive
-            .map(|drive| drive.with_keys(&[(DRIVE_TABLE, DRIVE)]))
+            .map(|drive| drive.with_keys(&of_kind(DRIVE_TABLE)))
             .transpose()?;
         let drive = drive.as_ref();
-        match kind {
-            "relax" => indentation::relax(&table, drive).map(Self::Relax),
-            "creep" => indentation::creep(&table, drive).map(Self::Creep),
-            "coupler" => coupler::coupler(&table).map(Self::Coupler),
+        let experiment = match kind {
+            "relax" => indentation::relax(&table, drive).map(Experiment::Relax),
+            "creep" => indentation::creep(&table, drive).map(Experiment::Creep),
+            "coupler" => coupler::coupler(&table).map(Experiment::Coupler),
             "teleoperation" => {
                 let read = teleoperation::teleoperation(&table)?;
-                Ok(Self::Teleoperation(Box::new(read)))
+                Ok(Experiment::Teleoperation(Box::new(read)))
             }
-            "touch" => Ok(Self::Touch(Box::new(touch::touch(&table)?))),
-            _ => wall::wall(&table).map(Self::Wall),
-        }
+            "touch" => Ok(Experiment::Touch(Box::new(touch::touch(&table)?))),
+            _ => wall::wall(&table).map(Experiment::Wall),
+        };
+        experiment.map(Self)
     }
 
     /// The number of samples.
@@ -134,24 +140,185 @@ impl ExperimentFile {
     /// # Errors
     /// A parameter outside its range, which reading has ruled out.
     pub fn samples(&self) -> Result<u64, Failure> {
-        match self {
-            Self::Relax(experiment) | Self::Creep(experiment) => experiment.check(),
-            Self::Wall(experiment) => experiment.check(),
-            Self::Coupler(experiment) => experiment.check(),
-            Self::Teleoperation(experiment) => experiment.check(),
-            Self::Touch(experiment) => experiment.check(),
+        match &self.0 {
+            Experiment::Relax(experiment) | Experiment::Creep(experiment) => experiment.check(),
+            Experiment::Wall(experiment) => experiment.check(),
+            Experiment::Coupler(experiment) => experiment.check(),
+            Experiment::Teleoperation(experiment) => experiment.check(),
+            Experiment::Touch(experiment) => experiment.check(),
+        }
+    }
+
+    /// Checks that a simulated hand begins outside the shape that it touches.
+    ///
+    /// # Errors
+    /// A start inside, which would be a blow.
+    pub fn check_start(&self) -> Result<(), Failure> {
+        match &self.0 {
+            Experiment::Touch(own) => own.check_start(),
+            _ => Ok(()),
+        }
+    }
+
+    /// T, s.
+    #[must_use]
+    pub fn sample_time_s(&self) -> f64 {
+        match &self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => own.rendering.sample_time_s,
+            Experiment::Wall(own) => own.setup.device.sample_time.0,
+            Experiment::Coupler(own) => own.setup.device.sample_time.0,
+            Experiment::Teleoperation(own) => own.sample_time().0,
+            Experiment::Touch(own) => own.sample_time().0,
+        }
+    }
+
+    /// Number of axes.
+    #[must_use]
+    pub fn axes(&self) -> usize {
+        match &self.0 {
+            Experiment::Touch(own) => own.axes,
+            _ => 1,
+        }
+    }
+
+    /// What the log of its run says of it, over what its document says.
+    #[must_use]
+    pub fn metadata(&self) -> BTreeMap<String, String> {
+        match &self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => own.metadata(),
+            Experiment::Wall(own) => own.metadata(),
+            Experiment::Coupler(own) => own.metadata(),
+            Experiment::Teleoperation(own) => own.metadata(own.pace),
+            Experiment::Touch(own) => own.metadata(),
+        }
+    }
+
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written; a device that cannot be used.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report>, Failure> {
+        Ok(match &self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => {
+                own.run(request, supervisor)?.map(Report::Indentation)
+            }
+            Experiment::Wall(own) => own.published(request, supervisor)?.map(Report::Wall),
+            Experiment::Coupler(own) => own.run(request, supervisor)?.map(Report::Coupler),
+            Experiment::Teleoperation(own) => {
+                own.run(request, supervisor)?.map(Report::Teleoperation)
+            }
+            Experiment::Touch(own) => own.run(request, supervisor)?.map(Report::Touch),
+        })
+    }
+
+    /// Refuses a run that does not keep what its document asks for by `must_be_stable` or `must_be_passive`.
+    ///
+    /// # Errors
+    /// Exit code 1.
+    pub fn require(&self, report: &Report) -> Result<(), Failure> {
+        let stable = (MUST_BE_STABLE.key, "design a weaker one");
+        let ((key, remedy), what) = match (&self.0, report) {
+            (Experiment::Wall(own), Report::Wall(wall))
+                if own.setup.must_be_stable && !wall.trial.stable_by_both() =>
+            {
+                let words = wall.trial.settling.verdict.words();
+                let what = format!("the wall is not stable by both trial ({words}) and analysis");
+                (stable, what)
+            }
+            (Experiment::Coupler(own), Report::Coupler(coupler))
+                if own.setup.must_be_stable && !coupler.stable_by_all() =>
+            {
+                let words = coupler.trial.settling.verdict.words();
+                let what = format!(
+                    "the coupler is not stable by trial ({words}), analysis and Llewellyn's criterion"
+                );
+                (stable, what)
+            }
+            (Experiment::Teleoperation(own), Report::Teleoperation(far))
+                if own.must_be_passive && far.verdict != TeleoperationVerdict::Passive =>
+            {
+                let remedy = "take a passive architecture, a softer coupler or a smaller motion";
+                (
+                    (MUST_BE_PASSIVE.key, remedy),
+                    far.verdict.words().to_owned(),
+                )
+            }
+            (Experiment::Touch(own), Report::Touch(touch))
+                if own.must_be_passive && touch.verdict != TouchVerdict::Passive =>
+            {
+                let remedy = "take a softer shape, a shorter sample time or a guard";
+                (
+                    (MUST_BE_PASSIVE.key, remedy),
+                    touch.verdict.words().to_owned(),
+                )
+            }
+            _ => return Ok(()),
+        };
+        Err(Failure::Run(anyhow::anyhow!(
+            "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
+        )))
+    }
+
+    /// True if it runs on the simulated device.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        self.remote().is_none()
+    }
+
+    /// The relaxation or creep test that it is.
+    #[must_use]
+    pub const fn indentation(&self) -> Option<&Indentation> {
+        match &self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => Some(own),
+            _ => None,
         }
     }
 
     /// The serial device of the file; `None` for the simulated one.
-    #[must_use]
-    pub fn remote(&self) -> Option<&RemoteDevice> {
-        match self {
-            Self::Relax(own) | Self::Creep(own) => own.rendering.remote.as_ref(),
-            Self::Wall(wall) => wall.setup.remote.as_ref(),
-            Self::Coupler(coupler) => coupler.setup.remote.as_ref(),
-            Self::Touch(touch) => touch.remote.as_ref(),
-            Self::Teleoperation(_) => None,
+    pub(crate) fn remote(&self) -> Option<&RemoteDevice> {
+        match &self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => own.rendering.remote.as_ref(),
+            Experiment::Wall(wall) => wall.setup.remote.as_ref(),
+            Experiment::Coupler(coupler) => coupler.setup.remote.as_ref(),
+            Experiment::Touch(touch) => touch.remote.as_ref(),
+            Experiment::Teleoperation(_) => None,
+        }
+    }
+
+    /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears
+    /// the address of this side.
+    ///
+    /// # Errors
+    /// Another experiment; a parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not
+    /// fit; a log that cannot be written.
+    pub fn run_side(
+        &self,
+        end: End,
+        terms: Terms,
+        opened: &dyn Fn(SocketAddr),
+        conduct: (&FolderRequest, Supervisor<'_>),
+    ) -> Result<Published<FarReport>, Failure> {
+        self.teleoperation()?.run_side(end, terms, opened, conduct)
+    }
+
+    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document asks for.
+    ///
+    /// # Errors
+    /// Exit code 1.
+    pub fn require_side(&self, report: &FarReport, terms: Terms) -> Result<(), Failure> {
+        report.require(self.teleoperation()?, terms)
+    }
+
+    fn teleoperation(&self) -> Result<&TeleoperationExperiment, Failure> {
+        match &self.0 {
+            Experiment::Teleoperation(own) => Ok(own),
+            _ => Err(Failure::bad_input(
+                "the file is of another experiment: give one with a table [teleoperation]",
+            )),
         }
     }
 
@@ -161,16 +328,16 @@ impl ExperimentFile {
             let remote = setup.remote.as_mut();
             (&mut setup.pace, &mut setup.force_unstable, remote)
         }
-        match self {
-            Self::Relax(own) | Self::Creep(own) => {
+        match &mut self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => {
                 let own = &mut own.rendering;
                 let force_unstable = &mut own.preflight.force_unstable;
                 (&mut own.pace, force_unstable, own.remote.as_mut())
             }
-            Self::Wall(wall) => of(&mut wall.setup),
-            Self::Coupler(coupler) => of(&mut coupler.setup),
-            Self::Touch(own) => (&mut own.pace, &mut own.force_unstable, own.remote.as_mut()),
-            Self::Teleoperation(own) => (&mut own.pace, &mut own.force_unstable, None),
+            Experiment::Wall(wall) => of(&mut wall.setup),
+            Experiment::Coupler(coupler) => of(&mut coupler.setup),
+            Experiment::Touch(own) => (&mut own.pace, &mut own.force_unstable, own.remote.as_mut()),
+            Experiment::Teleoperation(own) => (&mut own.pace, &mut own.force_unstable, None),
         }
     }
 
@@ -188,9 +355,9 @@ impl ExperimentFile {
     /// # Errors
     /// An experiment that no pre-flight refuses.
     pub fn though_unstable(mut self) -> Result<Self, Failure> {
-        let is_looked_at = match &self {
-            Self::Relax(own) | Self::Creep(own) => own.rendering.drive.is_some(),
-            Self::Teleoperation(_) => true,
+        let is_looked_at = match &self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => own.rendering.drive.is_some(),
+            Experiment::Teleoperation(_) => true,
             _ => false,
         };
         if self.remote().is_none() && !is_looked_at {
@@ -209,6 +376,63 @@ impl ExperimentFile {
     pub fn in_pace(mut self, pace: Pace) -> Self {
         *self.conducted().0 = pace;
         self
+    }
+}
+
+/// The report of an experiment: as JSON and as rows that of its kind.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Report {
+    /// Of a relaxation or creep test.
+    Indentation(IndentationReport),
+    /// Of a wall.
+    Wall(WallReport),
+    /// Of a coupler.
+    Coupler(CouplerReport),
+    /// Of a teleoperation.
+    Teleoperation(TeleoperationReport),
+    /// Of a touch.
+    Touch(TouchReport),
+}
+
+impl Report {
+    /// Of the run.
+    #[must_use]
+    pub const fn run(&self) -> &RunReport {
+        match self {
+            Self::Indentation(own) => &own.run,
+            Self::Wall(own) => &own.trial.run,
+            Self::Coupler(own) => &own.trial.run,
+            Self::Teleoperation(own) => &own.run,
+            Self::Touch(own) => &own.run,
+        }
+    }
+
+    /// The same, to name a picture in it.
+    pub const fn run_mut(&mut self) -> &mut RunReport {
+        match self {
+            Self::Indentation(own) => &mut own.run,
+            Self::Wall(own) => &mut own.trial.run,
+            Self::Coupler(own) => &mut own.trial.run,
+            Self::Teleoperation(own) => &mut own.run,
+            Self::Touch(own) => &mut own.run,
+        }
+    }
+
+    /// The verdict in words; none of a relaxation or creep test whose error has no meaning.
+    #[must_use]
+    pub fn verdict(&self) -> Option<String> {
+        let words = match self {
+            Self::Indentation(own) => {
+                let error = own.errors.closed_form.largest?;
+                return Some(format!("{:.2} % from the closed form", 1e2 * error));
+            }
+            Self::Wall(own) => own.trial.settling.verdict.words(),
+            Self::Coupler(own) => own.trial.settling.verdict.words(),
+            Self::Teleoperation(own) => own.verdict.words(),
+            Self::Touch(own) => own.verdict.words(),
+        };
+        Some(words.to_owned())
     }
 }
 
@@ -275,11 +499,8 @@ impl Document {
 
 /// The parameters of a table of a document.
 fn known(table: &str) -> impl Iterator<Item = &'static Parameter> {
-    let known = match table {
-        DRIVE_TABLE => vec![(DRIVE_TABLE, DRIVE)],
-        kind => of_kind(kind),
-    };
-    known.into_iter().flat_map(|(_, parameters)| parameters)
+    let known = of_kind(table).into_iter();
+    known.flat_map(|(_, parameters)| parameters)
 }
 
 /// The value of a parameter as a log has it: numbers with spaces between them, rows with semicolons.

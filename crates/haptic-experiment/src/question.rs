@@ -2,22 +2,31 @@
 
 pub mod analysis;
 pub(crate) mod bench;
-pub mod design;
+pub(crate) mod design;
 mod machine_check;
-pub mod measurement;
+pub(crate) mod measurement;
 pub(crate) mod zwidth;
 
 use crate::document::Document;
 use crate::document::error::FileError;
+use crate::document::failure::Failure;
 use crate::document::parameters::{ON_DEVICE, Parameter};
 use crate::experiment::reading::with_devices;
+use crate::experiment::trial::TrialPlan;
+use crate::run::device::Warn;
+use crate::run::folder::OutputFolder;
 use bench::BENCH;
+pub use design::coupler::CouplerAnswer;
 use design::coupler::CouplerDesign;
+pub use design::{Candidate, DesignReport};
 use design::{Design, WishName};
-pub use machine_check::{Machine, Plain, RtCheck};
+pub use machine_check::RtCheck;
+pub use measurement::{MeasureReport, Measurement};
+use serde::Serialize;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use zwidth::ZWidth;
-pub use zwidth::{BoundaryPoint, BoundaryRow};
+pub use zwidth::{BoundaryPoint, ZWidthReport};
 
 /// Questions to a device, the names of their tables.
 pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
@@ -40,10 +49,15 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
 /// ```
 /// use haptic_experiment::question::Question;
 /// use std::path::Path;
+/// use std::sync::atomic::AtomicBool;
 ///
-/// let text = "[zwidth]\norders = [0.5, 1]\npoints = 3";
+/// let text = "[design]\nrequire = \"passive\"\nscheme = \"muir:3\"\nsample_time_s = 0.002\norders = [1]";
 /// let question = Question::parse(Path::new("form"), text)?;
-/// assert_eq!(question.steps(), 6);
+/// assert_eq!(question.steps(), 1);
+/// let answer = question.answer(&|_| {}, &AtomicBool::new(false), &|_| {})?;
+/// // Theorem 1 without delay: K up to 2b/T.
+/// let stiffness = serde_json::to_value(&answer)?["best"]["stiffness"].as_f64().expect("a wall");
+/// assert!((stiffness / 3500.0 - 1.0).abs() < 1e-3);
 /// let wrong = Question::parse(Path::new("form"), "[design]\nwish = \"peace\"");
 /// assert_eq!(
 ///     wrong.expect_err("no wish of a wall").to_string(),
@@ -52,7 +66,11 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub enum Question {
+pub struct Question(Asked);
+
+/// A question of any kind.
+#[derive(Clone, Debug)]
+enum Asked {
     /// `[zwidth]`: how stiff a wall can be rendered?
     ZWidth(ZWidth),
     /// `[design]`: what is the most that a device can render?
@@ -79,25 +97,124 @@ impl Question {
         let words = ("question", "a question has one of [zwidth], [design]");
         let (kind, table, _) = document.one_of(&QUESTIONS, &[], words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
-        match kind {
-            "zwidth" => ZWidth::of(&table).map(Self::ZWidth),
+        let asked = match kind {
+            "zwidth" => ZWidth::of(&table).map(Asked::ZWidth),
             _ => match design::reading::wish(&table)? {
-                WishName::Coupler => design::reading::coupler(&table).map(Self::Coupler),
+                WishName::Coupler => design::reading::coupler(&table).map(Asked::Coupler),
                 wish => {
                     let design = design::reading::design(&table, wish)?;
-                    Ok(Self::Design(Box::new(design)))
+                    Ok(Asked::Design(Box::new(design)))
                 }
             },
+        };
+        asked.map(Self)
+    }
+
+    /// The same Z-width, each wall tried and judged as in the experiment of the dissertation's figure 4.3.
+    #[must_use]
+    pub fn as_in_the_dissertation(mut self) -> Self {
+        if let Asked::ZWidth(zwidth) = &mut self.0 {
+            zwidth.plan = TrialPlan::DISSERTATION;
         }
+        self
+    }
+
+    /// True if it asks the simulated device.
+    #[must_use]
+    pub const fn is_simulated(&self) -> bool {
+        !matches!(&self.0, Asked::ZWidth(zwidth) if zwidth.remote.is_some())
     }
 
     /// Steps of which progress is told.
     #[must_use]
     pub fn steps(&self) -> u64 {
+        match &self.0 {
+            Asked::ZWidth(zwidth) => zwidth.cells(),
+            Asked::Design(design) => design.orders_to_try().len() as u64,
+            Asked::Coupler(design) => design.orders.len() as u64,
+        }
+    }
+
+    /// Answers it. `progress` hears of steps that are done; a set `stop` ends it: of a Z-width the points that are done are kept.
+    ///
+    /// # Errors
+    /// A device that cannot be used; a design that was stopped.
+    pub fn answer(
+        &self,
+        progress: &(dyn Fn(u64) + Sync),
+        stop: &AtomicBool,
+        warn: Warn<'_>,
+    ) -> Result<Answer, Failure> {
+        match &self.0 {
+            Asked::ZWidth(zwidth) => zwidth.run(progress, stop, warn).map(Answer::ZWidth),
+            Asked::Design(design) => {
+                let found = design.answer(stop, progress)?;
+                Ok(Answer::Design(Box::new(found)))
+            }
+            Asked::Coupler(design) => design.answer(stop, progress).map(Answer::Coupler),
+        }
+    }
+}
+
+/// The answer to a question: as JSON and as rows that of its kind.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub enum Answer {
+    /// The stiffest walls of a device.
+    ZWidth(ZWidthReport),
+    /// The best wall of each order.
+    Design(Box<DesignReport>),
+    /// The stiffest coupler of each order.
+    Coupler(CouplerAnswer),
+}
+
+impl Answer {
+    /// In a few words.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let (order, simulated) = match self {
+            Self::ZWidth(report) => return report.stiffest(),
+            Self::Design(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
+            Self::Coupler(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
+        };
+        let Some(order) = order else {
+            return "nothing on the grid does it".to_owned();
+        };
+        let tried = simulated.map(|settling| format!(", {} when tried", settling.verdict.words()));
+        format!("best: order {order}{}", tried.unwrap_or_default())
+    }
+
+    /// Writes its table into the folder: the path.
+    ///
+    /// # Errors
+    /// A table that cannot be written.
+    pub fn write_table(&self, folder: &OutputFolder) -> Result<String, Failure> {
         match self {
-            Self::ZWidth(zwidth) => zwidth.cells(),
-            Self::Design(design) => design.orders_to_try().len() as u64,
-            Self::Coupler(design) => design.orders.len() as u64,
+            Self::ZWidth(report) => folder.write_table(&[], report.rows()),
+            Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
+            Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),
+        }
+    }
+
+    /// Refuses a design that found nothing, or whose best is not stable when it is tried; `warn` hears of less.
+    ///
+    /// # Errors
+    /// Exit code 1.
+    pub fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
+        match self {
+            Self::ZWidth(_) => Ok(()),
+            Self::Design(found) => found.require(warn),
+            Self::Coupler(found) => found.require(),
+        }
+    }
+
+    /// The experiment file that tries the best wall or coupler.
+    #[must_use]
+    pub fn experiment_text(&self) -> Option<&str> {
+        match self {
+            Self::ZWidth(_) => None,
+            Self::Design(found) => found.experiment_text.as_deref(),
+            Self::Coupler(found) => found.experiment_text.as_deref(),
         }
     }
 }
@@ -113,24 +230,24 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_as_the_commands_have_it() {
-        let Ok(Question::ZWidth(zwidth)) = read("[zwidth]") else {
+        let Ok(Question(Asked::ZWidth(zwidth))) = read("[zwidth]") else {
             panic!("a Z-width");
         };
-        let device = crate::dissertation_device(fracdiff::Seconds(1e-3));
+        let device = super::bench::dissertation_device(fracdiff::Seconds(1e-3));
         assert_eq!((zwidth.points, zwidth.orders.len()), (21, 5));
         assert_eq!(zwidth.device, device);
-        assert_eq!(zwidth.plan, crate::TrialPlan::DEFAULT);
-        let Ok(Question::Design(design)) = read("[design]") else {
+        assert_eq!(zwidth.plan, TrialPlan::DEFAULT);
+        let Ok(Question(Asked::Design(design))) = read("[design]") else {
             panic!("a design");
         };
         assert_eq!((design.device.plant, design.orders.len()), (device, 9));
         assert_eq!(design.gain_margin, Some(2.0));
         assert!(matches!(
             read("[design]\nwish = \"coupler\"\nrequire = \"passive\"\norders = [1]"),
-            Ok(Question::Coupler(CouplerDesign {
+            Ok(Question(Asked::Coupler(CouplerDesign {
                 criterion: CouplerCriterion::Passive,
                 ..
-            }))
+            })))
         ));
     }
 

@@ -7,7 +7,7 @@
 //! stop does.
 
 mod budget;
-pub mod device;
+pub(crate) mod device;
 pub(crate) mod ending;
 pub(crate) mod fault_recorder;
 pub(crate) mod flat;
@@ -29,7 +29,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{REALTIME, SAMPLE_TIME};
 use budget::TickParts;
 use device::Warn;
-pub use ending::LetGo;
+pub use device::{DeviceName, at_port, firmware_version, lost_board, refused_at_port, trouble};
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
@@ -37,15 +37,13 @@ use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{END, FinishedLog, StartTime, TickMessage};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Cycle, Periodic};
-pub use plant_file::{DeviceModel, DeviceValues, Interval, PlantFile, PlantModel, read_response};
-pub use preflight::CouplerVerdict;
+pub use plant_file::{DeviceModel, DeviceValues, PlantModel};
 use preflight::PreflightVerdict;
 use realtime::RealtimeSummary;
-pub use realtime::{Microseconds, WorstTick};
 use record::Record;
 use recorder::Recorded;
 pub use recorder::{Recorder, Stopped};
-pub use remote::{FrameCounts, LinkSummary, RemoteDevice, RoundTrip, guard_of};
+pub use remote::{RoundTrip, guard_of};
 pub use safety::{GuardedDevice, speed, workspace};
 use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;
@@ -68,13 +66,6 @@ pub struct Supervisor<'a> {
 }
 
 impl<'a> Supervisor<'a> {
-    /// With streams that show the run.
-    #[must_use]
-    pub const fn watched(mut self, live: &'a LiveStreams) -> Self {
-        self.live = Some(live);
-        self
-    }
-
     /// The streams; none for a second run.
     pub(super) fn live_streams(&self) -> Vec<Box<dyn Live>> {
         self.live.map(LiveStreams::take).unwrap_or_default()
@@ -91,7 +82,7 @@ impl std::fmt::Debug for Supervisor<'_> {
 
 /// Results of a run.
 #[derive(Debug)]
-pub struct Ran {
+pub(crate) struct Ran {
     /// The samples.
     pub record: Record,
     /// The log.

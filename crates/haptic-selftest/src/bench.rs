@@ -3,7 +3,7 @@
 use super::fall::Bounds;
 use super::promise::{Attendant, EmergencyStop, Notice, Promise, SelfTest};
 use haptic_experiment::Failure;
-use haptic_experiment::run::device::{self, at_port};
+use haptic_experiment::run::{self, at_port};
 use haptic_link::{Configuration, Limits, LoopMode, Refusal, Scope, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
@@ -134,7 +134,7 @@ impl<'a> Bench<'a> {
 
     /// Words of a board from which nothing comes any more, and what is to be feared of it.
     pub(super) fn lost_board(&self) -> Option<String> {
-        device::lost_board(self.link.as_ref()?)
+        run::lost_board(self.link.as_ref()?)
     }
 
     /// Puts the limits of the test in force, with this watchdog.

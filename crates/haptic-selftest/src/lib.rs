@@ -15,7 +15,7 @@ pub use promise::{Attendant, Check, EmergencyStop, Notice, Promise, SelfTest};
 
 use bench::{Bench, Broken};
 use haptic_experiment::Failure;
-use haptic_experiment::run::device::firmware_version;
+use haptic_experiment::run::firmware_version;
 use in_time::in_time;
 use serde::Serialize;
 

@@ -250,7 +250,7 @@ impl Place {
         rows: impl Iterator<Item = R>,
         picture: impl FnOnce() -> Result<Picture, FigureError>,
     ) -> Vec<String> {
-        self.both(|folder| folder.write_table("csv", rows), picture)
+        self.both(|folder| folder.write_table(&[], rows), picture)
     }
 
     /// The same, of rows that are not named themselves.
@@ -260,10 +260,7 @@ impl Place {
         rows: impl Iterator<Item = R>,
         picture: impl FnOnce() -> Result<Picture, FigureError>,
     ) -> Vec<String> {
-        self.both(
-            |folder| folder.write_named_table("csv", names, rows),
-            picture,
-        )
+        self.both(|folder| folder.write_table(names, rows), picture)
     }
 
     fn both(

@@ -12,4 +12,3 @@ pub mod picture_file;
 mod table;
 
 pub use cli::{main, parser};
-pub use command::run::TABLES;

@@ -12,8 +12,8 @@ use haptic_experiment::Failure;
 use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
-    DEVICE_MODEL, DRIVE, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS,
-    Value as Kind, choices, is_path, of_kind,
+    DEVICE_MODEL, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS, Value as Kind,
+    choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{is_meant, kind_of_key, name_keys, parse_for_key, without_unit};
@@ -40,14 +40,16 @@ pub(crate) const VALUES: &str = "KEY=VALUE";
 pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let wanted = option.trim_start_matches('-');
     let all = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
-    let kinds: Vec<&str> = match command {
+    let mut kinds: Vec<&str> = match command {
         "run" => KINDS.to_vec(),
         "teleoperate" => vec!["teleoperation"],
         command => all.filter(|kind| *kind == command).collect(),
     };
-    let takes_drive = kinds.iter().any(|kind| ["relax", "creep"].contains(kind));
-    let tables = kinds.into_iter().flat_map(of_kind).map(|(_, table)| table);
-    let mut parameters = tables.chain(takes_drive.then_some(DRIVE)).flatten();
+    if kinds.iter().any(|kind| ["relax", "creep"].contains(kind)) {
+        kinds.push(DRIVE_TABLE);
+    }
+    let tables = kinds.into_iter().flat_map(of_kind);
+    let mut parameters = tables.flat_map(|(_, table)| table);
     let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
     let value = match known.value {
         Kind::Flag(_) => "true",
@@ -157,7 +159,7 @@ fn argument(parameter: &'static Parameter) -> Arg {
         Kind::Number(..) => kind_of_key(parameter.key),
         Kind::Count(_) => "COUNT",
         Kind::List(_) => "LIST",
-        _ if is_path(parameter, "x.toml") => "FILE.toml",
+        _ if is_path(parameter.key, "x.toml") => "FILE.toml",
         _ => "NAME",
     })
 }
@@ -374,7 +376,8 @@ impl Given {
 
 /// The table of a document that has this key.
 fn table_of<'k>(kind: &'k str, parameter: &Parameter) -> &'k str {
-    match DRIVE.contains(parameter) {
+    let drive = of_kind(DRIVE_TABLE);
+    match drive.iter().any(|(_, table)| table.contains(parameter)) {
         true => DRIVE_TABLE,
         false => kind,
     }
@@ -387,7 +390,7 @@ fn found(kind: &str, written: &str) -> Option<Parameter> {
         None => (None, written),
     };
     let key = key.replace('-', "_");
-    let tables = of_kind(kind).into_iter().chain([(DRIVE_TABLE, DRIVE)]);
+    let tables = of_kind(kind).into_iter().chain(of_kind(DRIVE_TABLE));
     let tables =
         tables.filter(|(name, _)| heading.is_none_or(|heading| [*name, kind].contains(&heading)));
     let parameters: Vec<Parameter> = tables.flat_map(|(_, table)| table).copied().collect();
@@ -446,11 +449,14 @@ impl DeviceModelArguments {
 pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
-        AREA, CONTACT, CONTROLLER, CREEP_DURATION, DAMPING, DELAY, DESIGN_ORDERS, DEVICE,
-        DEVICE_MODEL, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_STIFFNESS, HELD, LOOP, MASS,
-        MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
-        ONE_SIDED, PUSH, Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME,
-        STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WISH, WISH_FREQUENCY, WISH_TISSUE,
+        ARCHITECTURE, AREA, CONTACT, CONTROLLER, COUPLER_DISSIPATION, COUPLER_STIFFNESS,
+        CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DESIGN_ORDERS, DEVICE, DEVICE_MODEL,
+        DISSIPATION, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_COUPLER_DISSIPATION,
+        HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD, LIBRARY, LINE_DELAY,
+        LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
+        MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PUSH, Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE,
+        SAMPLE_TIME, SCHEME, SLAVE_DAMPING, SLAVE_MASS, STIFFNESS, STRAIN, STRESS, THICKNESS,
+        TISSUE, TRIAL_FORCE_LIMIT, WAVE_IMPEDANCE, WISH, WISH_FREQUENCY, WISH_TISSUE,
         ZWIDTH_ORDERS, ZWIDTH_POINTS,
     };
 
@@ -477,6 +483,92 @@ pub(crate) mod keys {
     const RIG: &[&Parameter] =
         &[&AREA, &THICKNESS, &CONTACT, &CONTROLLER, &LOOP, &DEVICE_MODEL, &GUARD];
 
+    /// Mass of a device that is analysed.
+    pub(crate) const ANALYSED_MASS: Parameter = MASS.without_default();
+    /// Its damping.
+    pub(crate) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
+    /// The hand on it.
+    pub(crate) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
+    /// Sample time of what is analysed.
+    pub(crate) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
+    /// Delay of what is analysed.
+    pub(crate) const ANALYSED_DELAY: Parameter = DELAY.without_default();
+    /// Current lag of what is analysed.
+    pub(crate) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
+
+    /// A wall on a device.
+    const ON_WALL: &[&Parameter] = &[
+        &ORDER,
+        &a::ANALYSED_SCHEME,
+        &DEVICE_MODEL,
+        &ANALYSED_MASS,
+        &ANALYSED_DAMPING,
+        &ANALYSED_HAND,
+        &ANALYSED_SAMPLE_TIME,
+        &STIFFNESS,
+        &DISSIPATION,
+        &ANALYSED_DELAY,
+        &ANALYSED_LAG,
+    ];
+    /// The same without units.
+    const WITHOUT_UNITS: &[&Parameter] =
+        &[&a::ALPHA, &a::BETA, &a::DELTA, &a::GAMMA, &a::DELAY_SAMPLES];
+    /// A wall and frequencies.
+    const ENVIRONMENT: &[&Parameter] = &[
+        &ORDER,
+        &a::ANALYSED_SCHEME,
+        &STIFFNESS,
+        &DISSIPATION,
+        &ANALYSED_SAMPLE_TIME,
+        &a::OMEGA_MIN,
+        &a::OMEGA_MAX,
+        &a::POINTS,
+    ];
+    /// The device that it is on.
+    const TRANSPARENCY: &[&Parameter] = &[
+        &DEVICE_MODEL,
+        &ANALYSED_MASS,
+        &ANALYSED_DAMPING,
+        &ANALYSED_DELAY,
+        &ANALYSED_LAG,
+        &a::DELAY_SAMPLES,
+    ];
+    /// A virtual coupler.
+    const COUPLING: &[&Parameter] = &[
+        &ORDER,
+        &a::ANALYSED_SCHEME,
+        &COUPLER_STIFFNESS,
+        &COUPLER_DISSIPATION,
+        &ANALYSED_SAMPLE_TIME,
+        &ANALYSED_DAMPING,
+    ];
+    /// Two hands over a line.
+    const HANDS: &[&Parameter] = &[
+        &ARCHITECTURE,
+        &LINE_DELAY,
+        &HAND_COUPLER_STIFFNESS,
+        &HAND_COUPLER_DISSIPATION,
+        &HAND_COUPLER_ORDER,
+        &WAVE_IMPEDANCE,
+        &a::PLAYOUT_SAMPLES,
+        &a::BEST,
+        &TISSUE,
+        &a::FELT_LOW,
+        &a::FELT_HIGH,
+        &a::FELT_POINTS,
+    ];
+    /// Their devices, and the tissue.
+    const HANDS_ON: &[&Parameter] = &[
+        &MASS,
+        &DAMPING,
+        &SLAVE_MASS,
+        &SLAVE_DAMPING,
+        &SAMPLE_TIME,
+        &LIBRARY,
+        &AREA,
+        &THICKNESS,
+    ];
+
     named! {
         Relax: &[
             &[&TISSUE, &STRAIN, &RAMP_TIME, &RELAX_DURATION, &SCHEME, &SAMPLE_TIME, &DEVICE],
@@ -499,11 +591,11 @@ pub(crate) mod keys {
             &MEASURE_SAMPLE_TIME, &HELD, &DEVICE_MODEL, &MASS, &DAMPING,
         ]];
         // Of `analyze`.
-        Wall: &[a::LOOP, a::LOOP_WITHOUT_UNITS];
-        Sensitivity: &[a::LOOP, &[&a::SENSITIVITY_POINTS], a::LOOP_WITHOUT_UNITS];
-        Environment: &[a::ENVIRONMENT];
-        Transparency: &[a::ENVIRONMENT, a::TRANSPARENCY];
-        Coupling: &[a::COUPLING];
-        Hands: &[a::HANDS, a::HANDS_ON];
+        Wall: &[ON_WALL, WITHOUT_UNITS];
+        Sensitivity: &[ON_WALL, &[&a::SENSITIVITY_POINTS], WITHOUT_UNITS];
+        Environment: &[ENVIRONMENT];
+        Transparency: &[ENVIRONMENT, TRANSPARENCY];
+        Coupling: &[COUPLING];
+        Hands: &[HANDS, HANDS_ON];
     }
 }

@@ -11,6 +11,9 @@ use haptic_quantity::{WrittenUnit, parse_for_key, written};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 
+/// Times to wait for something that may never come, s: a day.
+pub(crate) const WAITS: Range = Range::Within(0.0, 86_400.0);
+
 /// That a value is outside a range, in the units of its key.
 pub(crate) fn outside(key: &str, range: Range) -> String {
     let [low, high] = range.ends().map(|end| match end {

@@ -1,8 +1,9 @@
 //! Pictures: a page of charts that own their curves, and what experiments leave.
 
-use haptic_experiment::experiment::teleoperation::{FarReport, FeltAt, TeleoperationReport};
+use haptic_experiment::TeleoperationReport;
+use haptic_experiment::experiment::{FarReport, FeltAt};
 use haptic_experiment::judge::Curves;
-use haptic_experiment::{Report, TouchReport, TrialReport};
+use haptic_experiment::{IndentationReport, Report, TrialReport};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
@@ -80,8 +81,22 @@ pub(crate) fn page(
     .draw()
 }
 
+/// A run of any kind.
+///
+/// # Errors
+/// If there is nothing to draw.
+pub(crate) fn of_report(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
+    match report {
+        Report::Indentation(report) => of_theory(report, curves),
+        Report::Wall(report) => of_trial(&report.trial, curves),
+        Report::Coupler(report) => of_trial(&report.trial, curves),
+        Report::Teleoperation(report) => of_teleoperation(report, curves),
+        Report::Touch(_) => of_touch(curves),
+    }
+}
+
 /// A run beside its closed form.
-pub(crate) fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
+fn of_theory(report: &IndentationReport, curves: &Curves) -> Result<Picture, FigureError> {
     let (quantity, label) = match report.final_strain {
         Some(_) => ("strain", "strain"),
         None => ("force", "force / N"),
@@ -103,12 +118,12 @@ pub(crate) fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, Fig
         },
         quantity,
         label,
-        origin: curves.origin.word(),
+        origin: curves.origin,
         time_s: &curves.time_s,
         values: curves.column("values"),
         closed_form: curves.column("closed_form"),
         relative_error: curves.column("relative_error"),
-        held: report.drive.as_ref().map(|_| HeldPanels {
+        held: (!curves.column("drive_force_n").is_empty()).then(|| HeldPanels {
             time_s: &curves.time_s,
             label: error_label,
             tracking_error: &tracking_error,
@@ -148,7 +163,7 @@ pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureE
 }
 
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
-pub(crate) fn of_teleoperation(
+fn of_teleoperation(
     report: &TeleoperationReport,
     curves: &Curves,
 ) -> Result<Picture, FigureError> {
@@ -193,7 +208,7 @@ pub(crate) fn of_teleoperation(
 }
 
 /// A touch: the paths over the shape, the depth, and the force of each axis.
-pub(crate) fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, FigureError> {
+fn of_touch(curves: &Curves) -> Result<Picture, FigureError> {
     let forces = ["force_x_n", "force_y_n", "force_z_n"].map(|name| curves.column(name).to_vec());
     let axes = forces.iter().filter(|force| !force.is_empty()).count();
     PlaneFigure {
@@ -210,11 +225,11 @@ pub(crate) fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, Figu
 }
 
 /// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
-pub(crate) fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
+fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
     let position = column(trial, "position_m", 1e3);
     let object = column(trial, "object_position_m", 1e3);
     let force = column(trial, "force_n", 1.0);
-    let run = trial.origin.word();
+    let run = trial.origin;
     let (device, what) = match object.is_empty() {
         true => (run.to_owned(), "wall"),
         false => (format!("device, {run}"), "coupler"),

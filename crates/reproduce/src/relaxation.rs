@@ -31,7 +31,8 @@ fn relax(kind: Kind) -> Result<Relaxed, Failure> {
     };
     let document = format!("[relax]\ntissue = \"prostate-cancerous\"\n{scheme}");
     let opened = ExperimentFile::parse(Path::new("reproduce"), &document);
-    let ExperimentFile::Relax(experiment) = opened.map_err(Failure::input)? else {
+    let opened = opened.map_err(Failure::input)?;
+    let Some(experiment) = opened.indentation() else {
         return Err(Failure::bad_input("not a relaxation"));
     };
     let mut relaxed = Relaxed::default();

@@ -4,8 +4,8 @@ use super::evidence::{passive_boundary, region, varied};
 use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
 use super::{DELTA, Kind, ORDERS};
 use haptic_analysis::AnalysisError;
-use haptic_experiment::question::Question;
-use haptic_experiment::{Failure, TrialPlan};
+use haptic_experiment::Failure;
+use haptic_experiment::question::{Answer, Question};
 use haptic_figure::Look;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -155,11 +155,10 @@ const REALISTIC: &str =
 /// The border of theory and the markers of a simulated device.
 fn zwidth_panel(caption: &str, document: &str, stop: &AtomicBool) -> Result<Panel, Failure> {
     let question = Question::parse(Path::new("reproduce"), document).map_err(Failure::input)?;
-    let Question::ZWidth(mut experiment) = question else {
+    let question = question.as_in_the_dissertation();
+    let Answer::ZWidth(report) = question.answer(&|_| {}, stop, &|_| {})? else {
         return Err(Failure::bad_input("not a Z-width"));
     };
-    experiment.plan = TrialPlan::DISSERTATION;
-    let report = experiment.run(&|_| {}, stop, &|_| {})?;
     let mut curves = per_order(&ORDERS, 0, Look::Line, |mu| {
         border(Kind::Muir, mu, DELTA, 0.0)
     })?;

@@ -21,24 +21,14 @@ pub(crate) fn answer<'py>(
     let read = move |_: &_| Question::open(&document).or_refused();
     let question = heard(py, Duration::MAX, read)?;
     // A device is brought to rest; what is simulated has nothing to lose.
-    let interrupted = match &question {
-        Question::ZWidth(zwidth) if zwidth.remote.is_some() => Interrupted::Awaited,
-        _ => Interrupted::Forgotten,
+    let interrupted = match question.is_simulated() {
+        false => Interrupted::Awaited,
+        true => Interrupted::Forgotten,
     };
     let report = conduct(py, progress, interrupted, move |conduct| {
-        let (stop, add) = (conduct.stop(), |steps| conduct.add(steps));
-        let report = match &question {
-            Question::ZWidth(zwidth) => {
-                (zwidth.run(&add, stop, &|_| ())).map(|report| serde_json::to_string(&report))
-            }
-            Question::Design(design) => {
-                (design.answer(stop, &add)).map(|report| serde_json::to_string(&report))
-            }
-            Question::Coupler(design) => {
-                (design.answer(stop, &add)).map(|report| serde_json::to_string(&report))
-            }
-        };
-        report.map_err(|failure| failed(&failure))?.or_refused()
+        let answer = question.answer(&|steps| conduct.add(steps), conduct.stop(), &|_| ());
+        let answer = answer.map_err(|failure| failed(&failure))?;
+        serde_json::to_string(&answer).or_refused()
     })?;
     read_json(py, &report)
 }

@@ -5,10 +5,9 @@ use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
 use haptic_experiment::document::Document;
-use haptic_experiment::judge::Published;
-use haptic_experiment::parameters::{COUPLER_REQUIRED, Parameter, Value, WALL_REQUIRED, of_kind};
+use haptic_experiment::parameters::{Parameter, Value, of_kind};
 use haptic_experiment::run::FolderRequest;
-use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
+use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{EventMessage, TickMessage};
 use numpy::PyArray1;
@@ -25,11 +24,10 @@ pub(crate) fn experiment_parameters<'py>(
     py: Python<'py>,
     kind: &str,
 ) -> PyResult<Bound<'py, PyList>> {
-    let required = [WALL_REQUIRED, COUPLER_REQUIRED].concat();
     let list = PyList::empty(py);
     for (section, table) in of_kind(kind) {
         for parameter in table {
-            let needed = section == "required" && required.contains(parameter);
+            let needed = section == "required";
             let range = match parameter.value {
                 Value::Number(_, range) => range.to_string(),
                 Value::List(range) => format!("a list of numbers {range}"),
@@ -111,8 +109,8 @@ pub(crate) fn run_experiment<'py>(
 /// The experiment, with the pace that its device asks for.
 fn prepared(document: &Document, force_unstable: bool) -> PyResult<ExperimentFile> {
     let mut experiment = ExperimentFile::open(document).or_refused()?;
-    if experiment.remote().is_some() {
-        experiment = experiment.in_pace(Pace::Realtime(RealtimeOptions::NORMAL));
+    if !experiment.is_simulated() {
+        experiment = experiment.in_pace(Pace::Realtime(RealtimeOptions::default()));
     }
     if force_unstable {
         experiment = experiment.though_unstable().or_refused()?;
@@ -133,9 +131,9 @@ fn run(
         }
     };
     // A device is to be let go too. Of what is simulated only the log is kept: report and table of an interrupted run are not seen.
-    let closed: Vec<Box<dyn Live>> = match experiment.remote() {
-        Some(_) => Vec::new(),
-        None => vec![Box::new(Closed(Arc::clone(conduct.kept())))],
+    let closed: Vec<Box<dyn Live>> = match experiment.is_simulated() {
+        false => Vec::new(),
+        true => vec![Box::new(Closed(Arc::clone(conduct.kept())))],
     };
     let supervisor = Supervisor {
         stop: conduct.stop(),
@@ -143,33 +141,17 @@ fn run(
         live: Some(&LiveStreams::new(closed)),
         warn: &warn,
     };
-    let (report, table) = match experiment {
-        ExperimentFile::Relax(relaxation) => read(relaxation.run(request, supervisor)?),
-        ExperimentFile::Creep(creep) => read(creep.run(request, supervisor)?),
-        ExperimentFile::Wall(wall) => read(wall.run(request, supervisor)?),
-        ExperimentFile::Coupler(coupler) => read(coupler.run(request, supervisor)?),
-        ExperimentFile::Teleoperation(far) => read(far.run(request, supervisor)?),
-        ExperimentFile::Touch(touch) => read(touch.run(request, supervisor)?),
-    }?;
+    let report = experiment.run(request, supervisor)?.report;
+    if let Some(lost) = report.run().lost_table() {
+        return Err(lost);
+    }
+    let table = report.run().csv.as_ref();
     let columns = table.map(|path| columns(Path::new(&path))).transpose()?;
     Ok(Finished {
-        report,
+        report: serde_json::to_value(&report).map_err(Failure::input)?,
         columns: columns.unwrap_or_default(),
         warnings: heard.into_inner().unwrap_or_default(),
     })
-}
-
-/// The report as the command prints it, and the place of the table.
-fn read<R: Summary>(
-    mut published: Published<R>,
-) -> Result<(serde_json::Value, Option<String>), Failure> {
-    let run = published.report.run_mut();
-    if let Some(lost) = run.lost_table() {
-        return Err(lost);
-    }
-    let table = run.csv.clone();
-    let report = serde_json::to_value(&published.report).map_err(Failure::input)?;
-    Ok((report, table))
 }
 
 /// The columns of a table; NaN where a cell is empty.

@@ -7,7 +7,7 @@
 mod common;
 mod controller;
 pub(crate) mod kind;
-pub mod range;
+pub(crate) mod range;
 mod safety;
 
 pub use common::*;
@@ -37,13 +37,11 @@ pub(crate) const LISTEN: Key = Key("listen");
 pub(crate) const CONNECT: Key = Key("connect");
 /// Core of the loop.
 pub(crate) const PIN: Key = Key("pin");
-/// Port of the page.
-pub const PORT: Key = Key("port");
 /// Rate of a loop, Hz.
 pub(crate) const RATE: Key = Key("rate_hz");
 
 /// Parameters that name a file or a folder of files, some of them also by a name that is no path.
-pub const FILES: [&str; 5] = [
+const FILES: [&str; 5] = [
     TISSUE.key,
     LIBRARY.key,
     CONTROLLER.key,
@@ -51,11 +49,11 @@ pub const FILES: [&str; 5] = [
     RESPONSE_FILE.key,
 ];
 
-/// True if this text of a parameter is the path of a file or of a folder of files.
+/// True if this text of the parameter of this key is the path of a file or of a folder of files.
 #[must_use]
-pub fn is_path(parameter: &Parameter, text: &str) -> bool {
-    FILES.contains(&parameter.key)
-        && match parameter.key {
+pub fn is_path(key: &str, text: &str) -> bool {
+    FILES.contains(&key)
+        && match key {
             key if key == TISSUE.key => Path::new(text).extension().is_some_and(|e| e == "toml"),
             key if key == DEVICE_MODEL.key && text == LABORATORY => false,
             _ => !text.is_empty(),

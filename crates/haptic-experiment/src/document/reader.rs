@@ -219,7 +219,9 @@ impl<'a> Table<'a> {
     pub(crate) fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
         let found = self.find(parameter.key)?;
         match found.value {
-            DeValue::String(text) if is_path(parameter, text) => Some(beside(found.source, text)),
+            DeValue::String(text) if is_path(parameter.key, text) => {
+                Some(beside(found.source, text))
+            }
             _ => None,
         }
     }

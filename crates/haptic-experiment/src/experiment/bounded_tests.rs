@@ -1,8 +1,10 @@
 //! A run that is kept in memory and the same run read again from its log are judged alike.
 
 use crate::document::failure::Failure;
+use crate::experiment::indentation::Indentation;
 use crate::experiment::trial::Trial as _;
-use crate::open::ExperimentFile;
+use crate::judge::modelled_tissue::ModelledTissue;
+use crate::open::{Experiment, ExperimentFile};
 use crate::run::folder::FolderRequest;
 use crate::run::{Ran, Supervisor};
 use serde_json::Value;
@@ -35,28 +37,36 @@ pub(super) fn conducted<T>(
     run(&request, supervisor)
 }
 
+/// A relaxation of this tissue with the defaults of the parameters.
+pub(crate) fn defaults(material: ModelledTissue) -> Indentation {
+    let file = ExperimentFile::parse(Path::new("lab.toml"), "[relax]").expect("defaults");
+    let mut relaxation = file.indentation().expect("one").clone();
+    relaxation.rendering.material = material;
+    relaxation
+}
+
 /// Runs what `text` describes, and reports twice: from memory, then from the log. With each the CSV.
 fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
     let place = tempfile::tempdir().expect("a folder");
     let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
     let report = |ran: &Ran| -> Result<Value, Failure> {
-        let value = match &experiment {
-            ExperimentFile::Relax(own) | ExperimentFile::Creep(own) => {
+        let value = match &experiment.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => {
                 serde_json::to_value(own.report(ran)?.0)
             }
-            ExperimentFile::Wall(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
-            ExperimentFile::Coupler(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
-            ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
+            Experiment::Wall(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
+            Experiment::Coupler(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
+            Experiment::Teleoperation(_) | Experiment::Touch(_) => {
                 unreachable!("it is judged while it runs")
             }
         };
         Ok(value.expect("is JSON"))
     };
-    let ran = conducted(place.path(), |request, supervisor| match &experiment {
-        ExperimentFile::Relax(own) | ExperimentFile::Creep(own) => own.record(request, supervisor),
-        ExperimentFile::Wall(own) => own.recorded(request, supervisor),
-        ExperimentFile::Coupler(own) => own.recorded(request, supervisor),
-        ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
+    let ran = conducted(place.path(), |request, supervisor| match &experiment.0 {
+        Experiment::Relax(own) | Experiment::Creep(own) => own.record(request, supervisor),
+        Experiment::Wall(own) => own.recorded(request, supervisor),
+        Experiment::Coupler(own) => own.recorded(request, supervisor),
+        Experiment::Teleoperation(_) | Experiment::Touch(_) => {
             unreachable!("it is judged while it runs")
         }
     });

@@ -39,8 +39,6 @@ use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::document::reader::Table;
 use crate::judge::preflight::softer;
 use crate::judge::reference::{ReferenceSeries, operator};
-use crate::judge::report::{RunReport, Summary};
-use crate::judge::settling::Settling;
 use crate::judge::{Published, Reference};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
@@ -79,7 +77,7 @@ parameters! {
 }
 
 /// Of `[coupler]` that have to be given in a file.
-pub const COUPLER_REQUIRED: &[Parameter] = &[
+pub(crate) const COUPLER_REQUIRED: &[Parameter] = &[
     p::MASS,
     p::DAMPING,
     p::SAMPLE_TIME,
@@ -89,7 +87,7 @@ pub const COUPLER_REQUIRED: &[Parameter] = &[
 ];
 
 /// Of `[coupler]`, with defaults.
-pub const COUPLER: &[Parameter] = &joined::<19>(&[
+pub(crate) const COUPLER: &[Parameter] = &joined::<19>(&[
     &[
         p::DEVICE_MODEL,
         OBJECT_MASS,
@@ -105,7 +103,7 @@ pub const COUPLER: &[Parameter] = &joined::<19>(&[
 
 /// A coupler experiment.
 #[derive(Clone, Debug)]
-pub struct CouplerExperiment {
+pub(crate) struct CouplerExperiment {
     /// Device, trial, safety and pace.
     pub setup: TrialSetup,
     /// μ, 0 to 1.
@@ -142,21 +140,10 @@ pub struct CouplerReport {
 
 impl CouplerReport {
     /// Stable by the trial and by the analysis, and passed by Llewellyn.
-    #[must_use]
-    pub fn stable_by_all(&self) -> bool {
+    pub(crate) fn stable_by_all(&self) -> bool {
         let trial = &self.trial;
         let llewellyn = trial.run.preflight.and_then(|verdict| verdict.coupler);
         trial.stable_by_both() && llewellyn.is_some_and(|coupler| coupler.llewellyn)
-    }
-}
-
-impl Summary for CouplerReport {
-    fn run(&self) -> &RunReport {
-        &self.trial.run
-    }
-
-    fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.trial.run
     }
 }
 
@@ -192,10 +179,7 @@ type Law = VirtualCoupler<f64, Operator<f64>>;
 
 impl CouplerExperiment {
     /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
@@ -204,23 +188,10 @@ impl CouplerExperiment {
         self.published(request, supervisor)
     }
 
-    /// The same without log or files: does it settle, and without friction too?
-    ///
-    /// # Errors
-    /// Bad parameters.
-    pub(crate) fn try_out(&self) -> Result<Settling, Failure> {
-        self.settled()
-    }
-
     /// What the analysis says of it on the simulated device.
     #[cfg(test)]
     pub(crate) fn look(&self) -> Result<PreflightVerdict, Failure> {
         (self.subject(self.check()?)).verdict(self.setup.dynamics(), 0)
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        self.parts().map(|parts| parts.samples)
     }
 
     /// Refuses a loop on a device, which cannot carry it.

@@ -25,10 +25,10 @@ use fractional_control::{ControlError, Controller, ControllerSetup, UseControlle
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RigDrive};
 use haptic_loop::{Device, Reading, SafeForce};
-pub use judge::DriveReport;
+pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
+pub(crate) use preflight::DriveVerdict;
 pub(crate) use preflight::TissueLaw;
-pub use preflight::{DriveVerdict, LoopVerdict};
 use std::convert::Infallible;
 use std::fmt::Debug;
 
@@ -39,7 +39,7 @@ parameters! {
 }
 
 /// Of `[drive]`, beside `[relax]` or `[creep]`.
-pub const DRIVE: &[Parameter] = &[CONTROLLER, DRIVE_FORCE_LIMIT];
+pub(crate) const DRIVE: &[Parameter] = &[CONTROLLER, DRIVE_FORCE_LIMIT];
 
 /// `[drive]`.
 pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {

@@ -40,36 +40,26 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
-pub use report::Report;
+pub use report::IndentationReport;
+use std::collections::BTreeMap;
 
 /// A one-sided virtual tissue that begins at 0.
 type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
 
 /// A tissue under an indenter.
-///
-/// ```
-/// use haptic_experiment::{Indentation, ModelledTissue, Rendering};
-///
-/// let tissue = haptic_tissue::Library::load(None)?.find("prostate-cancerous")?;
-/// let relaxation = Indentation::relaxation(Rendering::new(ModelledTissue::new(tissue)?)?);
-/// assert_eq!(relaxation.check()?, 200_001);
-/// // The tissue relaxes: the force falls after the ramp.
-/// assert!(relaxation.closed_form(200.0) < relaxation.closed_form(1.0));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct Indentation {
     /// The tissue, and how it is rendered.
-    pub rendering: Rendering,
+    pub(crate) rendering: Rendering,
     /// What the indenter does.
-    pub load: Load,
+    pub(crate) load: Load,
     /// Until when, s.
     pub duration_s: f64,
 }
 
 /// What an indenter does.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Load {
+pub(crate) enum Load {
     /// It holds a strain: a relaxation.
     Strain {
         /// ε₀, above 0.
@@ -85,19 +75,6 @@ pub enum Load {
 }
 
 impl Indentation {
-    /// A relaxation with the defaults of the parameters.
-    #[must_use]
-    pub fn relaxation(rendering: Rendering) -> Self {
-        Self {
-            rendering,
-            load: Load::Strain {
-                strain: STRAIN.default_number(),
-                ramp_time_s: RAMP_TIME.default_number(),
-            },
-            duration_s: RELAX_DURATION.default_number(),
-        }
-    }
-
     /// Runs the loop and writes the log.
     pub(crate) fn record(
         &self,
@@ -123,10 +100,7 @@ impl Indentation {
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A strain, stress, ramp time, duration or sample time outside its range.
-    pub fn check(&self) -> Result<u64, Failure> {
+    pub(crate) fn check(&self) -> Result<u64, Failure> {
         match self.load {
             Load::Strain { strain, .. } if !(strain > 0.0 && strain <= 1.0) => {
                 return Err(Failure::bad_input(format_args!(
@@ -200,13 +174,9 @@ impl Indentation {
         Ok(simulate(&mut controller, &mut rig, samples, sink))
     }
 
-    /// Nothing is made in the folder before every parameter is known to be good.
-    fn record_as<F: Real>(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let (rendering, samples, drive) = (&self.rendering, self.check()?, self.drive()?);
+    /// What the log of a run says of it, over its document.
+    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
+        let rendering = &self.rendering;
         let kind = match self.load {
             Load::Strain { .. } => "relax",
             Load::Stress { .. } => "creep",
@@ -229,6 +199,17 @@ impl Indentation {
         if let Some(own) = &rendering.drive {
             metadata.insert("drive.file".to_owned(), own.controller.to_toml());
         }
+        metadata
+    }
+
+    /// Nothing is made in the folder before every parameter is known to be good.
+    fn record_as<F: Real>(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let (rendering, samples, drive) = (&self.rendering, self.check()?, self.drive()?);
+        let mut metadata = self.metadata();
         let mut controller = self.controller::<F>(samples)?;
         let schedule = Schedule {
             samples,

@@ -62,7 +62,7 @@ pub(crate) fn remote_by(
         let reason = format!("max_age_ticks is not in [1, {most}]: omit it for {default}");
         table.fail_at("max_age_ticks", reason)
     })?;
-    let DeviceName::Linked(name) = device else {
+    let Some(name) = device.0 else {
         // A file may say them for the device that is given with it.
         let idle = [&p::LOOP, &p::WATCHDOG, &p::LATE_TICKS, &p::MAX_AGE_TICKS];
         return without(

@@ -2,7 +2,6 @@
 
 use super::reading::{device_model, piece, remote, samples_fit, scheme, sensors, without};
 use crate::document::error::FileError;
-use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters as p;
 use crate::document::parameters::kind::{Parameter, parameters};
@@ -17,13 +16,11 @@ use crate::run::remote::{RemoteDevice, device_name};
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
 use crate::run::schedule::Pace;
-use crate::run::sensors::Imperfections;
 use crate::run::sensors::Sensors;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
 use haptic_loop::Specimen;
-use haptic_loop::units::{Metres, SquareMetres};
 use serde::Serialize;
 
 parameters! {
@@ -43,13 +40,13 @@ parameters! {
 }
 
 /// Of `[relax]`, beside [`RENDERING`].
-pub const RELAX: &[Parameter] = &[STRAIN, RAMP_TIME, RELAX_DURATION];
+pub(crate) const RELAX: &[Parameter] = &[STRAIN, RAMP_TIME, RELAX_DURATION];
 
 /// Of `[creep]`, beside [`RENDERING`].
-pub const CREEP: &[Parameter] = &[STRESS, CREEP_DURATION];
+pub(crate) const CREEP: &[Parameter] = &[STRESS, CREEP_DURATION];
 
 /// Of the rendering: the tissue, and how it is rendered.
-pub const RENDERING: &[Parameter] = &[
+pub(crate) const RENDERING: &[Parameter] = &[
     p::TISSUE,
     p::LIBRARY,
     p::AREA,
@@ -69,7 +66,7 @@ pub const RENDERING: &[Parameter] = &[
 /// Contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Contact {
+pub(crate) enum Contact {
     /// A stiff, one-sided spring and damper between two masses, as on a real rig.
     Compliant,
     /// The indentation is imposed exactly.
@@ -106,7 +103,7 @@ impl Named for Precision {
 
 /// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
-pub struct Rendering {
+pub(crate) struct Rendering {
     pub(crate) material: ModelledTissue,
     pub(crate) specimen: Specimen,
     /// The operator.
@@ -133,32 +130,6 @@ pub struct Rendering {
 }
 
 impl Rendering {
-    /// A tissue with the defaults of the parameters, on the simulated rig in virtual time.
-    ///
-    /// # Errors
-    /// None: the defaults are within their ranges.
-    pub fn new(material: ModelledTissue) -> Result<Self, Failure> {
-        let area = SquareMetres(p::AREA.default_number());
-        let thickness = Metres(p::THICKNESS.default_number());
-        let scheme = p::SCHEME.shown.parse::<Scheme>();
-        Ok(Self {
-            material,
-            specimen: Specimen::new(area, thickness).map_err(Failure::input)?,
-            scheme: scheme.map_err(Failure::input)?,
-            precision: Precision::F64,
-            sample_time_s: p::SAMPLE_TIME.default_number(),
-            contact: Contact::Compliant,
-            drive: None,
-            sensors: Imperfections::NONE.sensors,
-            force_limit_n: p::FORCE_LIMIT.default_number(),
-            force_rate_limit_n_per_s: p::FORCE_RATE_LIMIT.default_number(),
-            safety: Safety::default(),
-            pace: Pace::Virtual,
-            remote: None,
-            preflight: PreflightRequest::default(),
-        })
-    }
-
     /// Memory of the operator, s; `None` for all of the past.
     pub(super) fn memory_s(&self) -> Option<f64> {
         self.scheme.memory_s(Seconds(self.sample_time_s))

@@ -55,8 +55,9 @@ use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
-pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
-pub use side::{FarEnd, FarReport, Terms};
+pub(crate) use report::TeleoperationVerdict;
+pub use report::{FeltAt, TeleoperationReport};
+pub use side::{FarReport, Terms};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -128,7 +129,7 @@ parameters! {
 }
 
 /// Of `[teleoperation]`.
-pub const TELEOPERATION: &[Parameter] = &joined::<39>(&[
+pub(crate) const TELEOPERATION: &[Parameter] = &joined::<39>(&[
     &[ARCHITECTURE, HAND_COUPLER_STIFFNESS],
     &[HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER],
     &[WAVE_IMPEDANCE, PLAYOUT, LINE_DELAY, LINE_JITTER],
@@ -235,7 +236,7 @@ impl HandMotion {
 
 /// A teleoperation.
 #[derive(Clone, Debug)]
-pub struct TeleoperationExperiment {
+pub(crate) struct TeleoperationExperiment {
     /// The device in the hand; its sample time is that of both ports.
     pub(super) master: MassDamperConfig,
     /// The remote device, of the same sample time.
@@ -280,16 +281,12 @@ pub struct TeleoperationExperiment {
 
 impl TeleoperationExperiment {
     /// T.
-    #[must_use]
-    pub const fn sample_time(&self) -> Seconds {
+    pub(crate) const fn sample_time(&self) -> Seconds {
         self.master.sample_time
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub fn check(&self) -> Result<u64, Failure> {
+    pub(crate) fn check(&self) -> Result<u64, Failure> {
         self.check_waves()?;
         self.pair().map(|_| self.samples())
     }
@@ -383,9 +380,6 @@ impl TeleoperationExperiment {
     }
 
     /// The port of a side.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
     pub(crate) fn port(&self, side: HandSide) -> Result<Port<Operator<f64>>, Failure> {
         let settings = Settings {
             side,
@@ -463,7 +457,7 @@ impl TeleoperationExperiment {
     }
 
     /// Of the log of a run, or of a side of one.
-    fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
+    pub(crate) fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
         let choice = (pace, self.scheme);
         let mut metadata = metadata("teleoperation", choice, None, &self.safety);
         let frequencies: Vec<String> =
@@ -603,7 +597,7 @@ impl Named for PlaceName {
 
 /// What the slave touches, and is joined to, from its start on.
 #[derive(Clone, Debug)]
-pub struct RemotePlace {
+pub(crate) struct RemotePlace {
     /// A piece of tissue, or a wall.
     pub matter: Matter,
     /// It pushes but never pulls.
@@ -619,14 +613,12 @@ impl RemotePlace {
     }
 
     /// Force for a place at a frequency, N/m; `None` where it is not linear.
-    #[must_use]
-    pub fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
+    pub(crate) fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
         (!self.one_sided).then(|| self.matter.stiffness(omega_rad_s))
     }
 
     /// In a few words.
-    #[must_use]
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         let words = self.matter.words();
         match (&self.matter, self.one_sided) {
             (Matter::Tissue(_), _) => words,

@@ -46,7 +46,8 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limits, SafetyChain};
-pub use report::{PostureVerdict, TouchReport, TouchVerdict};
+pub use report::TouchReport;
+pub(crate) use report::TouchVerdict;
 use shape::{Grip, HandPath, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
@@ -111,7 +112,7 @@ const WAY: Range = Range::Within(-1e4, 1e7);
 pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
 /// Of `[touch]`.
-pub const TOUCH: &[Parameter] = &joined::<36>(&[
+pub(crate) const TOUCH: &[Parameter] = &joined::<36>(&[
     &[TOUCH_AXES, TOUCH_SHAPE, TOUCH_NORMAL, TOUCH_SURFACE],
     &[TOUCH_CENTRE, TOUCH_RADIUS],
     &[TOUCH_TISSUE, LIBRARY, AREA, THICKNESS],
@@ -127,21 +128,8 @@ pub const TOUCH: &[Parameter] = &joined::<36>(&[
 ]);
 
 /// A touch.
-///
-/// ```
-/// use haptic_experiment::ExperimentFile;
-/// use std::path::Path;
-///
-/// // A finger round a disc of tissue, 2 mm deep.
-/// let text = "[touch]\ntissue = \"prostate-cancerous\"\nradius_m = 0.02\ncircle_radius_m = 0.018";
-/// let ExperimentFile::Touch(touch) = ExperimentFile::parse(Path::new("touch.toml"), text)? else {
-///     panic!("a touch")
-/// };
-/// assert_eq!((touch.axes, touch.check()?), (2, 5001));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
-pub struct TouchExperiment {
+pub(crate) struct TouchExperiment {
     /// Number of axes: 2 or 3.
     pub axes: usize,
     shape: TouchShape,
@@ -178,8 +166,7 @@ pub struct TouchExperiment {
 
 impl TouchExperiment {
     /// T.
-    #[must_use]
-    pub const fn sample_time(&self) -> Seconds {
+    pub(crate) const fn sample_time(&self) -> Seconds {
         self.device.sample_time
     }
 

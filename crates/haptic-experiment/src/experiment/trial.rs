@@ -24,13 +24,15 @@ use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Device, Environment, Limits, ParameterError, SafetyChain, Wall};
-use nalgebra::SVector;
+use haptic_loop::{
+    Controller, Device, Environment, Limits, ParameterError, Reading, SafeForce, SafetyChain, Wall,
+};
+use nalgebra::{SVector, Vector1};
 pub use report::TrialReport;
 pub(crate) use report::{Judged, OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
-pub use setup::TrialSetup;
-pub(crate) use setup::{Parts, setup};
+pub(crate) use setup::{Parts, TrialSetup, setup};
 use std::convert::Infallible;
+use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
 parameters! {
@@ -61,7 +63,7 @@ pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPlan {
     /// The rule.
-    pub criterion: Criterion,
+    pub(crate) criterion: Criterion,
     /// Constant push into the wall, N: above 0, below the force limit.
     pub push_n: f64,
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
@@ -75,12 +77,18 @@ pub struct TrialPlan {
     pub force_limit_n: f64,
 }
 
+impl Default for TrialPlan {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// Samples of a trial: of a longer one nothing more is learned.
 pub(crate) const TRIAL_SAMPLES: RangeInclusive<f64> = 10.0..=20e6;
 
 impl TrialPlan {
     /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         criterion: Criterion::Settling,
         push_n: PUSH.default_number(),
         impact_m_per_s: IMPACT.default_number(),
@@ -89,7 +97,7 @@ impl TrialPlan {
         force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
     };
     /// The experiment of the dissertation's figure 4.3.
-    pub const DISSERTATION: Self = Self {
+    pub(crate) const DISSERTATION: Self = Self {
         criterion: Criterion::Dissertation,
         impact_m_per_s: 0.0,
         ..Self::DEFAULT
@@ -104,9 +112,6 @@ impl TrialPlan {
     }
 
     /// Number of samples, that at time 0 included.
-    ///
-    /// # Errors
-    /// Anything outside its range.
     pub(crate) fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
         let t = sample_time.0;
         let samples = crate::run::schedule::samples(self.duration_s, t, &TRIAL_SAMPLES)?;
@@ -135,25 +140,35 @@ impl TrialPlan {
         Ok(samples)
     }
 
-    /// Tries a law on a device, both of one's own, in virtual time. The device is pushed and thrown as its own model does it; `stiffness_n_per_m`
-    /// is the spring that it meets at rest, with which the deflection is expected.
+    /// Tries a law of one's own on a plant of one's own, in virtual time.
+    ///
+    /// `law` is its history at rest, and what makes the force, N, of a position, m, and the next history; it is asked twice a tick, for the force
+    /// and then for the history. `plant` takes the force of a tick and gives the position at the next one; at first it is at 0 m, and it is
+    /// thrown and pushed as its own model does it. `stiffness_n_per_m` is the spring that it meets at rest, with which the deflection is expected.
     ///
     /// # Errors
     /// A parameter of the plan outside its range.
-    pub fn try_law<E, V>(
+    pub fn try_law<H: Clone + Debug>(
         &self,
-        controller: &mut Controller<f64, 1, E>,
-        device: &mut V,
+        law: (H, impl Fn(&mut H, f64) -> f64),
+        plant: impl FnMut(f64) -> f64,
         sample_time: Seconds,
         stiffness_n_per_m: f64,
-    ) -> Result<Settling, Failure>
-    where
-        E: Environment<f64, 1>,
-        V: Device<f64, 1, Error = Infallible>,
-    {
+    ) -> Result<Settling, Failure> {
         let samples = self.samples(sample_time)?;
         let mut judge = self.judge((stiffness_n_per_m, 0.0), 0.0, sample_time.0);
-        let whole = try_out(controller, device, samples, &mut judge);
+        let chain = force_limit(self.force_limit_n, sample_time)?;
+        let mut plant = OwnPlant {
+            step: plant,
+            next: Reading {
+                tick: 0,
+                time_s: 0.0,
+                position_m: Vector1::zeros(),
+            },
+            sample_time,
+        };
+        let mut controller = Controller::new(OwnLaw(law.0, law.1), chain);
+        let whole = try_out(&mut controller, &mut plant, samples, &mut judge);
         Ok(judge.settling(whole, Some(self.push_n / stiffness_n_per_m)))
     }
 
@@ -177,6 +192,50 @@ impl TrialPlan {
             self.duration_s - self.window_s + 0.5 * sample_time_s,
             self.force_limit_n,
         )
+    }
+}
+
+/// A law as its history at rest and its step.
+struct OwnLaw<H, F>(H, F);
+
+impl<H: Clone + Debug, F: Fn(&mut H, f64) -> f64> Environment<f64, 1> for OwnLaw<H, F> {
+    type History = H;
+
+    fn at_rest(&self) -> H {
+        self.0.clone()
+    }
+
+    fn force(&self, history: &H, x: &Vector1<f64>) -> Vector1<f64> {
+        Vector1::new(self.1(&mut history.clone(), x[0]))
+    }
+
+    fn advance(&self, history: &mut H, x: &Vector1<f64>) {
+        self.1(history, x[0]);
+    }
+}
+
+/// A plant as its step.
+struct OwnPlant<F> {
+    step: F,
+    next: Reading<f64, 1>,
+    sample_time: Seconds,
+}
+
+impl<F: FnMut(f64) -> f64> Device<f64, 1> for OwnPlant<F> {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
+        Ok(self.next)
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
+        let tick = self.next.tick + 1;
+        self.next = Reading {
+            tick,
+            time_s: tick as f64 * self.sample_time.0,
+            position_m: Vector1::new((self.step)(force.newtons()[0])),
+        };
+        Ok(())
     }
 }
 
@@ -242,8 +301,7 @@ pub(crate) fn wall_at_start(
 }
 
 /// Dynamics that the analysis knows of a simulated device: all but friction.
-#[must_use]
-pub fn dynamics(device: &MassDamperConfig) -> Dynamics {
+pub(crate) fn dynamics(device: &MassDamperConfig) -> Dynamics {
     Dynamics {
         mass_kg: device.mass.0,
         damping_n_s_per_m: device.damping.0,

@@ -13,16 +13,12 @@ use crate::document::parameters::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME,
 };
 use crate::document::reader::Table;
-use crate::judge::Published;
 use crate::judge::Reference;
 use crate::judge::preflight::Preflight;
-use crate::judge::report::{RunReport, Summary};
-use crate::judge::settling::Settling;
-use crate::run::folder::FolderRequest;
+use crate::run::Ran;
 use crate::run::preflight::PreflightSubject;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::samples::Samples;
-use crate::run::{Ran, Supervisor};
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::LoopMode;
 use haptic_loop::Controller;
@@ -43,11 +39,11 @@ parameters! {
 }
 
 /// Of `[wall]` that have to be given in a file.
-pub const WALL_REQUIRED: &[Parameter] =
+pub(crate) const WALL_REQUIRED: &[Parameter] =
     &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
 
 /// Of `[wall]`, with defaults.
-pub const WALL: &[Parameter] = &joined::<17>(&[
+pub(crate) const WALL: &[Parameter] = &joined::<17>(&[
     &[DEVICE_MODEL, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
     TRIAL_LOOP,
@@ -58,7 +54,7 @@ pub const WALL: &[Parameter] = &joined::<17>(&[
 
 /// A wall experiment.
 #[derive(Clone, Debug)]
-pub struct WallExperiment {
+pub(crate) struct WallExperiment {
     /// Device, trial, safety and pace.
     pub setup: TrialSetup,
     /// μ, 0 to 2.
@@ -87,16 +83,6 @@ pub struct WallReport {
     pub trial: TrialReport,
 }
 
-impl Summary for WallReport {
-    fn run(&self) -> &RunReport {
-        &self.trial.run
-    }
-
-    fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.trial.run
-    }
-}
-
 /// `[wall]`: device, wall and trial.
 pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     let remote = remote(table)?;
@@ -119,31 +105,6 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
 }
 
 impl WallExperiment {
-    /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<WallReport>, Failure> {
-        self.published(request, supervisor)
-    }
-
-    /// The same without log or files: does it settle, and without friction too?
-    ///
-    /// # Errors
-    /// Bad parameters.
-    pub(crate) fn try_out(&self) -> Result<Settling, Failure> {
-        self.settled()
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        self.parts().map(|parts| parts.samples)
-    }
-
     fn look(&self, samples: u64) -> Preflight<'_> {
         Preflight {
             stiffness_n_per_m: self.stiffness_n_per_m,

@@ -89,7 +89,7 @@ impl<const M: usize> Decimated<M> {
         Curves {
             title,
             subtitle,
-            origin,
+            origin: origin.word(),
             time_s: self.time_s,
             columns: columns.filter(|(name, _)| !name.is_empty()).collect(),
             outline_m: Vec::new(),

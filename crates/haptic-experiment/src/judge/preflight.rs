@@ -73,7 +73,8 @@ impl Matter {
     }
 
     /// Force for a place at a frequency, N/m.
-    pub(crate) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
+    #[must_use]
+    pub fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega_rad_s);
         match self {
             Self::Tissue(piece) => piece.material.model.modulus(s) * piece.shape_m(),
@@ -86,7 +87,8 @@ impl Matter {
     }
 
     /// In a few words.
-    pub(crate) fn words(&self) -> String {
+    #[must_use]
+    pub fn words(&self) -> String {
         match self {
             Self::Tissue(piece) => piece.material.name.clone(),
             Self::Wall {

@@ -4,7 +4,6 @@ use crate::document::failure::Failure;
 use crate::judge::Compared;
 use crate::judge::warnings::Warnings;
 use crate::run::Ran;
-use crate::run::ending::LetGo;
 use crate::run::folder::Table;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::realtime::RealtimeSummary;
@@ -16,7 +15,7 @@ use serde::{Serialize, Serializer};
 
 /// Percentiles of the time that a tick took, ns, the simulated rig included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct TickTimes {
+pub(crate) struct TickTimes {
     /// Median.
     pub p50: u64,
     /// 99 of 100 ticks took no longer.
@@ -50,11 +49,11 @@ pub struct RunReport {
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// Time of a tick; null in a loop on a device, which does not tell.
-    pub tick_ns: Option<TickTimes>,
+    pub(crate) tick_ns: Option<TickTimes>,
     /// Timing of a run by the clock of this machine; null in another.
-    pub realtime: Option<RealtimeSummary>,
+    pub(crate) realtime: Option<RealtimeSummary>,
     /// Counts of the link to the device; null without one.
-    pub link: Option<LinkSummary>,
+    pub(crate) link: Option<LinkSummary>,
     /// Verdict of the analysis before the run; null if it was not asked.
     pub preflight: Option<PreflightVerdict>,
     /// The log, or the first of its files.
@@ -72,7 +71,7 @@ pub struct RunReport {
     pub unwritten: Option<String>,
     /// What became of the force, if the run ended early.
     #[serde(skip)]
-    pub let_go: Option<LetGo>,
+    pub let_go: Option<String>,
     /// The device cannot be used any more: its link was lost, or nothing comes from its board.
     #[serde(skip)]
     pub device_lost: bool,
@@ -107,7 +106,7 @@ impl Files {
 /// Two relative errors, dimensionless, and the samples that each is the largest of. In JSON each is a number and, with ends to its
 /// name, `_from_s`, `_to_s`, `_samples` and `_reason`; an error without meaning is null, its times too, and its reason says why.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Errors {
+pub(crate) struct Errors {
     /// `max_relative_error`: commanded force against the full history of the position really recorded: the memory and the precision
     /// of the operator. In a relaxation or creep test of each sample from 10 ms on; of a wall as a share of the largest force.
     pub full_history: Compared,
@@ -131,15 +130,6 @@ impl Serialize for Errors {
         }
         map.end()
     }
-}
-
-/// The report of any experiment.
-pub trait Summary: Serialize {
-    /// Of its run.
-    fn run(&self) -> &RunReport;
-
-    /// The same, to name a picture in it.
-    fn run_mut(&mut self) -> &mut RunReport;
 }
 
 impl RunReport {
@@ -176,7 +166,7 @@ impl RunReport {
             link: record.link.clone(),
             preflight: ran.preflight,
             fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
-            let_go: record.let_go(),
+            let_go: record.let_go().map(|let_go| let_go.words()),
             device_lost: record.device_lost(),
             warnings: warnings.0,
         }

@@ -30,7 +30,7 @@ const LIMITED_SHARE: f64 = 0.01;
 /// By which rule a trial is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Criterion {
+pub(crate) enum Criterion {
     /// Position, force and the force limit.
     Settling,
     /// That of the dissertation's figure 4.3: a push from rest, and a standard deviation of the position of at most 0.1 mm.
@@ -111,7 +111,7 @@ const GONE_M: f64 = 1.0;
 /// The outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TrialVerdict {
+pub(crate) enum TrialVerdict {
     /// At rest.
     Stable,
     /// At rest, but only because friction holds the device: without friction it is not.
@@ -128,8 +128,7 @@ pub enum TrialVerdict {
 
 impl TrialVerdict {
     /// In words.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Stable => "stable",
             Self::HeldByFriction => "held still by friction alone",
@@ -147,9 +146,9 @@ pub struct Settling {
     /// True if it is at rest, and not by friction alone.
     pub stable: bool,
     /// Verdict on the trial.
-    pub verdict: TrialVerdict,
+    pub(crate) verdict: TrialVerdict,
     /// By which rule.
-    pub criterion: Criterion,
+    pub(crate) criterion: Criterion,
     /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
     pub impact_m_per_s: f64,
     /// Standard deviation of the position over the window, m; null if the device has left or the trial did
@@ -184,8 +183,7 @@ impl Settling {
     }
 
     /// Why it is not stable, in words; `None` if it is.
-    #[must_use]
-    pub fn reason(&self) -> Option<String> {
+    pub(crate) fn reason(&self) -> Option<String> {
         let share = self.saturated_share.unwrap_or(0.0);
         match self.verdict {
             TrialVerdict::Stable => None,

@@ -1,44 +1,93 @@
 //! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
 pub use crate::document::parameters::*;
-pub use crate::experiment::coupler::{COUPLER, COUPLER_REQUIRED};
-pub use crate::experiment::drive::DRIVE;
 pub use crate::experiment::rendering::{
-    CREEP, CREEP_DURATION, PRECISION, RAMP_TIME, RELAX, RELAX_DURATION, RENDERING, STRAIN, STRESS,
+    CREEP_DURATION, PRECISION, RAMP_TIME, RELAX_DURATION, STRAIN, STRESS,
 };
 pub use crate::experiment::teleoperation::{
     AMPLITUDE, ARCHITECTURE, FREQUENCIES, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER,
     HAND_COUPLER_STIFFNESS, HAND_DAMPER, HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION,
     LINE_JITTER, LINE_LOSS, LINE_SEED, LOW, MUST_BE_PASSIVE, PLACE, PLACE_DISSIPATION,
     PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS, PLAYOUT, PRESS, SILENCE, SLAVE_DAMPING,
-    SLAVE_MASS, TELEOPERATION, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
+    SLAVE_MASS, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
 };
-pub use crate::experiment::touch::TOUCH;
 pub use crate::experiment::trial::{
     IMPACT, PUSH, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
 };
-pub use crate::experiment::wall::{
-    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL, WALL_REQUIRED,
-};
+pub use crate::experiment::wall::{DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS};
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
-pub use crate::question::bench::BENCH;
 pub use crate::question::design::{
-    DESIGN, DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
-    WISH_TISSUE,
+    DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
 };
 pub use crate::question::measurement::{
-    HELD, MEASURE, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
-    MEASURE_SAMPLE_TIME, MEASUREMENT,
+    HELD, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
+    MEASUREMENT,
 };
-pub use crate::question::zwidth::{ZWIDTH, ZWIDTH_ORDERS, ZWIDTH_POINTS};
+pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 
+use crate::experiment::drive::DRIVE;
+use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
+use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
 use crate::question::design::{RequireName, WishName};
-use crate::{Contact, GuardChoice, Named, Precision};
+use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
+
+/// Headings and keys, as help and guide show them.
+type Tables = &'static [(&'static str, &'static [Parameter])];
+
+/// Tables that a file of this sort may have, `controller`, `plant`, or `experiment`, with those of questions: heading and keys.
+#[must_use]
+pub fn tables(file: &str) -> Tables {
+    match file {
+        "controller" => CONTROLLER_TABLES,
+        "plant" => PLANT_TABLES,
+        _ => TABLES,
+    }
+}
+
+/// Of experiment files and of questions.
+const TABLES: Tables = &[
+    ("[relax]", rendering::RELAX),
+    ("[creep]", rendering::CREEP),
+    ("[relax] and [creep]", rendering::RENDERING),
+    ("[drive], beside [relax] or [creep]", DRIVE),
+    ("[wall], to be given", wall::WALL_REQUIRED),
+    ("[wall]", wall::WALL),
+    ("[coupler], to be given", coupler::COUPLER_REQUIRED),
+    ("[coupler]", coupler::COUPLER),
+    ("[teleoperation]", teleoperation::TELEOPERATION),
+    ("[touch]", touch::TOUCH),
+    ("Every table but [teleoperation], the device", ON_DEVICE),
+    ("Every table, the safety chain", SAFETY),
+    ("zwidth", question::zwidth::ZWIDTH),
+    ("design", question::design::DESIGN),
+    ("zwidth and design, the device", question::bench::BENCH),
+    ("device measure", question::measurement::MEASURE),
+];
+
+/// Of controller files.
+const CONTROLLER_TABLES: Tables = &[
+    ("[pid]", PID),
+    ("[tid]", TID),
+    ("[crone]", CRONE),
+    ("[lead_lag]", LEAD_LAG),
+    ("[transfer_function]", TRANSFER_CONTROLLER),
+    ("[loop], always", CONTROLLER_LOOP),
+    ("[source], if you like", CONTROLLER_SOURCE),
+];
+
+/// Of plant files.
+const PLANT_TABLES: Tables = &[
+    ("[transfer_function]", TRANSFER_PLANT),
+    ("[device]", DEVICE_PLANT),
+    ("[state_space]", STATE_PLANT),
+    ("[measured_response]", MEASURED_PLANT),
+    ("[source], if you like", PLANT_SOURCE),
+];
 
 /// True of a kind whose simulated device is that of its device file.
 pub(crate) fn takes_device(kind: &str) -> bool {
@@ -122,6 +171,9 @@ mod tests {
     #[test]
     fn a_default_is_shown_as_the_number_it_is() {
         use haptic_quantity::parse_for_key;
+        use question::measurement::MEASURE;
+        use rendering::{CREEP, RELAX, RENDERING};
+        use wall::{WALL, WALL_REQUIRED};
         let mut numbers = 0;
         for parameter in [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat() {
             let (Value::Number(Some(default), _), false) =

@@ -1,6 +1,6 @@
 //! Good files, and what is said of bad ones.
 
-use super::ExperimentFile;
+use super::{Experiment, ExperimentFile};
 use crate::document::Document;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn read(text: &str) -> Result<ExperimentFile, String> {
 
 #[test]
 fn a_wall_has_the_defaults_of_the_dissertation() {
-    let Ok(ExperimentFile::Wall(wall)) = read(WALL) else {
+    let Ok(ExperimentFile(Experiment::Wall(wall))) = read(WALL) else {
         panic!("{:?}", read(WALL));
     };
     let have = [
@@ -109,7 +109,7 @@ const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsamp
 
 #[test]
 fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
-    let Ok(ExperimentFile::Coupler(coupler)) = read(COUPLER) else {
+    let Ok(ExperimentFile(Experiment::Coupler(coupler))) = read(COUPLER) else {
         panic!("{:?}", read(COUPLER));
     };
     assert_eq!(
@@ -150,7 +150,7 @@ fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
              stiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\n"
         );
         let parsed = ExperimentFile::parse(&place.path().join("wall.toml"), &text);
-        let Ok(ExperimentFile::Wall(wall)) = parsed else {
+        let Ok(ExperimentFile(Experiment::Wall(wall))) = parsed else {
             panic!("{device}: {parsed:?}")
         };
         let known = wall.setup.dynamics();
@@ -181,7 +181,7 @@ fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
 /// The mass of the device of a wall.
 fn mass_kg(document: &Document) -> f64 {
     match ExperimentFile::open(document) {
-        Ok(ExperimentFile::Wall(wall)) => wall.setup.device.mass.0,
+        Ok(ExperimentFile(Experiment::Wall(wall))) => wall.setup.device.mass.0,
         other => panic!("{other:?}"),
     }
 }
@@ -291,7 +291,7 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
         .set("wall", "guard", "energy-bounding", "guard=energy-bounding")
         .expect("new");
     // The file that nobody asks for any more need not be there.
-    let Ok(ExperimentFile::Wall(wall)) = ExperimentFile::open(&document) else {
+    let Ok(ExperimentFile(Experiment::Wall(wall))) = ExperimentFile::open(&document) else {
         panic!("{:?}", ExperimentFile::open(&document));
     };
     let known = wall.setup.dynamics();
@@ -313,7 +313,7 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
     let again = ExperimentFile::open(&again).expect("good");
     assert_eq!(
         format!("{again:?}"),
-        format!("{:?}", ExperimentFile::Wall(wall))
+        format!("{:?}", ExperimentFile(Experiment::Wall(wall)))
     );
 }
 
@@ -327,7 +327,7 @@ fn a_device_file_is_no_sensor_of_the_rig() {
             "[relax]\ndevice = \"{device}\"\nguard = \"observer\"\ndevice_model = \"device.toml\"\n"
         );
         let read = ExperimentFile::parse(&place.path().join("relax.toml"), &text);
-        let Ok(ExperimentFile::Relax(relax)) = read else {
+        let Ok(ExperimentFile(Experiment::Relax(relax))) = read else {
             panic!("{device}: {read:?}");
         };
         assert!(relax.rendering.sensors.are_ideal(), "{device}");

@@ -1,19 +1,11 @@
-//! Of analyses: a loop with units or without, where it is looked at, and two hands over a line.
+//! Of analyses, beside the parameters of experiments: a loop without units, where it is looked at, and two hands over a line.
 
+use crate::document::parameters::SCHEME;
 use crate::document::parameters::kind::parameters;
 use crate::document::parameters::range::{
     ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, WALL_NUMBERS,
     WALL_ORDERS,
 };
-use crate::document::parameters::{
-    AREA, COUPLER_DISSIPATION, COUPLER_STIFFNESS, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
-    HAND_STIFFNESS, LIBRARY, MASS, Parameter, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
-};
-use crate::experiment::teleoperation::{
-    ARCHITECTURE, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, LINE_DELAY,
-    SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
-};
-use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 
 parameters! {
     /// Operator of an analysis.
@@ -49,88 +41,3 @@ parameters! {
     /// Search for the best coupler.
     BEST = flag("best", "Find the best coupler of each order, or the best wave impedance");
 }
-
-/// Mass of a device that is analysed.
-pub const ANALYSED_MASS: Parameter = MASS.without_default();
-/// Its damping.
-pub const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
-/// The hand on it.
-pub const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
-/// Sample time of what is analysed.
-pub const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
-/// Delay of what is analysed.
-pub const ANALYSED_DELAY: Parameter = DELAY.without_default();
-/// Current lag of what is analysed.
-pub const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
-
-/// A wall on a device.
-pub const LOOP: &[&Parameter] = &[
-    &ORDER,
-    &ANALYSED_SCHEME,
-    &DEVICE_MODEL,
-    &ANALYSED_MASS,
-    &ANALYSED_DAMPING,
-    &ANALYSED_HAND,
-    &ANALYSED_SAMPLE_TIME,
-    &STIFFNESS,
-    &DISSIPATION,
-    &ANALYSED_DELAY,
-    &ANALYSED_LAG,
-];
-/// The same without units.
-pub const LOOP_WITHOUT_UNITS: &[&Parameter] = &[&ALPHA, &BETA, &DELTA, &GAMMA, &DELAY_SAMPLES];
-/// A wall and frequencies.
-pub const ENVIRONMENT: &[&Parameter] = &[
-    &ORDER,
-    &ANALYSED_SCHEME,
-    &STIFFNESS,
-    &DISSIPATION,
-    &ANALYSED_SAMPLE_TIME,
-    &OMEGA_MIN,
-    &OMEGA_MAX,
-    &POINTS,
-];
-/// The device that it is on.
-pub const TRANSPARENCY: &[&Parameter] = &[
-    &DEVICE_MODEL,
-    &ANALYSED_MASS,
-    &ANALYSED_DAMPING,
-    &ANALYSED_DELAY,
-    &ANALYSED_LAG,
-    &DELAY_SAMPLES,
-];
-/// A virtual coupler.
-pub const COUPLING: &[&Parameter] = &[
-    &COUPLING_ORDER,
-    &ANALYSED_SCHEME,
-    &COUPLER_STIFFNESS,
-    &COUPLER_DISSIPATION,
-    &ANALYSED_SAMPLE_TIME,
-    &ANALYSED_DAMPING,
-];
-/// Two hands over a line.
-pub const HANDS: &[&Parameter] = &[
-    &ARCHITECTURE,
-    &LINE_DELAY,
-    &HAND_COUPLER_STIFFNESS,
-    &HAND_COUPLER_DISSIPATION,
-    &HAND_COUPLER_ORDER,
-    &WAVE_IMPEDANCE,
-    &PLAYOUT_SAMPLES,
-    &BEST,
-    &TISSUE,
-    &FELT_LOW,
-    &FELT_HIGH,
-    &FELT_POINTS,
-];
-/// Their devices, and the tissue.
-pub const HANDS_ON: &[&Parameter] = &[
-    &MASS,
-    &DAMPING,
-    &SLAVE_MASS,
-    &SLAVE_DAMPING,
-    &SAMPLE_TIME,
-    &LIBRARY,
-    &AREA,
-    &THICKNESS,
-];

@@ -25,11 +25,12 @@ pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[
 ]);
 
 /// The device of Z-width and design.
-pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
+pub(crate) const BENCH: &[Parameter] =
+    &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
 
 /// A device.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Device {
+pub(crate) struct Device {
     /// Mass, damping, hand and sample time; delay, current lag and friction.
     pub plant: MassDamperConfig,
     /// Its encoder.
@@ -139,4 +140,13 @@ pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     }
     crossings.sort_by(f64::total_cmp);
     crossings
+}
+
+/// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
+#[cfg(test)]
+pub(crate) fn dissertation_device(sample_time: fracdiff::Seconds) -> MassDamperConfig {
+    use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+    let mass = Kilograms(MASS.default_number());
+    let damping = NewtonSecondsPerMetre(DAMPING.default_number());
+    MassDamperConfig::ideal(mass, damping, sample_time)
 }

@@ -26,7 +26,7 @@
 
 mod answer;
 mod bench;
-pub mod coupler;
+pub(crate) mod coupler;
 pub(crate) mod reading;
 
 use crate::document::advice::{check, parameter};
@@ -34,12 +34,16 @@ use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
-use crate::document::parameters::{AREA, ENCODER_RESOLUTION, LIBRARY, SCHEME, THICKNESS, range};
+use crate::document::parameters::{
+    AREA, DEVICE_MODEL, ENCODER_RESOLUTION, LIBRARY, SCHEME, THICKNESS, range,
+};
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
+use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::ModelledTissue;
-pub use crate::question::bench::Device;
+use crate::question::bench::Device;
 use crate::question::bench::{AskedDevice, check_orders};
-use crate::{Imperfections, Settling, dynamics};
+use crate::run::device::Warn;
+use crate::{Imperfections, Settling, judge::settling::TrialVerdict};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_loop::Specimen;
@@ -74,7 +78,7 @@ const DISSIPATION_UNIT: &str = "N·s^μ/m";
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
 /// Of `[design]`, beside the device of a question.
-pub const DESIGN: &[Parameter] = &[
+pub(crate) const DESIGN: &[Parameter] = &[
     WISH,
     WISH_TISSUE,
     LIBRARY,
@@ -143,7 +147,7 @@ impl Named for RequireName {
 /// Aim of a design.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
-pub enum Wish {
+pub(crate) enum Wish {
     /// The largest K.
     StiffestWall,
     /// The largest effective damping of the wall at a frequency.
@@ -163,33 +167,8 @@ pub enum Wish {
 }
 
 /// A question of a designer.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-/// use haptic_experiment::question::design::{Design, Device, Wish};
-/// use haptic_experiment::{Imperfections, dissertation_device};
-/// use std::sync::atomic::AtomicBool;
-///
-/// let design = Design {
-///     device: Device {
-///         plant: dissertation_device(Seconds(2e-3)),
-///         sensors: Imperfections::NONE.sensors,
-///         force_limit_n: 100.0,
-///     },
-///     scheme: "muir:3".parse()?,
-///     orders: vec![Order::new(1.0)?],
-///     gain_margin: None,
-///     wish: Wish::StiffestWall,
-///     force_noise_limit_n: None,
-/// };
-/// let report = design.answer(&AtomicBool::new(false), &|_| {})?;
-/// // Theorem 1 without delay: K up to 2b/T.
-/// let stiffness = report.best.and_then(|best| best.stiffness).expect("a wall");
-/// assert!((stiffness / 3500.0 - 1.0).abs() < 1e-3);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
-pub struct Design {
+pub(crate) struct Design {
     /// On which device.
     pub device: Device,
     /// With which operator.
@@ -217,8 +196,7 @@ impl Device {
 
 impl Design {
     /// The tissue's own order, then those of the grid.
-    #[must_use]
-    pub fn orders_to_try(&self) -> Vec<Order> {
+    pub(crate) fn orders_to_try(&self) -> Vec<Order> {
         let mut orders = self.orders.clone();
         if let Wish::Tissue { material, .. } = &self.wish {
             let own = material.order();
@@ -293,6 +271,59 @@ impl Wish {
     }
 }
 
+/// The best candidate, which is not stable when it is tried.
+fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
+    let (verdict, why) = (settling.verdict.words(), settling.reason());
+    Failure::Run(anyhow::anyhow!(
+        "the best candidate, order {order}, is {verdict} when it is tried: {}; {remedy}",
+        why.unwrap_or_default()
+    ))
+}
+
+/// A design without a candidate.
+fn nothing_found(why: Option<&str>) -> Failure {
+    Failure::Run(anyhow::anyhow!(
+        "no candidate fulfils the wish: {}; ask for less, or take other {DESIGN_ORDERS} or another device",
+        why.unwrap_or("nothing does it")
+    ))
+}
+
+impl DesignReport {
+    /// Refuses a design without a candidate, or one that is not stable when it is tried. One that is passive and rings for longer than it
+    /// was tried is only warned of, and one that only an ideal device bears.
+    pub(crate) fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
+        if let Some(real) = self.realistic.filter(|real| !real.simulated.stable) {
+            warn(&format!(
+                "this is for an ideal device; on one with {} the best wall is {}: give {DEVICE_MODEL}, or the device's own values",
+                real.imperfections.words(),
+                real.simulated.verdict.words()
+            ));
+        }
+        match (&self.best, &self.simulated) {
+            (Some(best), Some(simulated))
+                if simulated.verdict == TrialVerdict::Unstable
+                    && self.gain_margin.is_none()
+                    && self.imperfections.sensors.are_ideal() =>
+            {
+                warn(&format!(
+                    "the best candidate, order {}, is passive but rings for longer than it was tried: the device has little damping",
+                    best.order
+                ));
+                Ok(())
+            }
+            (Some(best), Some(simulated)) if !simulated.stable => Err(not_at_rest(
+                best.order,
+                simulated,
+                &format!(
+                    "ask for more margin with {GAIN_MARGIN}, less noise with {FORCE_NOISE_LIMIT}, or take a finer encoder"
+                ),
+            )),
+            (None, _) => Err(nothing_found(self.notes.last().map(String::as_str))),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// The best wall of one order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Candidate {
@@ -325,7 +356,7 @@ pub struct Candidate {
 
 /// The best candidate on a realistic device. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RealisticTrial {
+pub(crate) struct RealisticTrial {
     /// Imperfections of the device.
     #[serde(flatten)]
     pub imperfections: Imperfections,
@@ -341,7 +372,7 @@ pub struct RealisticTrial {
 
 /// Verdict on a tissue that is to be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct TissueVerdict {
+pub(crate) struct TissueVerdict {
     /// Its name.
     pub name: String,
     /// Its order.
@@ -383,18 +414,14 @@ pub struct DesignReport {
     /// The one that meets the wish best; null if none does.
     pub best: Option<Candidate>,
     /// For a tissue.
-    pub tissue: Option<TissueVerdict>,
+    pub(crate) tissue: Option<TissueVerdict>,
     /// The best one tried on the simulated device.
     pub simulated: Option<Settling>,
     /// If an ideal device was assumed: the best one tried on a realistic one.
-    pub realistic: Option<RealisticTrial>,
+    pub(crate) realistic: Option<RealisticTrial>,
     /// Notes for the designer, a sentence each.
     pub notes: Vec<String>,
     /// The text of the experiment file that does this.
     #[serde(skip)]
-    pub experiment_text: Option<String>,
-    /// The experiment file, if one was written.
-    pub experiment: Option<String>,
-    /// Table and picture, if they were written.
-    pub files: Vec<String>,
+    pub(crate) experiment_text: Option<String>,
 }

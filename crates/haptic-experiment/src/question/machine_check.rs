@@ -31,7 +31,7 @@ pub struct RtCheck {
 
 /// Results of a check.
 #[derive(Clone, Debug, Serialize)]
-pub struct RtReport {
+pub(crate) struct RtReport {
     /// Facts of the machine.
     pub machine: Machine,
     /// For each rate, s.
@@ -57,7 +57,11 @@ impl RtCheck {
     ///
     /// # Errors
     /// A rate outside its range; interrupted.
-    pub fn run(&self, stop: &AtomicBool, progress: &dyn Fn(f64)) -> Result<RtReport, Failure> {
+    pub fn run(
+        &self,
+        stop: &AtomicBool,
+        progress: &dyn Fn(f64),
+    ) -> Result<impl Serialize + use<>, Failure> {
         let over = AtomicBool::new(false);
         std::thread::scope(|scope| {
             // Before any thread is raised, so that they are normal.
@@ -199,7 +203,7 @@ const FIT_SHARE: f64 = 0.1;
 
 /// A rate.
 #[derive(Clone, Debug, Serialize)]
-pub struct Rate {
+pub(crate) struct Rate {
     /// The rate.
     pub hz: f64,
     /// True if a loop at this rate is safe here.
@@ -222,7 +226,7 @@ pub struct Rate {
 
 /// The plain loop beside.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Plain {
+pub(crate) struct Plain {
     /// From when a cycle was due to when it began.
     pub lateness_us: Microseconds,
     /// Cycles that began a whole period late or more.
@@ -268,7 +272,7 @@ const STOLEN_NOTABLE_MS: u64 = 10;
 
 /// Facts of the machine. Those that a system does not tell are null or empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Machine {
+pub(crate) struct Machine {
     /// Release of the kernel.
     pub kernel: Option<String>,
     /// True if the kernel is `PREEMPT_RT`.

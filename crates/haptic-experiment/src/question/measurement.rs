@@ -16,6 +16,8 @@
 mod drive;
 mod estimate;
 mod fit;
+#[cfg(test)]
+mod tests;
 
 use crate::document::Document;
 use crate::document::advice::check;
@@ -27,13 +29,20 @@ use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 use crate::experiment::reading::{device, with_devices};
 use crate::experiment::reading::{remote_by, without};
 use crate::question::bench::SIMULATED;
+use crate::run::device::Warn;
+use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteDevice;
 use crate::run::sensors::Sensors;
-pub use drive::{Driven, Outcome, SerialMotion, drive, on_serial, on_simulated};
-pub use estimate::{Estimate, MeasureError, Measured, estimate};
+use drive::{on_serial, on_simulated};
+use estimate::{Measured, estimate};
+use haptic_log::record::StartTime;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Limits, Stuck, Workspace};
+use haptic_quantity::{digits, written};
+use serde::Serialize;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, SystemTime};
 
 parameters! {
     /// Sample time of a measurement, s.
@@ -53,7 +62,7 @@ parameters! {
 }
 
 /// Of a measurement.
-pub const MEASURE: &[Parameter] = &[
+pub(crate) const MEASURE: &[Parameter] = &[
     MEASURE_SAMPLE_TIME,
     MEASURE_FORCE_LIMIT,
     MEASURE_BOX,
@@ -72,17 +81,8 @@ pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
 ];
 
 /// Settings of a measurement.
-///
-/// ```
-/// use haptic_experiment::question::measurement::MeasurePlan;
-///
-/// let plan = MeasurePlan { force_limit_n: 3.3, ..MeasurePlan::default() };
-/// plan.check()?;
-/// assert!((plan.force_n() - 0.66).abs() < 1e-12); // no more than that, ever
-/// # Ok::<(), haptic_experiment::Failure>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeasurePlan {
+pub(crate) struct MeasurePlan {
     /// T.
     pub sample_time_s: f64,
     /// Largest force that the device may make, N. The measurement stays within [`SHARE`](Self::SHARE) of it.
@@ -109,7 +109,7 @@ impl Default for MeasurePlan {
 
 impl MeasurePlan {
     /// Share of the force limit that is used at most.
-    pub const SHARE: f64 = 0.2;
+    pub(crate) const SHARE: f64 = 0.2;
     /// Time without force at the beginning, s.
     const REST_S: f64 = 0.5;
     /// Time in which a ramp reaches the largest force, s.
@@ -118,8 +118,7 @@ impl MeasurePlan {
     const MOVES: f64 = 0.02;
 
     /// Largest force of the measurement, N.
-    #[must_use]
-    pub fn force_n(&self) -> f64 {
+    pub(crate) fn force_n(&self) -> f64 {
         Self::SHARE * self.force_limit_n
     }
 
@@ -129,10 +128,7 @@ impl MeasurePlan {
     }
 
     /// Refuses what is outside its range.
-    ///
-    /// # Errors
-    /// The parameter, its value and its range.
-    pub fn check(&self) -> Result<(), Failure> {
+    pub(crate) fn check(&self) -> Result<(), Failure> {
         check(&MEASURE_SAMPLE_TIME, self.sample_time_s)?;
         check(&MEASURE_FORCE_LIMIT, self.force_limit_n)?;
         check(&MEASURE_BOX, self.box_m)?;
@@ -140,8 +136,7 @@ impl MeasurePlan {
     }
 
     /// Limits of the safety chain of a device that is at `start_m`.
-    #[must_use]
-    pub fn limits(&self, start_m: f64) -> Limits {
+    pub(crate) fn limits(&self, start_m: f64) -> Limits {
         let force = self.force_n();
         let default = Limits::default();
         // As steep as the fastest line of the multi-sine, so that its highest frequencies get through.
@@ -171,8 +166,7 @@ impl MeasurePlan {
     }
 
     /// Most ticks that a measurement takes, its ramps and the way to zero included.
-    #[must_use]
-    pub fn ticks_at_most(&self) -> u64 {
+    pub(crate) fn ticks_at_most(&self) -> u64 {
         self.ticks(Self::REST_S + 2.0 * Self::RAMP_S + 2.0 + self.duration_s)
     }
 }
@@ -181,13 +175,13 @@ impl MeasurePlan {
 #[derive(Clone, Debug)]
 pub struct Measurement {
     /// How it moves.
-    pub plan: MeasurePlan,
+    plan: MeasurePlan,
     /// The device at a port; `None` for the simulated one.
-    pub remote: Option<RemoteDevice>,
+    remote: Option<RemoteDevice>,
     /// The simulated one.
-    pub device: MassDamperConfig,
+    device: MassDamperConfig,
     /// Its sensors.
-    pub sensors: Sensors,
+    sensors: Sensors,
 }
 
 impl Measurement {
@@ -223,11 +217,118 @@ impl Measurement {
             sensors,
         })
     }
+
+    /// The same, for a program that waits so long for a device at a port.
+    #[must_use]
+    pub fn with_patience(mut self, patience: Duration) -> Self {
+        if let Some(remote) = &mut self.remote {
+            remote.patience = patience;
+        }
+        self
+    }
+
+    /// Steps of which progress is told.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.plan.ticks_at_most()
+    }
+
+    /// Lets the device move, and finds what it is made of.
+    ///
+    /// # Errors
+    /// A device that cannot be used; a motion that did not come to its end, or that tells too little.
+    pub fn run(
+        &self,
+        progress: &dyn Fn(u64),
+        stop: &AtomicBool,
+        warn: Warn<'_>,
+    ) -> Result<MeasureReport, Failure> {
+        let plan = &self.plan;
+        let (record, device, board) = match &self.remote {
+            Some(remote) => {
+                let moved = on_serial(plan, remote, warn, progress, stop)?;
+                (moved.record, remote.name.to_string(), Some(moved.board))
+            }
+            None => {
+                let record = on_simulated(plan, (self.device, self.sensors), progress, stop)?;
+                (record, "sim".to_owned(), None)
+            }
+        };
+        let found = estimate(&record, plan.hand).map_err(Failure::input)?;
+        let date = StartTime::at(SystemTime::now()).rfc3339();
+        let at = board.as_ref();
+        let conditions = format!(
+            "{device}{}, {}, {} of multi-sine at {}, up to {} N in a box of {}, hand {}, model off by {} rms",
+            at.map_or(String::new(), |board| format!(", {board}")),
+            date.split('T').next().unwrap_or_default(),
+            written("duration_s", plan.duration_s),
+            written("sample_time_s", plan.sample_time_s),
+            digits(plan.force_n(), 4),
+            written("box_m", plan.box_m),
+            if plan.hand { "on" } else { "off" },
+            written("residual_m", found.residual_rms_m)
+        );
+        let (reach_low_m, reach_high_m) = record.reach_m();
+        Ok(MeasureReport {
+            device,
+            board,
+            encoder_resolution_reason: (found.encoder_resolution_m == 0.0)
+                .then_some("no steps seen"),
+            found,
+            largest_force_n: record.largest_force_n(),
+            reach_low_m,
+            reach_high_m,
+            model: None,
+            figure: None,
+            conditions,
+        })
+    }
+}
+
+/// The result. The keys are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeasureReport {
+    device: String,
+    /// Name of the board, and its firmware.
+    board: Option<String>,
+    #[serde(flatten)]
+    found: Measured,
+    encoder_resolution_reason: Option<&'static str>,
+    largest_force_n: f64,
+    reach_low_m: f64,
+    reach_high_m: f64,
+    /// The device file, once it is written.
+    pub model: Option<String>,
+    /// Its picture.
+    pub figure: Option<String>,
+    /// Device, day and excitation, in words.
+    #[serde(skip)]
+    pub conditions: String,
+}
+
+impl MeasureReport {
+    /// Facts that a user should know, a sentence each.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.found.warnings
+    }
+
+    /// Time since the start, s, position read and position of the model, m, of each fitted tick.
+    #[must_use]
+    pub fn curve(&self) -> &[[f64; 3]] {
+        &self.found.curve
+    }
+
+    /// The text of the device file, made by this program.
+    #[must_use]
+    pub fn device_file(&self, program: &str) -> String {
+        DeviceModel::measured(&self.found, program, &self.conditions).to_toml()
+    }
 }
 
 /// Force applied and position read, tick by tick.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MotionRecord {
+pub(crate) struct MotionRecord {
     /// T.
     pub sample_time_s: f64,
     /// Position at the start of each tick, m; not a number where the sample was lost.
@@ -261,8 +362,7 @@ impl MotionRecord {
     }
 
     /// Samples that were lost.
-    #[must_use]
-    pub fn lost(&self) -> usize {
+    pub(crate) fn lost(&self) -> usize {
         self.position_m.iter().filter(|x| !x.is_finite()).count()
     }
 
@@ -278,16 +378,14 @@ impl MotionRecord {
     }
 
     /// Largest force, N.
-    #[must_use]
-    pub fn largest_force_n(&self) -> f64 {
+    pub(crate) fn largest_force_n(&self) -> f64 {
         self.force_n
             .iter()
             .fold(0.0, |most, f| f64::max(most, f.abs()))
     }
 
     /// Lowest and highest position about the first, m.
-    #[must_use]
-    pub fn reach_m(&self) -> (f64, f64) {
+    pub(crate) fn reach_m(&self) -> (f64, f64) {
         let present = || self.position_m.iter().copied().filter(|x| x.is_finite());
         let start = present().next().unwrap_or_default();
         present().fold((0.0, 0.0), |(low, high), x| {

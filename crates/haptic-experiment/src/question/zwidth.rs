@@ -20,7 +20,7 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::WALL_ORDERS;
-use crate::document::parameters::{DAMPING, DEVICE, LESS_THAN_IDEAL, MASS, SCHEME, TRIAL_DURATION};
+use crate::document::parameters::{DEVICE, LESS_THAN_IDEAL, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, samples_fit, without};
 use crate::experiment::trial::plan;
@@ -31,9 +31,9 @@ use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::remote::RemoteDevice;
 use crate::run::sensors::{Imperfections, Sensors};
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+use haptic_quantity::written;
 use serde::{Serialize, Serializer};
 use std::ops::RangeInclusive;
 
@@ -45,7 +45,7 @@ parameters! {
 }
 
 /// Of `[zwidth]`, beside the device of a question.
-pub const ZWIDTH: &[Parameter] = &[
+pub(crate) const ZWIDTH: &[Parameter] = &[
     ZWIDTH_ORDERS,
     ZWIDTH_POINTS,
     SCHEME,
@@ -60,30 +60,8 @@ pub const ZWIDTH: &[Parameter] = &[
 const POINTS: RangeInclusive<usize> = 2..=1000;
 
 /// A Z-width experiment.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-/// use haptic_experiment::{Imperfections, TrialPlan, ZWidth, dissertation_device};
-/// use std::sync::atomic::AtomicBool;
-///
-/// let zwidth = ZWidth {
-///     device: dissertation_device(Seconds(2e-3)),
-///     sensors: Imperfections::NONE.sensors,
-///     one_sided: false,
-///     scheme: "muir:3".parse()?,
-///     orders: vec![Order::new(1.0)?],
-///     points: 2,
-///     plan: TrialPlan::DEFAULT,
-///     remote: None,
-/// };
-/// let report = zwidth.run(&|_| {}, &AtomicBool::new(false), &|_| {})?;
-/// let softest = &report.orders[0].boundary[0];
-/// println!("up to {} N/m without dissipation", softest.stiffness_max);
-/// assert!(softest.stiffness_max > 1000.0);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
-pub struct ZWidth {
+pub(crate) struct ZWidth {
     /// The device, with whatever makes it less than ideal.
     pub device: MassDamperConfig,
     /// Its sensors.
@@ -112,8 +90,7 @@ impl ZWidth {
     }
 
     /// Cells of the experiment, for a progress bar.
-    #[must_use]
-    pub fn cells(&self) -> u64 {
+    pub(crate) fn cells(&self) -> u64 {
         (self.orders.len() * self.points) as u64
     }
 
@@ -165,14 +142,6 @@ impl ZWidth {
     }
 }
 
-/// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
-#[must_use]
-pub fn dissertation_device(sample_time: Seconds) -> MassDamperConfig {
-    let mass = Kilograms(MASS.default_number());
-    let damping = NewtonSecondsPerMetre(DAMPING.default_number());
-    MassDamperConfig::ideal(mass, damping, sample_time)
-}
-
 /// The result. The keys are a contract of the command line.
 #[derive(Debug, Serialize)]
 pub struct ZWidthReport {
@@ -186,7 +155,7 @@ pub struct ZWidthReport {
     /// Operator.
     pub scheme: String,
     /// By which rule walls were judged.
-    pub criterion: Criterion,
+    pub(crate) criterion: Criterion,
     /// Speed at which the device hit them, m/s.
     pub impact_m_per_s: f64,
     /// Constant push, N.
@@ -250,26 +219,42 @@ pub struct BoundaryPoint {
 
 /// A row of the table of all points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct BoundaryRow {
+struct BoundaryRow {
     /// μ.
-    pub order: f64,
+    order: f64,
     /// B.
-    pub dissipation_n_s_mu_per_m: f64,
+    dissipation_n_s_mu_per_m: f64,
     /// Largest stable K.
-    pub stiffness_max_n_per_m: f64,
+    stiffness_max_n_per_m: f64,
     /// K·T²/m.
-    pub alpha: f64,
+    alpha: f64,
     /// B·T^(2−μ)/m.
-    pub beta: f64,
+    beta: f64,
     /// By the analysis.
-    pub analysis_stiffness_n_per_m: Option<f64>,
+    analysis_stiffness_n_per_m: Option<f64>,
     /// By friction alone.
-    pub held_by_friction_up_to_n_per_m: Option<f64>,
+    held_by_friction_up_to_n_per_m: Option<f64>,
 }
 
 impl ZWidthReport {
+    /// The stiffest wall of all, in words.
+    pub(super) fn stiffest(&self) -> String {
+        let points = self.orders.iter().flat_map(|order| {
+            let points = order.boundary.iter();
+            points.map(|point| (order.order, point.stiffness_max))
+        });
+        let best = points.max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or_else(
+            || "no wall came to rest".to_owned(),
+            |(order, stiffness)| {
+                let stiffness = written("stiffness_n_per_m", stiffness);
+                format!("stiffest wall: K = {stiffness}, of order {order}")
+            },
+        )
+    }
+
     /// All points as rows of a table.
-    pub fn rows(&self) -> impl Iterator<Item = BoundaryRow> {
+    pub fn rows(&self) -> impl Iterator<Item = impl Serialize> {
         self.orders.iter().flat_map(|order| {
             order.boundary.iter().map(|point| BoundaryRow {
                 order: order.order,
@@ -281,11 +266,5 @@ impl ZWidthReport {
                 held_by_friction_up_to_n_per_m: point.held_by_friction_up_to_n_per_m,
             })
         })
-    }
-
-    /// True if there is a point to draw.
-    #[must_use]
-    pub fn has_points(&self) -> bool {
-        self.orders.iter().any(|order| !order.boundary.is_empty())
     }
 }

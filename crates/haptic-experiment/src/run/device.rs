@@ -17,21 +17,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Hears what a user should know before a run is over, a sentence each.
-pub type Warn<'a> = &'a (dyn Fn(&str) + Sync);
+pub(crate) type Warn<'a> = &'a (dyn Fn(&str) + Sync);
 
 /// A device by name.
+///
+/// `sim` is simulated in this program: no port.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub enum DeviceName {
-    /// `sim`: simulated in this program.
-    #[default]
-    Simulated,
-    /// At a port.
-    Linked(LinkedName),
-}
+pub struct DeviceName(pub(crate) Option<LinkedName>);
 
 /// A device at a port by name: one to connect to.
 #[derive(Clone, Debug, PartialEq)]
-pub enum LinkedName {
+pub(crate) enum LinkedName {
     /// `serial:PATH[@BAUD]`: it speaks the protocol of this program.
     Serial(SerialName),
     /// Of another maker: this program serves it.
@@ -40,7 +36,7 @@ pub enum LinkedName {
 
 /// A serial device by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SerialName {
+pub(crate) struct SerialName {
     /// The port; `auto` for the only one at which a device answers.
     pub path: String,
     /// Bits per second; `None` tries the speeds that boards have.
@@ -52,13 +48,13 @@ impl FromStr for DeviceName {
 
     fn from_str(text: &str) -> Result<Self, String> {
         if text == "sim" {
-            return Ok(Self::Simulated);
+            return Ok(Self(None));
         }
         if ForeignName::is_kind(text) {
             let name = text
                 .parse::<ForeignName>()
                 .map_err(|error| error.to_string())?;
-            return Ok(Self::Linked(LinkedName::Foreign(name)));
+            return Ok(Self(Some(LinkedName::Foreign(name))));
         }
         let named = text.strip_prefix("serial:").filter(|name| !name.is_empty());
         let Some(name) = named else {
@@ -79,15 +75,15 @@ impl FromStr for DeviceName {
             None => (name, None),
         };
         let path = path.to_owned();
-        Ok(Self::Linked(LinkedName::Serial(SerialName { path, baud })))
+        Ok(Self(Some(LinkedName::Serial(SerialName { path, baud }))))
     }
 }
 
 impl fmt::Display for DeviceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Simulated => f.write_str("sim"),
-            Self::Linked(name) => name.fmt(f),
+        match &self.0 {
+            None => f.write_str("sim"),
+            Some(name) => name.fmt(f),
         }
     }
 }
@@ -101,25 +97,33 @@ impl fmt::Display for LinkedName {
     }
 }
 
-impl LinkedName {
-    /// Connects, and tells `warn` what is worth saying about the port. A set `stop` ends the waiting.
+impl DeviceName {
+    /// Connects to a device of so many axes, or of any number, and tells `warn` what is worth saying about the port. A set `stop` ends the
+    /// waiting.
     ///
     /// # Errors
-    /// Exit code 3: no port, no device, no answer.
+    /// The simulated device, or one with another number of axes; exit code 3: no port, no device, no answer.
     pub fn connect(
         &self,
+        axes: Option<usize>,
         patience: Duration,
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        self.open(1, warn, (patience, stop))
+        match (&self.0, axes) {
+            (Some(name), Some(axes)) => name.connect_with(axes, patience, warn, stop),
+            (Some(name), None) => name.open(1, warn, (patience, stop)),
+            (None, _) => Err(Failure::bad_input(format_args!(
+                "device \"sim\" has no port: give {}, as of an emulated device",
+                DEVICE.set_to("serial:PATH")
+            ))),
+        }
     }
+}
 
-    /// The same for an experiment of so many axes.
-    ///
-    /// # Errors
-    /// As [`connect`](Self::connect); a device with another number of axes.
-    pub fn connect_with(
+impl LinkedName {
+    /// Connects for an experiment of so many axes.
+    pub(crate) fn connect_with(
         &self,
         axes: usize,
         patience: Duration,
@@ -346,12 +350,12 @@ mod tests {
     #[test]
     fn a_name_says_port_and_speed() {
         let serial = |path: &str, baud| {
-            Ok(DeviceName::Linked(LinkedName::Serial(SerialName {
+            Ok(DeviceName(Some(LinkedName::Serial(SerialName {
                 path: path.to_owned(),
                 baud,
-            })))
+            }))))
         };
-        assert_eq!("sim".parse(), Ok(DeviceName::Simulated));
+        assert_eq!("sim".parse(), Ok(DeviceName(None)));
         assert_eq!("serial:/dev/ttyACM0".parse(), serial("/dev/ttyACM0", None));
         assert_eq!("serial:COM3@115200".parse(), serial("COM3", Some(115_200)));
         assert_eq!(

@@ -9,7 +9,7 @@ use haptic_remote::{Impossible, LinkError};
 
 /// Why a run ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// Somebody asked for it.
     Interrupted,
     /// The safety chain latched a fault.
@@ -30,7 +30,7 @@ pub enum Ending {
 
 /// What became of the force of a run that ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LetGo {
+pub(crate) enum LetGo {
     /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
     Ramped {
         /// Time of the last sample with a force, s.
@@ -146,8 +146,7 @@ impl LetGo {
     }
 
     /// In words.
-    #[must_use]
-    pub fn words(self) -> String {
+    pub(crate) fn words(self) -> String {
         let at = |time_s| written("time_s", time_s);
         match self {
             Self::Ramped { until_s } => format!("the force ramped to zero until {}", at(until_s)),
@@ -252,7 +251,7 @@ const LONGER: u16 = 5;
 
 /// How late a host may be for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lateness {
+pub(crate) struct Lateness {
     /// Silence after which the device lets go, ms.
     pub watchdog_ms: u16,
     /// Ticks from a sample to the force that answers it at most, in a loop on the host.

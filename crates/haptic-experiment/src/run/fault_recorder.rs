@@ -22,7 +22,7 @@ pub(crate) const FAULT: &str = "fault";
 
 /// A fault, as it is known here.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FaultSeen {
+pub(crate) struct FaultSeen {
     /// Its code, as on the wire.
     pub code: u8,
     /// In words.
@@ -35,7 +35,7 @@ pub struct FaultSeen {
 
 /// The run that a fault ended, for the log of the fault.
 #[derive(Clone, Debug)]
-pub struct RunOfFault<'a> {
+pub(crate) struct RunOfFault<'a> {
     /// Its log.
     pub log: &'a Path,
     /// Its metadata.
@@ -46,7 +46,7 @@ pub struct RunOfFault<'a> {
 
 /// Keeps the last ticks, and the first after a fault.
 #[derive(Clone, Debug)]
-pub struct FaultRecorder {
+pub(crate) struct FaultRecorder {
     ticks: VecDeque<TickMessage>,
     fault: Option<FaultSeen>,
     /// Ticks after that of the fault.
@@ -69,7 +69,7 @@ impl Default for FaultRecorder {
 
 impl FaultRecorder {
     /// Takes in a tick. Once a fault has latched it takes 100 more, then none.
-    pub fn tick(&mut self, tick: &TickMessage) {
+    pub(crate) fn tick(&mut self, tick: &TickMessage) {
         if self.is_full() {
             return;
         }
@@ -95,13 +95,11 @@ impl FaultRecorder {
     }
 
     /// The fault, if one has latched.
-    #[must_use]
-    pub const fn fault(&self) -> Option<&FaultSeen> {
+    pub(crate) const fn fault(&self) -> Option<&FaultSeen> {
         self.fault.as_ref()
     }
 
     /// True if a fault has latched and all that is kept after it is there.
-    #[must_use]
     pub(crate) const fn is_full(&self) -> bool {
         self.fault.is_some() && self.after >= AFTER
     }
@@ -127,10 +125,7 @@ impl FaultRecorder {
     }
 
     /// Writes the log of a fault.
-    ///
-    /// # Errors
-    /// If the file exists without `overwrite`, or the disk does not take it.
-    pub fn write(
+    pub(crate) fn write(
         &self,
         path: &Path,
         overwrite: bool,

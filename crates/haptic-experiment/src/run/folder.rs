@@ -190,8 +190,7 @@ impl OutputFolder {
     }
 
     /// See [`FolderRequest::roll_bytes`].
-    #[must_use]
-    pub const fn roll_bytes(&self) -> Option<u64> {
+    pub(crate) const fn roll_bytes(&self) -> Option<u64> {
         self.roll_bytes
     }
 
@@ -228,29 +227,16 @@ impl OutputFolder {
         table
     }
 
-    /// Writes a whole table and names it.
+    /// Writes a whole table, `.csv`, and names it; `names` are those of columns whose rows have none of their own, lists or tuples.
     ///
     /// # Errors
     /// If the disk does not take it; nothing is left behind then.
     pub fn write_table<R: Serialize>(
         &self,
-        extension: &str,
-        rows: impl Iterator<Item = R>,
-    ) -> Result<String, Failure> {
-        self.write_named_table(extension, &[], rows)
-    }
-
-    /// The same of rows without names of their own, lists or tuples, under these names.
-    ///
-    /// # Errors
-    /// As [`write_table`](Self::write_table).
-    pub fn write_named_table<R: Serialize>(
-        &self,
-        extension: &str,
         names: &[&str],
         rows: impl Iterator<Item = R>,
     ) -> Result<String, Failure> {
-        let mut table = self.table(extension, names, NOTHING_KEPT);
+        let mut table = self.table("csv", names, NOTHING_KEPT);
         rows.for_each(|row| table.row(row));
         table.finish()
     }

@@ -11,6 +11,7 @@
 
 use crate::document::controller_file::source;
 use crate::document::error::{FileError, text_of};
+use crate::document::failure::Failure;
 use crate::document::input::short;
 use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
@@ -25,6 +26,8 @@ use haptic_tissue::read_bytes;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use std::f64::consts::{PI, TAU};
+use std::fmt;
+use std::io::Read as _;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -45,8 +48,7 @@ const INTERVALS: &str = "intervals";
 
 impl PlantFile {
     /// A plant without a story.
-    #[must_use]
-    pub const fn new(model: PlantModel) -> Self {
+    pub(crate) const fn new(model: PlantModel) -> Self {
         Self {
             model,
             intervals: Vec::new(),
@@ -56,18 +58,12 @@ impl PlantFile {
     }
 
     /// Reads and checks a file.
-    ///
-    /// # Errors
-    /// If it cannot be read or is wrong: in one line, with file and line.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
         Self::parse(path, &text_of(path, "plant")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages and for the table of a measured response.
-    ///
-    /// # Errors
-    /// If it is wrong: in one line, with file and line.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let kinds = MODELS.map(|(name, _)| name);
         let (name, table, mut beside) =
@@ -93,17 +89,8 @@ impl PlantFile {
         Ok(file)
     }
 
-    /// The plant.
-    ///
-    /// # Errors
-    /// As [`PlantModel::plant`].
-    pub fn plant(&self) -> Result<Plant, ControlError> {
-        self.model.plant()
-    }
-
     /// The text of a file of a transfer function or of a device; `None` of anything else, which people write.
-    #[must_use]
-    pub fn to_toml(&self) -> Option<String> {
+    pub(crate) fn to_toml(&self) -> Option<String> {
         let text = match &self.model {
             PlantModel::Function { function, delay_s } => format!(
                 "[transfer_function]\n{} = \"{function}\"\n{}",
@@ -133,24 +120,12 @@ impl PlantFile {
 }
 
 /// A plant that can be read, and where it comes from.
-///
-/// ```
-/// use haptic_experiment::run::PlantFile;
-/// use std::path::Path;
-///
-/// let text = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 0.001";
-/// let file = PlantFile::parse(Path::new("lab/arm.toml"), text)?;
-/// // A mass of 65 g: |x/f| is 1/(m·ω²) at high frequency.
-/// let far = file.plant()?.response(1e4).expect("at any frequency");
-/// assert!((far.norm() * 0.065 * 1e8 - 1.0).abs() < 1e-4);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlantFile {
+pub(crate) struct PlantFile {
     /// The plant.
     pub model: PlantModel,
     /// Of a device that was measured: between which numbers its values lie.
-    pub intervals: Vec<Interval>,
+    pub(crate) intervals: Vec<Interval>,
     /// The program that made the file.
     pub program: String,
     /// Anything else.
@@ -158,6 +133,16 @@ pub struct PlantFile {
 }
 
 /// A plant as its file says it.
+///
+/// ```
+/// use haptic_experiment::run::{DeviceValues, PlantModel};
+///
+/// let arm = DeviceValues { mass_kg: 0.065, damping_n_s_per_m: 3.5, delay_s: 0.001, ..DeviceValues::default() };
+/// // A mass of 65 g: |x/f| is 1/(m·ω²) at high frequency.
+/// let far = PlantModel::Device(arm).plant()?.response(1e4).expect("at any frequency");
+/// assert!((far.norm() * 0.065 * 1e8 - 1.0).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlantModel {
     /// `[transfer_function]`.
@@ -188,7 +173,7 @@ pub enum PlantModel {
 
 /// Two numbers between which a value of a device lies in 95 of 100 cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
+pub(crate) struct Interval {
     /// Key of the value.
     pub key: &'static str,
     /// Low end.
@@ -233,6 +218,31 @@ impl FromStr for PlantModel {
 }
 
 impl PlantModel {
+    /// Reads a plant file, or the table of a measured response, `.csv`.
+    ///
+    /// # Errors
+    /// If it cannot be read or is wrong: in one line, with file and line.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let extension = path.extension();
+        if extension.is_some_and(|own| own.eq_ignore_ascii_case("csv")) {
+            let points = read_response(path).map_err(Failure::bad_input)?;
+            return Ok(Self::Measured(points));
+        }
+        let file = PlantFile::read(path).map_err(Failure::input)?;
+        Ok(file.model)
+    }
+
+    /// The text of a file of a transfer function or of a device, made by this program; `None` of anything else, which people write.
+    #[must_use]
+    pub fn to_toml(self, program: &str, note: &str) -> Option<String> {
+        let file = PlantFile {
+            program: program.to_owned(),
+            note: note.to_owned(),
+            ..PlantFile::new(self)
+        };
+        file.to_toml()
+    }
+
     /// The plant.
     ///
     /// # Errors
@@ -285,21 +295,8 @@ impl PlantModel {
 }
 
 impl DeviceValues {
-    /// A mass with damping and nothing else.
-    #[must_use]
-    pub fn ideal(mass_kg: f64, damping_n_s_per_m: f64) -> Self {
-        Self {
-            mass_kg,
-            damping_n_s_per_m,
-            ..Self::default()
-        }
-    }
-
     /// As matrices.
-    ///
-    /// # Errors
-    /// A mass below 1e-15 kg, a negative lag or delay.
-    pub fn plant(&self) -> Result<Plant, ControlError> {
+    pub(crate) fn plant(&self) -> Result<Plant, ControlError> {
         let (m, b, k) = (
             self.mass_kg,
             self.damping_n_s_per_m,
@@ -330,25 +327,12 @@ impl DeviceValues {
 }
 
 /// The device of a plant file with `[device]`, to be simulated, analysed or guarded.
-///
-/// ```
-/// use haptic_experiment::run::DeviceModel;
-/// use std::path::Path;
-///
-/// let text = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nfriction_n = 0.05\ndelay_s = 0.0013\n\
-///             [intervals]\ndelay_s = [0.00128, 0.00132]";
-/// let device = DeviceModel::parse(Path::new("lab/device.toml"), text)?;
-/// assert_eq!(device.values.friction_n, 0.05);
-/// // A guard is made for what is certain.
-/// assert_eq!(device.guarded().delay_s, Some((0.00128, 0.00132)));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceModel {
     /// Its values.
     pub values: DeviceValues,
     /// Between which numbers they lie, where that is known.
-    pub intervals: Vec<Interval>,
+    pub(crate) intervals: Vec<Interval>,
     /// The program that made the file.
     pub program: String,
     /// Conditions under which it was measured.
@@ -407,18 +391,12 @@ impl DeviceModel {
     }
 
     /// Reads and checks a file.
-    ///
-    /// # Errors
-    /// If it cannot be read, is wrong, or has another plant than a device: in one line, with file and line.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
         Self::parse(path, &text_of(path, "device")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let file = PlantFile::parse(path, text)?;
         let document = Parsed::of(path, text)?;
         let PlantModel::Device(values) = file.model else {
@@ -434,8 +412,7 @@ impl DeviceModel {
     }
 
     /// The text of its file.
-    #[must_use]
-    pub fn to_toml(&self) -> String {
+    pub(crate) fn to_toml(&self) -> String {
         let file = PlantFile {
             model: PlantModel::Device(self.values),
             intervals: self.intervals.clone(),
@@ -461,8 +438,7 @@ impl DeviceModel {
     }
 
     /// Mass, damping, hand, delay and lag, for an analysis.
-    #[must_use]
-    pub const fn dynamics(&self) -> Dynamics {
+    pub(crate) const fn dynamics(&self) -> Dynamics {
         Dynamics {
             mass_kg: self.values.mass_kg,
             damping_n_s_per_m: self.values.damping_n_s_per_m,
@@ -473,8 +449,7 @@ impl DeviceModel {
     }
 
     /// The least of mass and damping and the whole interval of the delay, for a guard, which must hold for what is certain.
-    #[must_use]
-    pub fn guarded(&self) -> GuardedDevice {
+    pub(crate) fn guarded(&self) -> GuardedDevice {
         let values = &self.values;
         let ends = |key: &str, value: f64| {
             let found = self.intervals.iter().find(|interval| interval.key == key);
@@ -563,10 +538,7 @@ const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_
 
 /// ω in rad/s and G(jω), from a table with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
 /// `phase_rad`, or `real` and `imaginary`. Other columns are passed over.
-///
-/// # Errors
-/// A file that cannot be read, a column or a number that is missing: in one line, with file and line.
-pub fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, String> {
+pub(crate) fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, String> {
     let shown = path.display();
     let bytes = read_bytes(path, TABLE_MOST).map_err(|error| {
         format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")

@@ -13,7 +13,7 @@ pub(crate) const MEASURED: Duration = Duration::from_millis(200);
 
 /// Request for the pre-flight, and the known dynamics of the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PreflightRequest {
+pub(crate) struct PreflightRequest {
     /// Run what is unstable, too.
     pub force_unstable: bool,
     /// Known dynamics of a device at a port.
@@ -34,7 +34,7 @@ pub(crate) trait PreflightSubject {
 /// Llewellyn's verdict on a coupler, and what the sampled device needs. Keys of reports and, with `preflight.coupler.` before
 /// them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct CouplerVerdict {
+pub(crate) struct CouplerVerdict {
     /// Passive with every passive hand and object by Llewellyn's criterion, for the operator really used.
     pub llewellyn: bool,
     /// b of the device, N·s/m.
@@ -75,7 +75,7 @@ pub struct PreflightVerdict {
     /// Of a coupler: Llewellyn's verdict. Then `margin` is the factor on `k_c` and `b_c`, `passive` and `required_delta` are
     /// those of the sampled port with any object, α = `k_c`T/m and β = `b_c`T^(1+μ)/m.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub coupler: Option<CouplerVerdict>,
+    pub(crate) coupler: Option<CouplerVerdict>,
 }
 
 impl CouplerVerdict {
@@ -141,8 +141,7 @@ impl PreflightVerdict {
 
     /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say, or a guard
     /// that promises passivity looks after it.
-    #[must_use]
-    pub fn warning(&self, guarded: bool) -> Option<String> {
+    pub(crate) fn warning(&self, guarded: bool) -> Option<String> {
         if !self.stable {
             let why = match guarded {
                 true => "only the guard keeps it stable",

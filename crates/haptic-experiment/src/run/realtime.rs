@@ -19,12 +19,18 @@ pub struct RealtimeOptions {
     pub pin: Option<usize>,
 }
 
+impl Default for RealtimeOptions {
+    fn default() -> Self {
+        Self::NORMAL
+    }
+}
+
 impl RealtimeOptions {
     /// Priority where none is given: above the interrupts' threads of a real-time kernel, 50.
     pub const DEFAULT_PRIORITY: u8 = 80;
 
     /// A thread like any other.
-    pub const NORMAL: Self = Self {
+    pub(crate) const NORMAL: Self = Self {
         priority: None,
         pin: None,
     };
@@ -42,7 +48,7 @@ impl RealtimeOptions {
 
 /// Percentiles, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Microseconds {
+pub(crate) struct Microseconds {
     /// Median.
     pub p50: f64,
     /// 99 of 100 took no longer.
@@ -55,8 +61,7 @@ pub struct Microseconds {
 
 impl Microseconds {
     /// Of a histogram of ns.
-    #[must_use]
-    pub fn of(histogram: &Histogram<u64>) -> Self {
+    pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
         let Percentiles {
             p50,
             p99,
@@ -79,7 +84,7 @@ pub(crate) fn microseconds(time: Duration) -> f64 {
 
 /// Timing of a run by the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RealtimeSummary {
+pub(crate) struct RealtimeSummary {
     /// Priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
     /// The core that it was pinned to.
@@ -106,7 +111,7 @@ pub struct RealtimeSummary {
 
 /// A tick, and what took how long.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct WorstTick {
+pub(crate) struct WorstTick {
     /// Its number in the log.
     pub number: u64,
     /// From when it was due to when it began, µs.
@@ -127,8 +132,7 @@ impl From<WorstCycle> for WorstTick {
 
 impl RealtimeSummary {
     /// Of what a loop measured in a thread.
-    #[must_use]
-    pub fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
+    pub(crate) fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
         let Overruns {
             by_wake_up,
             by_compute,

@@ -26,7 +26,7 @@ pub(crate) const fn keeps_all(samples: u64) -> bool {
 /// The tick of the log with which a run begins to count, and its time: 0 but where a simulated plant waits for its device to raise its
 /// force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Start {
+pub(crate) struct Start {
     /// Number of the tick.
     pub tick: u64,
     sample_time_s: f64,
@@ -34,8 +34,7 @@ pub struct Start {
 
 impl Start {
     /// At this tick of so many seconds each.
-    #[must_use]
-    pub const fn at(tick: u64, sample_time_s: f64) -> Self {
+    pub(crate) const fn at(tick: u64, sample_time_s: f64) -> Self {
         Self {
             tick,
             sample_time_s,
@@ -43,14 +42,12 @@ impl Start {
     }
 
     /// Its time in the log, s.
-    #[must_use]
-    pub const fn time_s(self) -> f64 {
+    pub(crate) const fn time_s(self) -> f64 {
         self.tick as f64 * self.sample_time_s
     }
 
     /// The sample counted from here on; `None` before.
-    #[must_use]
-    pub fn counted(self, sample: KeptSample) -> Option<KeptSample> {
+    pub(crate) fn counted(self, sample: KeptSample) -> Option<KeptSample> {
         if self.tick == 0 {
             return Some(sample);
         }
@@ -66,7 +63,7 @@ impl Start {
 
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
-pub struct Record {
+pub(crate) struct Record {
     /// Where it begins in the log.
     pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
@@ -115,9 +112,6 @@ struct After {
 
 impl Record {
     /// Empty, with room for so many samples, if they are to be kept.
-    ///
-    /// # Errors
-    /// More samples than the machine can address.
     pub(crate) fn with_room_for(samples: u64) -> anyhow::Result<Self> {
         let whole = match keeps_all(samples) {
             true => Some(Vec::with_capacity(usize::try_from(samples)?)),
@@ -149,7 +143,6 @@ impl Record {
     }
 
     /// Largest magnitude of the commanded force, N, of the samples that count.
-    #[must_use]
     pub(crate) const fn largest_force_n(&self) -> f64 {
         self.largest_force_n
     }
@@ -206,13 +199,11 @@ impl Record {
     }
 
     /// Time of the last sample, s; 0 without samples.
-    #[must_use]
-    pub fn duration_s(&self) -> f64 {
+    pub(crate) fn duration_s(&self) -> f64 {
         self.last.map_or(0.0, |last| last.time_s)
     }
 
     /// Samples and events that the disk was too slow for.
-    #[must_use]
     pub(crate) fn dropped_by_disk(&self) -> u64 {
         let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
         self.dropped.saturating_sub(line)

@@ -123,9 +123,6 @@ impl Recorder {
     }
 
     /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
-    ///
-    /// # Errors
-    /// If the writer has ended.
     pub(crate) fn timed_tick(
         &mut self,
         tick: &TickMessage,
@@ -152,18 +149,16 @@ impl Recorder {
     }
 
     /// A fault has latched: from here on the flight recorder takes what follows it.
-    pub fn fault(&mut self, fault: FaultSeen) {
+    pub(crate) fn fault(&mut self, fault: FaultSeen) {
         self.flight.latch(fault);
     }
 
     /// Recorder of the ticks around a fault.
-    #[must_use]
-    pub const fn flight(&self) -> &FaultRecorder {
+    pub(crate) const fn flight(&self) -> &FaultRecorder {
         &self.flight
     }
 
     /// Of a fault, what follows it is kept too: whether that is done, or there was none.
-    #[must_use]
     pub(crate) fn has_aftermath(&self) -> bool {
         self.flight.fault().is_none() || self.flight.is_full()
     }

@@ -14,7 +14,8 @@ use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
 pub(crate) use run::RemoteRun;
 pub(crate) use session::blank;
-pub use summary::{FrameCounts, LinkSummary, RoundTrip};
+pub use summary::RoundTrip;
+pub(crate) use summary::{FrameCounts, LinkSummary};
 
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
@@ -35,7 +36,7 @@ use std::time::Duration;
 
 /// A device and how the loop with it is closed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RemoteDevice {
+pub(crate) struct RemoteDevice {
     /// Its name.
     pub name: LinkedName,
     /// Place where the loop is closed.
@@ -52,8 +53,7 @@ pub struct RemoteDevice {
 
 impl RemoteDevice {
     /// With the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
-    #[must_use]
-    pub fn new(name: LinkedName) -> Self {
+    pub(crate) fn new(name: LinkedName) -> Self {
         Self {
             name,
             loop_mode: LoopMode::Device,

@@ -19,7 +19,7 @@ use haptic_loop::{Limits, SpeedLimit, Stuck, Workspace};
 
 /// Settings that an experiment asks for; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Safety {
+pub(crate) struct Safety {
     /// Passivity guard.
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
@@ -142,8 +142,7 @@ const START_FORCE_N: f64 = 1.0;
 impl Safety {
     /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
     /// with a blow is refused, and an implausible position is a fault unless that is switched off.
-    #[must_use]
-    pub fn on(&self, limits: Limits, real: bool) -> Limits {
+    pub(crate) fn on(&self, limits: Limits, real: bool) -> Limits {
         let brakes = self.braking_n_s_per_m.is_some();
         let default = Limits::default();
         let unless_off = |given: Option<f64>, default: Option<f64>| {
@@ -170,11 +169,7 @@ impl Safety {
     }
 
     /// Refuses what would do nothing on a simulated device. A real one may have the limits set that are missing here.
-    ///
-    /// # Errors
-    /// A jump without a speed limit, the time of a stuck sensor without its force, a mass or damping that nobody asks for; what
-    /// has no effect on any device.
-    pub fn acts(&self) -> Result<(), Failure> {
+    pub(crate) fn acts(&self) -> Result<(), Failure> {
         if let (Some(jump), None) = (self.jump_m, self.speed_limit_m_per_s)
             && jump > 0.0
         {
@@ -210,7 +205,6 @@ impl Safety {
 
     /// The same with what a device file says of the device, where nothing else does, and as far as these settings ask for it; `real` is true for a
     /// device that is not simulated here.
-    #[must_use]
     pub(crate) fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
         let bounded = self.guard == GuardChoice::EnergyBounding;
         let braked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
@@ -228,9 +222,6 @@ impl Safety {
 
     /// The same on the rig of a relaxation or creep test: the simulated one has masses of its own, so that a device file only serves a guard or
     /// braking there.
-    ///
-    /// # Errors
-    /// A device file that would do nothing.
     pub(crate) fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
         let with_device = self.with_device(known, real);
         if !real && with_device == self {
@@ -243,9 +234,6 @@ impl Safety {
     }
 
     /// Refuses what would do nothing on any device.
-    ///
-    /// # Errors
-    /// Delay, lag or noise of the device without the guard that asks for it.
     pub(crate) fn acts_on_device(&self) -> Result<(), Failure> {
         if self.guard == GuardChoice::EnergyBounding {
             return Ok(());
@@ -268,8 +256,7 @@ impl Safety {
     }
 
     /// Facts of the device as the experiment gives them; where it gives none, those of `device`.
-    #[must_use]
-    pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
+    pub(crate) fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
         let said = GuardedDevice {
             mass_kg: self.device_mass_kg,
             damping_n_s_per_m: self.device_damping_n_s_per_m,
@@ -281,7 +268,6 @@ impl Safety {
     }
 
     /// The limits for a device of this mass, unless somebody says otherwise, and delay: how much braking it bears.
-    #[must_use]
     pub(crate) fn braked(&self, limits: Limits, mass_kg: f64, delay_samples: u32) -> Limits {
         Limits {
             device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),

@@ -20,8 +20,7 @@ pub struct Sensors {
 
 impl Sensors {
     /// True if the loop reads the true position.
-    #[must_use]
-    pub fn are_ideal(&self) -> bool {
+    pub(crate) fn are_ideal(&self) -> bool {
         !(self.encoder_resolution_m > 0.0 || self.noise_m > 0.0)
     }
 

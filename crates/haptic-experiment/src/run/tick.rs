@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 /// A sample that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeptSample {
+pub(crate) struct KeptSample {
     /// Its number.
     pub tick: u64,
     /// Its time, s.
@@ -31,13 +31,11 @@ pub struct KeptSample {
 impl KeptSample {
     /// True of a sample that says something of the law: no limiter acted in it, the ramp of the start neither. Others are counted, and
     /// compared with nothing.
-    #[must_use]
     pub(crate) const fn is_comparable(&self) -> bool {
         self.limiters == 0
     }
 
     /// Force that is opposed to an indentation, N: the negative of what is commanded.
-    #[must_use]
     pub(crate) fn reaction_n(&self) -> f64 {
         // Not a negation, which would make −0 of 0.
         0.0 - self.force_n

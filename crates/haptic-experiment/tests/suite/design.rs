@@ -1,6 +1,6 @@
 //! Questions for a design, answered: walls and couplers that are what they promise.
 
-use haptic_experiment::question::Question;
+use haptic_experiment::question::{Answer, Question};
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -10,17 +10,17 @@ use testkit::assert_relative;
 /// Nobody stops it.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-fn ask(text: &str) -> Question {
-    Question::parse(Path::new("form"), &format!("[design]\n{text}\n")).expect("a good question")
+fn ask(text: &str) -> Answer {
+    let question = Question::parse(Path::new("form"), &format!("[design]\n{text}\n"));
+    let question = question.expect("a good question");
+    question
+        .answer(&|_| (), &NEVER, &|_| ())
+        .expect("an answer")
 }
 
-/// The report of a design of walls.
+/// The report of a design.
 fn design(text: &str) -> Value {
-    let Question::Design(design) = ask(text) else {
-        panic!("no design of a wall: {text}");
-    };
-    let report = design.answer(&NEVER, &|_| ()).expect("an answer");
-    serde_json::to_value(report).expect("JSON")
+    serde_json::to_value(ask(text)).expect("JSON")
 }
 
 #[track_caller]
@@ -185,17 +185,12 @@ fn a_tissue_that_makes_too_much_noise_does_not_fit() {
 #[test]
 fn mass_and_hand_have_effect_on_a_designed_coupler() {
     let shares = |device: &str| -> Vec<f64> {
-        let Question::Coupler(design) = ask(&format!(
+        let found = design(&format!(
             "wish = \"coupler\"\nsample_time_s = 1e-3\ndamping_n_s_per_m = 3\norders = [0, 0.5, 1]\n{device}"
-        )) else {
-            panic!("no design of a coupler");
-        };
-        let candidates = design
-            .answer(&NEVER, &|_| ())
-            .expect("an answer")
-            .candidates;
-        let share = candidates.iter().map(|one| one.share);
-        share.map(|share| share.expect("a coupler")).collect()
+        ));
+        let candidates = found["candidates"].as_array().expect("a list");
+        let shares = candidates.iter().map(|one| number(one, "share"));
+        shares.collect()
     };
     let heavy = shares("mass_kg = 0.065");
     assert!(heavy.iter().all(|share| *share >= 1.0), "{heavy:?}");
@@ -258,14 +253,14 @@ fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
 fn a_wall_that_rings_for_long_is_tried_for_long() {
     // δ = 0.0308, α = 0.0615: |z|² = e^(−δ) + n₀α = 0.99984, so the ringing of push and impact, 0.9 mm (standard
     // deviation), falls to a hundredth of the deflection of 1 mm in 112 s, and 5 s are doubled until 160 s.
-    let Question::Design(design) =
-        ask("require = \"passive\"\nsample_time_s = 2e-3\ndamping_n_s_per_m = 1\norders = [1]")
-    else {
-        panic!("no design of a wall");
-    };
-    let report = design.answer(&NEVER, &|_| ()).expect("an answer");
-    assert!(report.simulated.expect("tried").stable);
-    let text = report.experiment_text.expect("a wall");
+    let found =
+        ask("require = \"passive\"\nsample_time_s = 2e-3\ndamping_n_s_per_m = 1\norders = [1]");
+    assert!(
+        found.verdict().ends_with("stable when tried"),
+        "{}",
+        found.verdict()
+    );
+    let text = found.experiment_text().expect("a wall");
     assert!(text.contains("duration_s = 160.0"), "{text}");
 }
 

@@ -25,13 +25,8 @@ fn logged(document: &Document) -> BTreeMap<String, String> {
         live: None,
         warn: &|_| {},
     };
-    match ExperimentFile::open(document).expect("good") {
-        ExperimentFile::Relax(own) => drop(own.run(&request, supervisor).expect("runs")),
-        ExperimentFile::Wall(own) => drop(own.run(&request, supervisor).expect("runs")),
-        ExperimentFile::Touch(own) => drop(own.run(&request, supervisor).expect("runs")),
-        ExperimentFile::Teleoperation(own) => drop(own.run(&request, supervisor).expect("runs")),
-        other => panic!("{other:?}"),
-    }
+    let experiment = ExperimentFile::open(document).expect("good");
+    experiment.run(&request, supervisor).expect("runs");
     let mut log = LogReader::open(&folder.path().join("run/run.mcap")).expect("opens");
     let found = log.find_map(|entry| match entry.expect("reads") {
         Entry::Metadata(record) if record.name == "experiment" => Some(record.values),

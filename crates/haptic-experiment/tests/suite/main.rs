@@ -2,5 +2,4 @@
 
 mod design;
 mod log;
-mod measured_device;
 mod touch;

@@ -3,10 +3,11 @@
 use super::channels::Channels;
 use super::form::{document, place, simulated};
 use super::going::{Drawn, Finished, Work};
-use haptic_experiment::judge::{Curves, Published};
+use haptic_experiment::judge::Curves;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{
-    ExperimentFile, Failure, Pace, RealtimeOptions, Report, Summary, Supervisor, TrialReport,
+    ExperimentFile, Failure, IndentationReport, Pace, RealtimeOptions, Report, Supervisor,
+    TrialReport,
 };
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -21,37 +22,34 @@ pub(super) fn work(
 ) -> Result<Work, Failure> {
     let document = document(kind, parameters)?;
     let experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
-    simulated(experiment.remote())?;
+    simulated(experiment.is_simulated())?;
     let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
     let samples = experiment.samples()?;
-    let (mut axes, mut metadata) = (1, BTreeMap::new());
-    if let ExperimentFile::Touch(touch) = &experiment {
-        // A run refuses it too, but then the page has been told that it began.
-        touch.check_start()?;
-        (axes, metadata) = (touch.axes, touch.metadata());
-    }
+    // A run refuses it too, but then the page has been told that it began.
+    experiment.check_start()?;
     let (mut request, name) = place(runs, kind, provenance)?;
     document
         .keep_in(&mut request.provenance)
         .map_err(Failure::input)?;
-    metadata.extend(request.provenance.clone());
+    let mut metadata = request.provenance.clone();
+    metadata.extend(experiment.metadata());
     Ok(Work {
         kind: kind.to_owned(),
         name,
         steps: samples,
         drawn: Some(Drawn {
-            channels: Channels::of(axes),
-            sample_time_s: sample_time_s(&experiment),
+            channels: Channels::of(experiment.axes()),
+            sample_time_s: experiment.sample_time_s(),
             metadata,
         }),
         run: Box::new(move |attendant| {
             let supervisor = Supervisor {
                 stop: attendant.stop,
                 progress: &attendant.progress,
-                live: None,
+                live: Some(attendant.live),
                 warn: attendant.warn,
             };
-            run(&experiment, &request, supervisor.watched(attendant.live))
+            run(&experiment, &request, supervisor)
         }),
     })
 }
@@ -61,74 +59,26 @@ fn run(
     request: &FolderRequest,
     supervisor: Supervisor<'_>,
 ) -> Result<Finished, Failure> {
-    let words = |verdict: &str| Some(verdict.to_owned());
-    Ok(match experiment {
-        ExperimentFile::Relax(relaxation) => {
-            let published = relaxation.run(request, supervisor)?;
-            let verdict = error_words(published.report.errors.closed_form.largest);
-            result(&published, verdict, theory)
-        }
-        ExperimentFile::Creep(creep) => {
-            let published = creep.run(request, supervisor)?;
-            let verdict = error_words(published.report.errors.closed_form.largest);
-            result(&published, verdict, theory)
-        }
-        ExperimentFile::Wall(wall) => {
-            let published = wall.run(request, supervisor)?;
-            let verdict = words(published.report.trial.settling.verdict.words());
-            result(&published, verdict, |report, curves| {
-                of_trial(&report.trial, curves)
-            })
-        }
-        ExperimentFile::Coupler(coupler) => {
-            let published = coupler.run(request, supervisor)?;
-            let verdict = words(published.report.trial.settling.verdict.words());
-            result(&published, verdict, |report, curves| {
-                of_trial(&report.trial, curves)
-            })
-        }
-        ExperimentFile::Teleoperation(far) => {
-            let published = far.run(request, supervisor)?;
-            let verdict = words(published.report.verdict.words());
-            result(&published, verdict, |_, curves| {
-                named(curves, &curves.subtitle)
-            })
-        }
-        ExperimentFile::Touch(touch) => {
-            let published = touch.run(request, supervisor)?;
-            let verdict = words(published.report.verdict.words());
-            // The log has all of it, in every axis.
-            result(&published, verdict, |_: &_, _: &_| Value::Null)
-        }
+    let published = experiment.run(request, supervisor)?;
+    let report = &published.report;
+    let drawn = published.curves.as_ref();
+    Ok(Finished {
+        report: json!(report),
+        curves: drawn.map_or(Value::Null, |drawn| shown(report, drawn)),
+        verdict: report.verdict(),
+        ended_early: report.run().ended_early.clone(),
     })
 }
 
-fn sample_time_s(experiment: &ExperimentFile) -> f64 {
-    match experiment {
-        ExperimentFile::Relax(experiment) => experiment.rendering.sample_time_s,
-        ExperimentFile::Creep(experiment) => experiment.rendering.sample_time_s,
-        ExperimentFile::Wall(experiment) => experiment.setup.device.sample_time.0,
-        ExperimentFile::Coupler(experiment) => experiment.setup.device.sample_time.0,
-        ExperimentFile::Teleoperation(experiment) => experiment.sample_time().0,
-        ExperimentFile::Touch(experiment) => experiment.sample_time().0,
-    }
-}
-
-fn error_words(error: Option<f64>) -> Option<String> {
-    error.map(|error| format!("{:.2} % from the closed form", 1e2 * error))
-}
-
-fn result<R: Summary>(
-    published: &Published<R>,
-    verdict: Option<String>,
-    curves: impl Fn(&R, &Curves) -> Value,
-) -> Finished {
-    let drawn = published.curves.as_ref();
-    Finished {
-        report: json!(published.report),
-        curves: drawn.map_or(Value::Null, |drawn| curves(&published.report, drawn)),
-        verdict,
-        ended_early: published.report.run().ended_early.clone(),
+/// What the page draws of a run.
+fn shown(report: &Report, curves: &Curves) -> Value {
+    match report {
+        Report::Indentation(report) => theory(report, curves),
+        Report::Wall(report) => of_trial(&report.trial, curves),
+        Report::Coupler(report) => of_trial(&report.trial, curves),
+        Report::Teleoperation(_) => named(curves, &curves.subtitle),
+        // The log has all of it, in every axis.
+        Report::Touch(_) => Value::Null,
     }
 }
 
@@ -141,7 +91,7 @@ fn named(curves: &Curves, title: &str) -> Value {
     named
 }
 
-fn theory(report: &Report, curves: &Curves) -> Value {
+fn theory(report: &IndentationReport, curves: &Curves) -> Value {
     let (quantity, label) = match report.final_strain {
         Some(_) => ("strain", "strain"),
         None => ("force", "force / N"),

@@ -3,10 +3,8 @@
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
-    self, COUPLER_REQUIRED, FILES, KINDS, Parameter, QUESTIONS, Value as Default, WALL_REQUIRED,
-    choices,
+    self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
 };
-use haptic_experiment::run::RemoteDevice;
 use haptic_experiment::run::{FolderRequest, next_free};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -28,7 +26,7 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
         .iter()
         .filter(|(_, value)| !value.is_null() && **value != "");
     for (key, value) in given {
-        if let (true, Some(path)) = (FILES.contains(&key.as_str()), value.as_str()) {
+        if let Some(path) = value.as_str().filter(|path| is_path(key, path)) {
             check_regular(key, Path::new(path))?;
         }
         let value = toml::Value::try_from(value).map_err(|_| {
@@ -64,11 +62,12 @@ fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
     })
 }
 
-pub(super) fn simulated(remote: Option<&RemoteDevice>) -> Result<(), Failure> {
-    match remote {
-        None => Ok(()),
-        Some(_) => Err(Failure::bad_input(
-            "the page runs experiments on the simulated device: use the command line for another",
+pub(super) fn simulated(is_simulated: bool) -> Result<(), Failure> {
+    match is_simulated {
+        true => Ok(()),
+        false => Err(Failure::bad_input(
+            "the page runs experiments on the simulated device: for a serial one use the command line, as in \
+             `run FILE.toml`; its log is shown here",
         )),
     }
 }
@@ -116,7 +115,7 @@ const SUGGESTED: &[(&str, &str, f64)] = &[
     ),
 ];
 
-fn parameter(form: &str, parameter: &Parameter, required: &[Parameter]) -> Value {
+fn parameter(form: &str, parameter: &Parameter, required: bool) -> Value {
     let Parameter {
         key,
         value,
@@ -127,7 +126,6 @@ fn parameter(form: &str, parameter: &Parameter, required: &[Parameter]) -> Value
         .iter()
         .find(|known| (known.0, known.1) == (form, *key))
         .map(|known| known.2);
-    let required = required.iter().any(|known| known.key == *key);
     let (kind, default) = match value {
         Default::Number(default, _) => ("number", json!(suggested.or(*default))),
         Default::Count(default) => ("count", json!(default)),
@@ -162,13 +160,9 @@ fn parameter(form: &str, parameter: &Parameter, required: &[Parameter]) -> Value
 /// All of them.
 pub(super) fn forms() -> Value {
     let form = |kind: &str| {
-        // The others have defaults for all.
-        let required = match kind {
-            "wall" => WALL_REQUIRED,
-            "coupler" => COUPLER_REQUIRED,
-            _ => &[],
-        };
         let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
+            // The others have defaults.
+            let required = title == "required";
             let parameters: Vec<Value> =
                 table.iter().map(|p| parameter(kind, p, required)).collect();
             json!({"title": title, "parameters": parameters})

@@ -8,10 +8,9 @@
 use super::form::{document, place, simulated};
 use super::going::{Attendant, Finished, Work};
 use super::list::ANSWER;
+use haptic_experiment::Failure;
 use haptic_experiment::question::Question;
 use haptic_experiment::run::{OutputFolder, write_text};
-use haptic_experiment::{Failure, Settling, ZWidthReport};
-use haptic_quantity::written as shown_quantity;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,9 +24,7 @@ pub(super) fn work(
 ) -> Result<Work, Failure> {
     let document = document(kind, parameters)?;
     let question = Question::open(&document).map_err(Failure::input)?;
-    if let Question::ZWidth(zwidth) = &question {
-        simulated(zwidth.remote.as_ref())?;
-    }
+    simulated(question.is_simulated())?;
     let (request, name) = place(runs, kind, provenance)?;
     let (kind, program) = (kind.to_owned(), provenance.get("program").cloned());
     Ok(Work {
@@ -56,30 +53,12 @@ fn written(
         (attendant.progress)(before + steps);
     };
     let stop = attendant.stop;
-    let (report, verdict, ended_early, text) = match question {
-        Question::ZWidth(zwidth) => {
-            let report = zwidth.run(&progress, stop, attendant.warn)?;
-            folder.write_table("csv", report.rows())?;
-            let ended_early = report.ended_early.as_ref().map(ToString::to_string);
-            (json!(report), stiffest(&report), ended_early, None)
-        }
-        Question::Design(design) => {
-            let found = design.answer(stop, &progress)?;
-            folder.write_table("csv", found.candidates.iter())?;
-            let order = found.best.as_ref().map(|best| best.order);
-            let verdict = proposal(order, found.simulated.as_ref());
-            (json!(found), verdict, None, found.experiment_text)
-        }
-        Question::Coupler(design) => {
-            let found = design.answer(stop, &progress)?;
-            folder.write_table("csv", found.candidates.iter())?;
-            let order = found.best.as_ref().map(|best| best.order);
-            let verdict = proposal(order, found.simulated.as_ref());
-            (json!(found), verdict, None, found.experiment_text)
-        }
-    };
+    let answer = question.answer(&progress, stop, attendant.warn)?;
+    answer.write_table(folder)?;
+    let (report, verdict) = (json!(answer), answer.verdict());
+    let ended_early = report["ended_early"].as_str().map(str::to_owned);
     // The experiment file of a proposal.
-    let experiment = match &text {
+    let experiment = match answer.experiment_text() {
         Some(text) => {
             write_text(&folder.file("toml"), text, false)?;
             of_file(text)
@@ -100,31 +79,6 @@ fn written(
         verdict: Some(verdict),
         ended_early,
     })
-}
-
-/// The stiffest wall of all, in words.
-fn stiffest(report: &ZWidthReport) -> String {
-    let points = report.rows();
-    let best = points.max_by(|a, b| a.stiffness_max_n_per_m.total_cmp(&b.stiffness_max_n_per_m));
-    best.map_or_else(
-        || "no wall came to rest".to_owned(),
-        |best| {
-            format!(
-                "stiffest wall: K = {}, of order {}",
-                shown_quantity("stiffness_n_per_m", best.stiffness_max_n_per_m),
-                best.order
-            )
-        },
-    )
-}
-
-/// The best order and its trial, in words.
-fn proposal(order: Option<f64>, simulated: Option<&Settling>) -> String {
-    let Some(order) = order else {
-        return "no wall that was tried meets the wish".to_owned();
-    };
-    let tried = simulated.map(|settling| format!(", {} when tried", settling.verdict.words()));
-    format!("best: order {order}{}", tried.unwrap_or_default())
 }
 
 /// The experiment of a file as the page has it: kind, text, and the parameters of its form.

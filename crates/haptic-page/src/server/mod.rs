@@ -12,7 +12,7 @@ mod tables;
 pub use hub::ServerOptions;
 
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::PORT;
+use haptic_quantity::Key;
 use http::Door;
 use hub::Hub;
 use rand::TryRng as _;
@@ -24,6 +24,9 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::sync::watch;
+
+/// Port of the page.
+const PORT: Key = Key("port");
 
 /// Reason with which sockets are closed when the server ends.
 const STOPPED: &str = "the server was stopped";

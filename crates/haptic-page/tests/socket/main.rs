@@ -40,7 +40,7 @@ fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
         port,
         runs: runs.to_owned(),
         on_close,
-        realtime: RealtimeOptions::NORMAL,
+        realtime: RealtimeOptions::default(),
         library: Library::load(None).expect("built in"),
         provenance: BTreeMap::from([("program".to_owned(), "a test".to_owned())]),
     }

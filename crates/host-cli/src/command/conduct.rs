@@ -2,18 +2,14 @@
 
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
-use crate::parse::{quantity, whole};
-use crate::picture::{of_teleoperation, of_theory, of_touch, of_trial};
+use crate::parse::{WAITS, quantity, whole};
+use crate::picture::of_report;
 use clap::Args;
 use haptic_experiment::document::Document;
-use haptic_experiment::experiment::TouchVerdict;
-use haptic_experiment::experiment::teleoperation::TeleoperationVerdict;
 use haptic_experiment::judge::{Curves, Published, RunReport};
-use haptic_experiment::parameters::{Range, range};
+use haptic_experiment::parameters::Range;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
-use haptic_experiment::{
-    CouplerReport, ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor, WallReport,
-};
+use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Report, Supervisor};
 use haptic_figure::{FigureError, Picture};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::ROLL_LEAST;
@@ -41,7 +37,7 @@ pub(crate) struct RunArguments {
     #[arg(long, hide_short_help = true, help_heading = "Run")]
     force_unstable: bool,
     /// Time to wait for a serial device to appear [default: 0s]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS), hide_short_help = true, help_heading = "Run")]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", WAITS), hide_short_help = true, help_heading = "Run")]
     wait: Option<f64>,
     #[command(flatten)]
     live: LiveArguments,
@@ -79,46 +75,14 @@ impl RunArguments {
             request,
             live,
         };
-        match experiment {
-            ExperimentFile::Relax(own) => {
-                conducted.by(of_theory, |to, by| own.run(to, by)).map(drop)
-            }
-            ExperimentFile::Creep(own) => {
-                conducted.by(of_theory, |to, by| own.run(to, by)).map(drop)
-            }
-            ExperimentFile::Wall(own) => {
-                let draw = |report: &WallReport, curves: &_| of_trial(&report.trial, curves);
-                let report = conducted.by(draw, |to, by| own.run(to, by))?;
-                let kept = !own.setup.must_be_stable || report.trial.stable_by_both();
-                let what = "the wall is not stable by both trial and analysis";
-                promised(kept, "must_be_stable", what, "design a weaker one")
-            }
-            ExperimentFile::Coupler(own) => {
-                let draw = |report: &CouplerReport, curves: &_| of_trial(&report.trial, curves);
-                let report = conducted.by(draw, |to, by| own.run(to, by))?;
-                let kept = !own.setup.must_be_stable || report.stable_by_all();
-                let what = "the coupler is not stable by trial, analysis and Llewellyn's criterion";
-                promised(kept, "must_be_stable", what, "design a weaker one")
-            }
-            ExperimentFile::Teleoperation(own) => {
-                let report = conducted.by(of_teleoperation, |to, by| own.run(to, by))?;
-                let kept = !own.must_be_passive || report.verdict == TeleoperationVerdict::Passive;
-                let remedy = "take a passive architecture, a softer coupler or a smaller motion";
-                promised(kept, "must_be_passive", report.verdict.words(), remedy)
-            }
-            ExperimentFile::Touch(own) => {
-                let report = conducted.by(of_touch, |to, by| own.run(to, by))?;
-                let kept = !own.must_be_passive || report.verdict == TouchVerdict::Passive;
-                let remedy = "take a softer shape, a shorter sample time or a guard";
-                promised(kept, "must_be_passive", report.verdict.words(), remedy)
-            }
-        }
+        let report = conducted.run(&experiment)?;
+        experiment.require(&report)
     }
 
     /// The experiment as it is to be conducted, and its pace.
     fn experiment(&self, document: &Document) -> Result<(ExperimentFile, Pace), Failure> {
         let mut experiment = ExperimentFile::open(document).map_err(Failure::input)?;
-        let real = experiment.remote().is_some();
+        let real = !experiment.is_simulated();
         if let Some(wait) = self.wait {
             if !real {
                 return Err(Failure::bad_input(
@@ -151,16 +115,7 @@ impl RunArguments {
     }
 }
 
-/// Refuses a run that did not keep what its file promises.
-fn promised(kept: bool, key: &str, what: &str, remedy: &str) -> Result<(), Failure> {
-    match kept {
-        true => Ok(()),
-        false => Err(Failure::Run(anyhow::anyhow!(
-            "{key}: {what}: {remedy}, or take {key} out of the file to run it anyway"
-        ))),
-    }
-}
-
+/// How an experiment is conducted.
 struct Conducted<'a> {
     samples: u64,
     output: Output,
@@ -170,11 +125,7 @@ struct Conducted<'a> {
 
 impl Conducted<'_> {
     /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
-    fn by<R: Summary>(
-        &self,
-        draw: impl FnOnce(&R, &Curves) -> Result<Picture, FigureError>,
-        run: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Published<R>, Failure>,
-    ) -> Result<R, Failure> {
+    fn run(&self, experiment: &ExperimentFile) -> Result<Report, Failure> {
         let stop = stop_on_interrupt()?;
         let bar = progress_bar(self.samples, self.output);
         let progress = |done| {
@@ -190,14 +141,14 @@ impl Conducted<'_> {
             live: Some(self.live),
             warn: &warn,
         };
-        let result = run(self.request, supervisor);
+        let result = experiment.run(self.request, supervisor);
         bar.finish_and_clear();
         let Published {
             mut report,
             curves,
             folder,
         } = result?;
-        let (picture, unsaved) = drawn(curves, &folder, |curves| draw(&report, curves));
+        let (picture, unsaved) = drawn(curves, &folder, |curves| of_report(&report, curves));
         report.run_mut().figure = picture;
         for warning in &report.run().warnings {
             warn(warning);
@@ -251,7 +202,7 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
         let error = anyhow::anyhow!(
             "{reason}: the run ended at {}, {}; the log is {log}{}",
             written("duration_s", *duration_s),
-            let_go.words(),
+            let_go,
             match dropped {
                 0 => String::new(),
                 lost => format!(", and lacks {lost} samples"),

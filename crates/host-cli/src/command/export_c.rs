@@ -8,7 +8,6 @@ use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, Law};
 use haptic_experiment::judge::operator;
-use haptic_experiment::parameters::range;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
@@ -33,13 +32,13 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     tissue: TissueArguments,
     /// Time between two samples
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     sample_time: f64,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
     /// How far back a full memory keeps its accuracy [default: 1h]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::MEMORIES))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()))]
     horizon: Option<f64>,
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]

@@ -4,8 +4,7 @@ use crate::files::{PROGRAM, TextFile};
 use crate::output::{Output, warn};
 use crate::parse::{one_of, quantity, whole};
 use clap::{Args, Subcommand};
-use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
+use haptic_experiment::{Failure, parameters};
 use haptic_quantity::written;
 use haptic_tissue::{ExportFormat, Library, Material, MaxwellBranch, PronyFit, ValidRange};
 use serde_json::{Value, json};
@@ -105,10 +104,10 @@ pub(crate) struct Export {
     #[arg(long, value_name = "N", value_parser = whole::<usize>(PronyFit::BRANCHES))]
     prony: Option<usize>,
     /// Longest time at which it holds
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::MEMORIES), default_value = "1000s")]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()), default_value = "1000s")]
     horizon: f64,
     /// Shortest time at which it holds
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::MEMORIES), default_value = "1ms")]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()), default_value = "1ms")]
     shortest: f64,
     /// table, ansys, abaqus or febio
     #[arg(long, value_parser = one_of(ExportFormat::ALL.map(|one| (one, one.name(), "")).to_vec()), default_value = "table")]

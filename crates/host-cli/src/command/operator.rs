@@ -5,8 +5,7 @@ use crate::parse::{order, parse_scheme, quantity, rate, sample_time_of, whole};
 use crate::table;
 use clap::Args;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
-use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
+use haptic_experiment::{Failure, parameters};
 use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -28,7 +27,7 @@ pub(crate) struct Weights {
     #[arg(long, default_value_t = 10, value_parser = whole::<u64>(1..=10_000_000))]
     count: u64,
     /// Sample time, for a scheme with frequencies in Hz
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     sample_time: Option<f64>,
 }
 
@@ -73,7 +72,7 @@ pub(crate) struct Differintegrate {
     #[arg(long, value_parser = order())]
     order: Order,
     /// Time between two rows
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     sample_time: f64,
     /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history
     #[arg(long, value_parser = parse_scheme, default_value = "full")]

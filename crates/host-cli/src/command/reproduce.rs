@@ -104,7 +104,7 @@ impl Arguments {
         let picture = figure.draw().map_err(undrawn)?;
         let stem = format!("figure-{}", figure.id);
         let folder = folder(Some(self.out.clone()), &stem, self.overwrite).prepare()?;
-        let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
+        let data = folder.write_table(&figure.columns(), figure.rows())?;
         let svg = picture.svg().to_owned();
         let saved = save_picture(&folder, Ok(picture))?;
         let in_report = ReportFigure {

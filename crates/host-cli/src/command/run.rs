@@ -6,10 +6,7 @@ use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::parameters::{
-    BENCH, COUPLER, COUPLER_REQUIRED, CREEP, DESIGN, DRIVE, MEASURE, ON_DEVICE, Parameter, RELAX,
-    RENDERING, SAFETY, TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED, ZWIDTH,
-};
+use haptic_experiment::parameters::{Parameter, Value, tables};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -33,30 +30,10 @@ The pre-flight takes the effective mass of the worst posture. must_be_passive = 
 
 guard = \"observer\" adds damping so that a wall does not shake; \"energy-bounding\" limits the force to what the device's damping can absorb.";
 
-/// Tables of experiment files, as `--help` and the guide show them: heading and keys.
-pub const TABLES: &[(&str, &[Parameter])] = &[
-    ("[relax]", RELAX),
-    ("[creep]", CREEP),
-    ("[relax] and [creep]", RENDERING),
-    ("[drive], beside [relax] or [creep]", DRIVE),
-    ("[wall], required", WALL_REQUIRED),
-    ("[wall]", WALL),
-    ("[coupler], required", COUPLER_REQUIRED),
-    ("[coupler]", COUPLER),
-    ("[teleoperation]", TELEOPERATION),
-    ("[touch]", TOUCH),
-    ("Every table but [teleoperation], the device", ON_DEVICE),
-    ("Every table, the safety chain", SAFETY),
-    ("zwidth", ZWIDTH),
-    ("design", DESIGN),
-    ("zwidth and design, the device", BENCH),
-    ("device measure", MEASURE),
-];
-
 /// The long help: keys of each table, with defaults and ranges.
 pub(crate) fn long_about() -> String {
     let mut text = LONG_ABOUT.to_owned();
-    for (heading, parameters) in TABLES {
+    for (heading, parameters) in tables("experiment") {
         let _ = write!(text, "\n\n{heading}:");
         for parameter in *parameters {
             let _ = write!(text, "\n  {}", described(parameter));

@@ -4,15 +4,14 @@ use crate::command::conduct::{both_saved, drawn, lacks, stop_on_interrupt};
 use crate::files::RunFiles;
 use crate::options::{Options, keys};
 use crate::output::{Output, note, warn};
-use crate::parse::quantity;
+use crate::parse::{WAITS, quantity};
 use crate::picture::of_side;
 use clap::Args;
 use haptic_experiment::document::Document;
-use haptic_experiment::experiment::teleoperation::{End, FarEnd, FarReport, Terms};
+use haptic_experiment::experiment::{End, FarReport, Terms};
 use haptic_experiment::judge::Published;
-use haptic_experiment::parameters::{SAMPLE_TIME, range};
-use haptic_experiment::{ExperimentFile, Failure, Supervisor, TeleoperationExperiment};
-use haptic_quantity::{digits, written};
+use haptic_experiment::parameters;
+use haptic_experiment::{ExperimentFile, Failure, Supervisor};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
@@ -50,10 +49,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS), default_value = "60s")]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", WAITS), default_value = "60s")]
     patience: f64,
     /// Largest share of the ticks that this machine may skip
-    #[arg(long, value_parser = quantity("", range::SHARES), value_name = "SHARE")]
+    #[arg(long, value_parser = quantity("", parameters::LINE_LOSS.range()), value_name = "SHARE")]
     #[arg(default_value = "10%")]
     skipped_most: f64,
     #[command(flatten)]
@@ -63,8 +62,10 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let document = self.document()?;
-        let mut experiment = experiment(&document)?;
-        experiment.force_unstable = self.force_unstable;
+        let mut experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
+        if self.force_unstable {
+            experiment = experiment.though_unstable()?;
+        }
         let terms = Terms {
             patience: Duration::from_secs_f64(self.patience),
             skipped_most: self.skipped_most,
@@ -95,7 +96,7 @@ impl Arguments {
         };
         let run = experiment.run_side(end, terms, &opened, (&request, supervisor))?;
         let report = shown(run, output)?;
-        ended_well(&report, &experiment, terms)
+        experiment.require_side(&report, terms)
     }
 
     fn document(&self) -> Result<Document, Failure> {
@@ -129,15 +130,7 @@ impl Arguments {
     }
 }
 
-fn experiment(document: &Document) -> Result<TeleoperationExperiment, Failure> {
-    match ExperimentFile::open(document).map_err(Failure::input)? {
-        ExperimentFile::Teleoperation(experiment) => Ok(*experiment),
-        _ => Err(Failure::bad_input(
-            "the file is of another experiment: give one with a table [teleoperation]",
-        )),
-    }
-}
-
+/// Draws and prints, and then tells what could not be written.
 fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure> {
     let Published {
         mut report,
@@ -153,45 +146,5 @@ fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure
     match report.dropped_samples {
         0 => Ok(report),
         dropped => Err(lacks(dropped, &report.log)),
-    }
-}
-
-fn ended_well(
-    report: &FarReport,
-    experiment: &TeleoperationExperiment,
-    terms: Terms,
-) -> Result<(), Failure> {
-    let against = report.against_passive(experiment);
-    match report.ended {
-        FarEnd::Done | FarEnd::OtherLeft => match against.filter(|_| experiment.must_be_passive) {
-            None => Ok(()),
-            Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
-                "must_be_passive: {} after {}; omit must_be_passive to allow it; the force is zero",
-                verdict.words(),
-                written("duration_s", report.duration_s)
-            ))),
-        },
-        FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
-            "{} of {} ticks were skipped, more than {} %: lengthen {SAMPLE_TIME}; the force is zero",
-            report.skipped,
-            report.ticks,
-            digits(100.0 * terms.skipped_most, 4)
-        ))),
-        ended => Err(Failure::Run(anyhow::anyhow!(
-            "{} after {}; the force is zero",
-            words(ended),
-            written("duration_s", report.duration_s)
-        ))),
-    }
-}
-
-const fn words(ended: FarEnd) -> &'static str {
-    match ended {
-        FarEnd::Done => "done",
-        FarEnd::Late => "done, but late",
-        FarEnd::OtherLeft => "the other side left",
-        FarEnd::Silent => "the other side fell silent",
-        FarEnd::Interrupted => "interrupted",
-        FarEnd::Fault => "a fault",
     }
 }

@@ -4,9 +4,9 @@ use super::conduct::{progress_bar, stop_on_interrupt};
 use crate::options::{WithFiles, keys};
 use crate::output::{Output, warn};
 use crate::picture::{Panel, linear, logarithmic, page};
+use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::question::{BoundaryPoint, Question};
-use haptic_experiment::{Failure, ZWidthReport};
+use haptic_experiment::question::{Answer, BoundaryPoint, Question, ZWidthReport};
 use haptic_figure::{FigureError, Look, Picture};
 use serde::Serialize;
 
@@ -37,15 +37,15 @@ struct Shown<'a> {
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {
     let mut place = asked.files.look("zwidth", &[])?;
     let document = asked.options.over(Document::new("zwidth"))?;
-    let Question::ZWidth(experiment) = Question::open(&document).map_err(Failure::input)? else {
+    let question = Question::open(&document).map_err(Failure::input)?;
+    let bar = progress_bar(question.steps(), output);
+    let stop = stop_on_interrupt()?;
+    let answer = question.answer(&|cells| bar.inc(cells), stop, &warn);
+    bar.finish_and_clear();
+    let Answer::ZWidth(report) = answer? else {
         return Err(Failure::bad_input("not a Z-width"));
     };
-    let bar = progress_bar(experiment.cells(), output);
-    let stop = stop_on_interrupt()?;
-    let result = experiment.run(&|cells| bar.inc(cells), stop, &warn);
-    bar.finish_and_clear();
-    let report = result?;
-    let files = match report.has_points() {
+    let files = match report.rows().next().is_some() {
         true => place.table_and_picture(report.rows(), || draw(&report)),
         false => Vec::new(),
     };

@@ -65,7 +65,7 @@ parameters! {
 }
 
 /// Of every experiment on a device.
-pub const ON_DEVICE: &[Parameter] = &[DEVICE, LOOP, WATCHDOG, LATE_TICKS, MAX_AGE_TICKS];
+pub(crate) const ON_DEVICE: &[Parameter] = &[DEVICE, LOOP, WATCHDOG, LATE_TICKS, MAX_AGE_TICKS];
 
 parameters! {
     /// Encoder of a simulated device, m.

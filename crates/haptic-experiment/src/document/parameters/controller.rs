@@ -82,7 +82,7 @@ parameters! {
 }
 
 /// Of `[pid]`.
-pub const PID: &[Parameter] = &[
+pub(crate) const PID: &[Parameter] = &[
     PROPORTIONAL_GAIN,
     INTEGRAL_GAIN,
     INTEGRAL_ORDER,
@@ -92,7 +92,7 @@ pub const PID: &[Parameter] = &[
     DERIVATIVE_SET_POINT_WEIGHT,
 ];
 /// Of `[tid]`.
-pub const TID: &[Parameter] = &[
+pub(crate) const TID: &[Parameter] = &[
     TILT_GAIN,
     TILT_DIVISOR,
     TID_INTEGRAL_GAIN,
@@ -100,13 +100,13 @@ pub const TID: &[Parameter] = &[
     DERIVATIVE_SET_POINT_WEIGHT,
 ];
 /// Of `[crone]`.
-pub const CRONE: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
+pub(crate) const CRONE: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
 /// Of `[lead_lag]`.
-pub const LEAD_LAG: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
+pub(crate) const LEAD_LAG: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
 /// Of `[transfer_function]` in a controller file.
-pub const TRANSFER_CONTROLLER: &[Parameter] = &[FUNCTION];
+pub(crate) const TRANSFER_CONTROLLER: &[Parameter] = &[FUNCTION];
 /// Of `[loop]` in a controller file.
-pub const CONTROLLER_LOOP: &[Parameter] = &[
+pub(crate) const CONTROLLER_LOOP: &[Parameter] = &[
     CONTROLLER_SAMPLE_TIME,
     CONTROLLER_SCHEME,
     MEMORY,
@@ -115,12 +115,12 @@ pub const CONTROLLER_LOOP: &[Parameter] = &[
     FADE_TIME,
 ];
 /// Of `[source]` in a controller file.
-pub const CONTROLLER_SOURCE: &[Parameter] =
+pub(crate) const CONTROLLER_SOURCE: &[Parameter] =
     &[SOURCE_PLANT, SOURCE_WISHES, SOURCE_PROGRAM, SOURCE_NOTE];
 /// Of `[transfer_function]` in a plant file.
-pub const TRANSFER_PLANT: &[Parameter] = &[FUNCTION, DEAD_TIME];
+pub(crate) const TRANSFER_PLANT: &[Parameter] = &[FUNCTION, DEAD_TIME];
 /// Of `[device]` in a plant file.
-pub const DEVICE_PLANT: &[Parameter] = &[
+pub(crate) const DEVICE_PLANT: &[Parameter] = &[
     MASS,
     DAMPING,
     HAND_STIFFNESS,
@@ -131,8 +131,8 @@ pub const DEVICE_PLANT: &[Parameter] = &[
     SENSOR_NOISE,
 ];
 /// Of `[state_space]` in a plant file.
-pub const STATE_PLANT: &[Parameter] = &[STATE_A, STATE_B, STATE_C, DEAD_TIME, CURRENT_LAG];
+pub(crate) const STATE_PLANT: &[Parameter] = &[STATE_A, STATE_B, STATE_C, DEAD_TIME, CURRENT_LAG];
 /// Of `[measured_response]` in a plant file.
-pub const MEASURED_PLANT: &[Parameter] = &[RESPONSE_FILE];
+pub(crate) const MEASURED_PLANT: &[Parameter] = &[RESPONSE_FILE];
 /// Of `[source]` in a plant file.
-pub const PLANT_SOURCE: &[Parameter] = &[SOURCE_PROGRAM, SOURCE_NOTE];
+pub(crate) const PLANT_SOURCE: &[Parameter] = &[SOURCE_PROGRAM, SOURCE_NOTE];

@@ -85,7 +85,8 @@ impl Parameter {
     }
 
     /// The same, of which nothing is assumed.
-    pub(crate) const fn without_default(self) -> Self {
+    #[must_use]
+    pub const fn without_default(self) -> Self {
         let value = match self.value {
             Value::Number(_, range) => Value::Number(None, range),
             other => other,
@@ -162,7 +163,7 @@ macro_rules! parameters {
     };
     ($(#[$meta:meta])* all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
         $crate::document::parameters::kind::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
-        $(#[$meta])* pub const $all: &[$crate::document::parameters::Parameter] = &[$($name),*];
+        $(#[$meta])* pub(crate) const $all: &[$crate::document::parameters::Parameter] = &[$($name),*];
     };
     ($($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
         $($(#[$meta])* pub const $name: $crate::document::parameters::Parameter =

@@ -73,15 +73,16 @@ const fn either_sign(most: f64) -> Range {
 }
 
 /// Sample times that operators take, s.
-pub const SAMPLE_TIMES: Range = Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
+pub(crate) const SAMPLE_TIMES: Range =
+    Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
 /// Lengths of runs and of what happens in them, s: four months.
-pub const DURATIONS: Range = above_0(1e7);
+pub(crate) const DURATIONS: Range = above_0(1e7);
 /// Pasts that are remembered, s: that of the longest sample time with the longest memory.
-pub const MEMORIES: Range = above_0(1e15);
+pub(crate) const MEMORIES: Range = above_0(1e15);
 /// Times of a safety chain, s: who waits a minute for a force forgets it.
 pub(crate) const SAFETY_TIMES: Range = above_0(60.0);
 /// Delays and lags of a device, s: through more nobody feels anything, and 1.3 was to be 1.3 ms.
-pub const DEVICE_TIMES: Range = up_to(1.0);
+pub(crate) const DEVICE_TIMES: Range = up_to(1.0);
 /// Dead times and delays of any plant, s: a day.
 pub(crate) const DEAD_TIMES: Range = up_to(86_400.0);
 /// Masses, kg: more no hand moves.
@@ -99,13 +100,13 @@ pub(crate) const STIFFNESSES_ABOVE_0: Range = above_0(1e8);
 /// Dissipations, N·s^μ/m, whose unit lies between those of stiffness, damping and mass.
 pub(crate) const DISSIPATIONS: Range = up_to(1e8);
 /// Forces that are pushed with or that rub, N: ten times what a person can do.
-pub const FORCES: Range = up_to(1e4);
+pub(crate) const FORCES: Range = up_to(1e4);
 /// The same of a push that has to be there.
 pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
 /// Limits of a force, N: so high a one limits nothing any more.
-pub const FORCE_LIMITS: Range = above_0(1e6);
+pub(crate) const FORCE_LIMITS: Range = above_0(1e6);
 /// Limits of its rate, N/s: that force within 0.1 ms.
-pub const FORCE_RATES: Range = above_0(1e10);
+pub(crate) const FORCE_RATES: Range = above_0(1e10);
 /// Limits of a speed, m/s: what flies past is not held by a hand.
 pub(crate) const SPEEDS: Range = above_0(100.0);
 /// Speeds of an impact, m/s: ten times what a hand does.
@@ -117,39 +118,31 @@ pub(crate) const REACHES: Range = up_to(1.0);
 /// The same above 0.
 pub(crate) const REACHES_ABOVE_0: Range = above_0(1.0);
 /// Places of a hand on a device that stands on a table, m.
-pub const ARM_PLACES: Range = either_sign(1.0);
+pub(crate) const ARM_PLACES: Range = either_sign(1.0);
 /// Sizes of a specimen, m or m²: it stands on a table.
 pub(crate) const SPECIMENS: Range = above_0(10.0);
 /// Places, m: where no hand comes any more.
-pub const PLACES: Range = either_sign(1e3);
+pub(crate) const PLACES: Range = either_sign(1e3);
 /// Radii, m: from a grain of dust to what is a plane to a hand.
 pub(crate) const RADII: Range = Range::Within(1e-6, 1e3);
 /// Strains that are held: all of the thickness.
 pub(crate) const STRAINS: Range = above_0(1.0);
 /// Stresses, Pa: tissue is gone long before.
 pub(crate) const STRESSES: Range = above_0(1e9);
-/// Times in a record, s.
-pub const RECORD_TIMES: Range = either_sign(1e12);
 /// Frequencies, Hz: ten times what is felt.
 pub(crate) const FREQUENCIES_HZ: Range = above_0(1e4);
 /// Angular frequencies of a controller or a curve, rad/s: the slowest turns once in 200 000 years.
-pub const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
+pub(crate) const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
 /// Gains, limits and entries of a matrix, in any unit that a plant has.
-pub const NUMBERS: Range = either_sign(1e12);
+pub(crate) const NUMBERS: Range = either_sign(1e12);
 /// Ratios, as of a margin.
 pub(crate) const RATIOS: Range = above_0(1e6);
-/// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
-pub const BOUNDS: Range = Range::Within(1e-15, 1e6);
 /// Delays of a loop, samples.
-pub const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX);
-/// Times to wait for something that may never come, s: a day.
-pub const WAITS: Range = up_to(86_400.0);
+pub(crate) const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX);
 /// Times of a line to a device, s.
-pub const LINE_TIMES: Range = up_to(ChannelModel::DELAY_MOST_S);
-/// Seconds of an emulated device in a second.
-pub const SPEED_UPS: Range = Range::Within(1e-3, 1e3);
+pub(crate) const LINE_TIMES: Range = up_to(ChannelModel::DELAY_MOST_S);
 /// Chances and shares.
-pub const SHARES: Range = up_to(1.0);
+pub(crate) const SHARES: Range = up_to(1.0);
 /// Orders of a wall.
 pub(crate) const WALL_ORDERS: Range = up_to(2.0);
 /// Orders of a coupler that gives no energy by itself.

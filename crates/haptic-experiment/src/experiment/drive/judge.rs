@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// The work of a drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DriveReport {
+pub(crate) struct DriveReport {
     /// The controller.
     pub controller: String,
     /// `position` in a relaxation, `force` in a creep test: what the controller holds, and the unit of the errors, m or N.

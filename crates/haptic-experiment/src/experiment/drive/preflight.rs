@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct LoopVerdict {
+pub(crate) struct LoopVerdict {
     /// No pole on or outside the unit circle, proved.
     pub stable: bool,
     /// Phase margin, rad; null if |L| is never 1, and of an unstable loop, which has no margins.
@@ -98,7 +98,7 @@ impl LoopVerdict {
 
 /// The verdict on a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct DriveVerdict {
+pub(crate) struct DriveVerdict {
     /// Before contact; null where a force is the set point.
     pub free: Option<LoopVerdict>,
     /// In contact with the tissue.

@@ -1,9 +1,10 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
-use super::{Drive, DriveJudge, DriveVerdict, LoopVerdict, SimulatedRig};
+use super::preflight::LoopVerdict;
+use super::{Drive, DriveJudge, DriveVerdict, SimulatedRig};
 use crate::document::failure::Failure;
-use crate::experiment::bounded_tests::conducted;
-use crate::experiment::indentation::{Indentation, Load, Report};
+use crate::experiment::bounded_tests::{conducted, defaults};
+use crate::experiment::indentation::{Indentation, IndentationReport, Load};
 use crate::experiment::rendering::{Contact, Rendering};
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::run::simulate::Instrumented as _;
@@ -54,7 +55,7 @@ fn rendering(tissue: &str, drive: Drive) -> Rendering {
     let tissue = ModelledTissue::new(library.find(tissue).expect("known")).expect("a model");
     Rendering {
         drive: Some(drive),
-        ..Rendering::new(tissue).expect("defaults")
+        ..defaults(tissue).rendering
     }
 }
 
@@ -75,7 +76,7 @@ fn cancerous(drive: Drive, duration_s: f64) -> Indentation {
 }
 
 /// Runs in a folder of its own.
-fn run(folder: &Path, relaxation: &Indentation) -> Result<Report, Failure> {
+fn run(folder: &Path, relaxation: &Indentation) -> Result<IndentationReport, Failure> {
     let published = conducted(folder, |request, supervisor| {
         relaxation.run(request, supervisor)
     })?;

@@ -7,7 +7,7 @@ use crate::experiment::drive::{DriveJudge, DriveReport, drive_columns};
 use crate::experiment::rendering::{Contact, Precision, Rendering};
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
-use crate::judge::report::{Errors, Files, RunReport, Summary};
+use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, LargestError, Origin, Published, percent, relative_error};
 use crate::run::Ran;
@@ -28,7 +28,7 @@ const CREEP_FROM_S: f64 = 1.0;
 
 /// The result of a relaxation or creep test.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct IndentationReport {
     /// Name of the tissue.
     pub tissue: String,
     /// α of the tissue.
@@ -38,7 +38,7 @@ pub struct Report {
     /// Number type of the loop.
     pub precision: Precision,
     /// Contact between indenter and renderer.
-    pub contact: Contact,
+    pub(crate) contact: Contact,
     /// Memory of the operator, s; null for everything.
     pub memory_s: Option<f64>,
     /// Of the run.
@@ -46,7 +46,7 @@ pub struct Report {
     pub run: RunReport,
     /// The two errors, each with the samples that it is of.
     #[serde(flatten)]
-    pub errors: Errors,
+    pub(crate) errors: Errors,
     /// Relative tolerance of the weights that stand for the full history in a run of more than 10⁶ samples; null
     /// for exact sums.
     pub reference_tolerance: Option<f64>,
@@ -62,17 +62,7 @@ pub struct Report {
     pub final_strain: Option<f64>,
     /// Work of the controller that held the indenter.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub drive: Option<DriveReport>,
-}
-
-impl Summary for Report {
-    fn run(&self) -> &RunReport {
-        &self.run
-    }
-
-    fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.run
-    }
+    pub(crate) drive: Option<DriveReport>,
 }
 
 /// A sample beside what theory says of it.
@@ -97,21 +87,18 @@ type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
 impl Indentation {
     /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report>, Failure> {
+    ) -> Result<Published<IndentationReport>, Failure> {
         let ran = self.record(request, supervisor)?;
         let reported = self.report(&ran)?;
         Ok(Published::new(reported, ran.folder))
     }
 
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
-    pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
+    pub(crate) fn report(&self, ran: &Ran) -> Result<(IndentationReport, Option<Curves>), Failure> {
         let (rendering, record, own) = (&self.rendering, &ran.record, self.drive()?);
         let is_strain = matches!(self.load, Load::Stress { .. });
         let (from_s, unit, without_rig) = match self.load {
@@ -191,7 +178,7 @@ impl Indentation {
             .0
             .extend(drive.iter().flat_map(DriveReport::warnings));
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
-        let report = Report {
+        let report = IndentationReport {
             tissue: rendering.material.name.clone(),
             order: rendering.material.order().get(),
             scheme: rendering.scheme.to_string(),

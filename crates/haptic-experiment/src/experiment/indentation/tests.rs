@@ -1,7 +1,8 @@
 //! Every model is rendered: relaxation and creep on the simulated rig against their closed forms.
 
 use super::{Indentation, Load};
-use crate::experiment::rendering::{Contact, Precision, Rendering};
+use crate::experiment::bounded_tests::defaults;
+use crate::experiment::rendering::{Contact, Precision};
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::judge::preflight::Preflight;
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
@@ -19,7 +20,7 @@ fn tissue(model: Model) -> ModelledTissue {
 }
 
 fn relaxation(model: Model, precision: Precision) -> Indentation {
-    let mut relaxation = Indentation::relaxation(Rendering::new(tissue(model)).expect("defaults"));
+    let mut relaxation = defaults(tissue(model));
     relaxation.rendering.contact = Contact::Rigid;
     relaxation.rendering.precision = precision;
     // Far from the limits of the safety chain.
@@ -83,7 +84,7 @@ fn creep_of_each_model_is_its_closed_form() {
         .into_iter()
         .filter(|(name, _)| !beside(name));
     for (name, model) in soft.chain(stiff) {
-        let mut rendering = Rendering::new(tissue(model)).expect("defaults");
+        let mut rendering = defaults(tissue(model)).rendering;
         rendering.force_limit_n = 1e5;
         rendering.force_rate_limit_n_per_s = 1e9;
         let creep = Indentation {

@@ -5,7 +5,7 @@ use super::{ARCHITECTURE, HandMotion, TeleoperationExperiment};
 use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
 use crate::judge::decimated::Decimated;
-use crate::judge::report::{Files, RunReport, Summary};
+use crate::judge::report::{Files, RunReport};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, Origin, Published, percent};
 use crate::run::ending::Ending;
@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 /// How a teleoperation went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TeleoperationVerdict {
+pub(crate) enum TeleoperationVerdict {
     /// Both forces stayed within their limits, the line gave no energy, and the forces that were held from sample to sample gave
     /// no more than the damping of the devices took.
     Passive,
@@ -40,8 +40,7 @@ pub enum TeleoperationVerdict {
 
 impl TeleoperationVerdict {
     /// In words.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Passive => "the line gave no energy, held forces no more than damping took",
             Self::GaveEnergy => "the line gave energy",
@@ -86,7 +85,7 @@ pub struct FeltAt {
 
 /// Messages of one way of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct LineCounts {
+pub(crate) struct LineCounts {
     /// Sent.
     pub sent: u64,
     /// Lost in the line.
@@ -112,7 +111,7 @@ pub struct TeleoperationReport {
     #[serde(flatten)]
     pub run: RunReport,
     /// Verdict.
-    pub verdict: TeleoperationVerdict,
+    pub(crate) verdict: TeleoperationVerdict,
     /// The verdict in words.
     pub verdict_reason: &'static str,
     /// Delay of the line, s.
@@ -129,9 +128,9 @@ pub struct TeleoperationReport {
     /// Largest force on the slave, N.
     pub slave_peak_n: f64,
     /// Master to slave.
-    pub forth: LineCounts,
+    pub(crate) forth: LineCounts,
     /// Slave to master.
-    pub back: LineCounts,
+    pub(crate) back: LineCounts,
     /// True if Llewellyn's conditions hold at every frequency: stable with any passive hand and place. Null for time-domain
     /// passivity, which is no linear law and has no such conditions.
     pub absolutely_stable: Option<bool>,
@@ -143,16 +142,6 @@ pub struct TeleoperationReport {
     pub felt: Vec<FeltAt>,
     /// Largest `off_formula_db`; null without formula.
     pub off_formula_most_db: Option<f64>,
-}
-
-impl Summary for TeleoperationReport {
-    fn run(&self) -> &RunReport {
-        &self.run
-    }
-
-    fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.run
-    }
 }
 
 /// Columns of the table.
@@ -245,11 +234,7 @@ impl World for Hands {
 
 impl TeleoperationExperiment {
     /// Runs the experiment; log, table and report go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, or a slave that is not stable in its remote place, before any file is made; a log or table that cannot be
-    /// written.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,

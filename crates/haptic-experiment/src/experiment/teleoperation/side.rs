@@ -5,9 +5,9 @@
 use super::line::{End, Line, unusable};
 use super::pair::Body;
 use super::report::{SATURATED_SHARE, TeleoperationVerdict};
-use super::{HandMotion, TeleoperationExperiment};
+use super::{HandMotion, MUST_BE_PASSIVE, TeleoperationExperiment};
 use crate::document::failure::Failure;
-use crate::document::parameters::{PATIENCE, SKIPPED_SHARE};
+use crate::document::parameters::{PATIENCE, SAMPLE_TIME, SKIPPED_SHARE};
 use crate::judge::decimated::Decimated;
 use crate::judge::report::Files;
 use crate::judge::{Origin, Published};
@@ -25,6 +25,7 @@ use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime, TickMessage};
 use haptic_loop::realtime::Periodic;
 use haptic_loop::{Limiters, SafeForce};
+use haptic_quantity::{digits, written};
 use haptic_teleoperation::{Heard, Introduction, Port};
 use serde::Serialize;
 use std::net::SocketAddr;
@@ -34,7 +35,7 @@ use std::time::{Duration, SystemTime};
 /// Why a side ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum FarEnd {
+pub(crate) enum FarEnd {
     /// Its time was over.
     Done,
     /// Its time was over, but the clock had skipped more ticks than a result may miss.
@@ -92,7 +93,7 @@ pub struct FarReport {
     /// Address of the other side.
     pub peer: String,
     /// Why it ended.
-    pub ended: FarEnd,
+    pub(crate) ended: FarEnd,
     /// Ticks of its device.
     pub ticks: u64,
     /// Time of its device at the end, s.
@@ -148,32 +149,61 @@ impl FarReport {
         self.ticks_at_limit as f64 > SATURATED_SHARE * self.ticks as f64
     }
 
-    /// What speaks against a passive run of this experiment, as far as one side sees it: its force was at the limit, or the other side
-    /// left longer before the end than it may be silent. Energy of the line is that of both sides together: the sum of their `given_j`.
-    #[must_use]
-    pub fn against_passive(
+    /// What speaks against a passive run of an experiment that must be one, as far as one side sees it: its force was at the limit, or the
+    /// other side left longer before the end than it may be silent. Energy of the line is that of both sides together: the sum of their
+    /// `given_j`.
+    fn against_passive(
         &self,
         experiment: &TeleoperationExperiment,
     ) -> Option<TeleoperationVerdict> {
         let left_s = experiment.duration_s - self.duration_s;
-        if self.is_saturated() {
-            Some(TeleoperationVerdict::Saturated)
-        } else if self.ended == FarEnd::OtherLeft && left_s > experiment.silence_s {
-            Some(TeleoperationVerdict::Unfinished)
-        } else {
-            None
+        let left = self.ended == FarEnd::OtherLeft && left_s > experiment.silence_s;
+        match (experiment.must_be_passive, self.is_saturated()) {
+            (true, true) => Some(TeleoperationVerdict::Saturated),
+            (true, false) if left => Some(TeleoperationVerdict::Unfinished),
+            _ => None,
         }
+    }
+
+    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document asks for.
+    pub(crate) fn require(
+        &self,
+        experiment: &TeleoperationExperiment,
+        terms: Terms,
+    ) -> Result<(), Failure> {
+        let ended = match self.ended {
+            FarEnd::Done | FarEnd::OtherLeft => match self.against_passive(experiment) {
+                None => return Ok(()),
+                Some(verdict) => format!(
+                    "{key}: {} after {}; take {key} out of the file to allow it",
+                    verdict.words(),
+                    written("duration_s", self.duration_s),
+                    key = MUST_BE_PASSIVE.key
+                ),
+            },
+            FarEnd::Late => format!(
+                "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or allow it \
+                 with {SKIPPED_SHARE}",
+                self.skipped,
+                self.ticks,
+                digits(100.0 * terms.skipped_most, 4)
+            ),
+            FarEnd::Silent => self.after("the other side fell silent"),
+            FarEnd::Interrupted => self.after("interrupted"),
+            FarEnd::Fault => self.after("a fault"),
+        };
+        Err(Failure::Run(anyhow::anyhow!("{ended}; the force is zero")))
+    }
+
+    fn after(&self, words: &str) -> String {
+        format!("{words} after {}", written("duration_s", self.duration_s))
     }
 }
 
 impl TeleoperationExperiment {
     /// Runs a side for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears the address of
     /// this side.
-    ///
-    /// # Errors
-    /// A parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not fit; a log that
-    /// cannot be written.
-    pub fn run_side(
+    pub(crate) fn run_side(
         &self,
         end: End,
         terms: Terms,

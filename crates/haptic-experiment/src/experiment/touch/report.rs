@@ -7,7 +7,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{GUARD, RISE_TIME, SAMPLE_TIME};
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
-use crate::judge::report::{Errors, Files, RunReport, Summary};
+use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Origin, Reference};
 use crate::run::Ran;
@@ -23,7 +23,7 @@ use std::f64::consts::TAU;
 /// How a touch went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TouchVerdict {
+pub(crate) enum TouchVerdict {
     /// The hand was given no energy, and the force stayed within its limits.
     Passive,
     /// The hand was given energy.
@@ -38,8 +38,7 @@ pub enum TouchVerdict {
 
 impl TouchVerdict {
     /// In words.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Passive => "the hand was given no energy",
             Self::GaveEnergy => "the hand was given energy",
@@ -69,9 +68,9 @@ pub struct TouchReport {
     /// The force against the full history of the depth, as a share of the largest force; null for a limited one. There is no
     /// closed form of a scripted hand.
     #[serde(flatten)]
-    pub errors: Errors,
+    pub(crate) errors: Errors,
     /// Verdict.
-    pub verdict: TouchVerdict,
+    pub(crate) verdict: TouchVerdict,
     /// The verdict in words.
     pub verdict_reason: &'static str,
     /// Deepest place as the loop read it, m.
@@ -82,17 +81,7 @@ pub struct TouchReport {
     pub given_most_j: Option<f64>,
     /// Masses along the normal, and the one that the pre-flight is of.
     #[serde(flatten)]
-    pub posture: PostureVerdict,
-}
-
-impl Summary for TouchReport {
-    fn run(&self) -> &RunReport {
-        &self.run
-    }
-
-    fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.run
-    }
+    pub(crate) posture: PostureVerdict,
 }
 
 /// Curves of a touch: hand and device in the plane, depth, and the force of each axis.
@@ -393,7 +382,7 @@ fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
 
 /// Mass that is felt along the normal, in the postures that come up, and the worst of them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PostureVerdict {
+pub(crate) struct PostureVerdict {
     /// Least 1/(nᵀ M⁻¹ n), kg.
     pub effective_mass_least_kg: f64,
     /// Largest, kg.

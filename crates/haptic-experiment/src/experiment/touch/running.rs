@@ -43,10 +43,7 @@ const START_MOST_M: f64 = 1e-9;
 
 impl TouchExperiment {
     /// Runs the experiment; log and CSV go into the folder.
-    ///
-    /// # Errors
-    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
@@ -58,10 +55,7 @@ impl TouchExperiment {
     }
 
     /// The number of samples, if all parameters are good.
-    ///
-    /// # Errors
-    /// A parameter outside its range.
-    pub fn check(&self) -> Result<u64, Failure> {
+    pub(crate) fn check(&self) -> Result<u64, Failure> {
         match self.axes {
             3 => self.checked::<3>(),
             _ => self.checked::<2>(),
@@ -69,10 +63,7 @@ impl TouchExperiment {
     }
 
     /// Checks that the simulated device begins outside the shape; on a device only the device knows.
-    ///
-    /// # Errors
-    /// A start inside, which would be a blow; a parameter outside its range.
-    pub fn check_start(&self) -> Result<(), Failure> {
+    pub(crate) fn check_start(&self) -> Result<(), Failure> {
         match self.axes {
             _ if self.remote.is_some() => Ok(()),
             3 => self.outside(&self.parts::<3>()?),
@@ -161,8 +152,7 @@ impl TouchExperiment {
     }
 
     /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
-    #[must_use]
-    pub fn metadata(&self) -> BTreeMap<String, String> {
+    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
         let (key, numbers) = match &self.shape {
             TouchShape::Plane { normal, .. } => ("normal", normal),
             TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),

@@ -24,6 +24,7 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_loop::Environment;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// The result of a trial. The keys are those of the other experiments where they have a meaning.
 #[derive(Clone, Debug, Serialize)]
@@ -45,15 +46,14 @@ pub struct TrialReport {
     /// The two errors: the commanded force against the full history, as a share of the largest force, not for a limited one;
     /// the mean deflection against the place of rest, not without such a place and not for an unstable trial.
     #[serde(flatten)]
-    pub errors: Errors,
+    pub(crate) errors: Errors,
     /// Tolerance of the reference for the full history; see the report of a relaxation.
     pub reference_tolerance: Option<f64>,
 }
 
 impl TrialReport {
     /// Stable by the trial and by the analysis.
-    #[must_use]
-    pub fn stable_by_both(&self) -> bool {
+    pub(crate) fn stable_by_both(&self) -> bool {
         self.settling.stable && self.analysis_agrees == Some(true)
     }
 }
@@ -120,7 +120,12 @@ pub(crate) trait Trial: Clone {
         None
     }
 
-    /// Runs the loop, writes the log and judges the run.
+    /// The number of samples, if all parameters are good.
+    fn check(&self) -> Result<u64, Failure> {
+        self.parts().map(|parts| parts.samples)
+    }
+
+    /// Runs the loop, writes the log and judges the run; log and CSV go into the folder.
     fn published(
         &self,
         request: &FolderRequest,
@@ -130,6 +135,17 @@ pub(crate) trait Trial: Clone {
         let judged = self.judged(&ran)?;
         let reported = self.reported(&judged);
         Ok(Published::new((reported, judged.curves), ran.folder))
+    }
+
+    /// What the log of a run says of it, over its document.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let setup = self.setup();
+        let choice = (setup.pace, self.operator_choice().1);
+        let mut metadata = metadata(Self::KIND, choice, setup.remote.as_ref(), &setup.safety());
+        // A serial device is not thrown.
+        let impact = setup.plan().impact_m_per_s.to_string();
+        metadata.insert("impact_m_per_s".to_owned(), impact);
+        metadata
     }
 
     /// Runs the loop and writes the log.
@@ -145,11 +161,7 @@ pub(crate) trait Trial: Clone {
             ..
         } = self.parts()?;
         let (setup, preflight) = (self.setup(), self.subject(samples));
-        let choice = (setup.pace, self.operator_choice().1);
-        let mut metadata = metadata(Self::KIND, choice, setup.remote.as_ref(), &setup.safety());
-        // A serial device is not thrown.
-        let impact = setup.plan().impact_m_per_s.to_string();
-        metadata.insert("impact_m_per_s".to_owned(), impact);
+        let mut metadata = self.metadata();
         let dynamics = setup.dynamics();
         let schedule = Schedule {
             samples,

@@ -26,7 +26,7 @@ use haptic_loop::{Controller, Environment, Limits, SafetyChain};
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
-pub struct TrialSetup {
+pub(crate) struct TrialSetup {
     /// The device, the hand that holds it, and what makes it less than ideal: simulated here, or known of a serial one.
     pub device: MassDamperConfig,
     /// Its sensors.

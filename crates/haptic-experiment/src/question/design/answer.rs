@@ -9,10 +9,13 @@ use crate::document::lines_of;
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
 use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
+use crate::experiment::trial::{Trial as _, TrialSetup};
+use crate::experiment::wall::WallExperiment;
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::judge::settling::TrialVerdict;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
-use crate::{Settling, TrialPlan, TrialSetup, TrialVerdict, WallExperiment};
+use crate::{Settling, TrialPlan};
 use fracdiff::{Order, Scheme, Seconds};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -29,10 +32,7 @@ const DOUBLINGS: usize = 8;
 
 impl Design {
     /// Answers it; `progress` hears of each order that is done, `stop` ends it before the next.
-    ///
-    /// # Errors
-    /// A parameter outside its range; a stop.
-    pub fn answer(
+    pub(crate) fn answer(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
@@ -79,8 +79,6 @@ impl Design {
             experiment_text: trial
                 .filter(|(wall, _)| wall.model.is_none())
                 .map(|(wall, _)| self.experiment_file(&wall)),
-            experiment: None,
-            files: Vec::new(),
         })
     }
 
@@ -189,7 +187,7 @@ impl Design {
                 one_sided: false,
             }
         };
-        until_settled(make, WallExperiment::try_out)
+        until_settled(make, WallExperiment::settled)
     }
 
     /// The experiment file of a wall that was tried.

@@ -2,7 +2,7 @@
 
 use super::{Candidate, Design, Wish};
 use crate::document::failure::Failure;
-use crate::dynamics;
+use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::question::bench::{crossings, units};
 use fracdiff::{Order, Scheme, Seconds};

@@ -15,16 +15,18 @@
 //!   too, also with a coupler twice as large: where it is not, both parts are made smaller by the share that is left.
 //! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
 
-use super::WISH_FREQUENCY;
 use super::answer::{keys, plan, until_settled};
+use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
 use crate::document::advice::check;
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
+use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::coupler::{COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS};
 use crate::experiment::trial::dynamics;
+use crate::experiment::trial::{Trial as _, TrialSetup};
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order};
-use crate::{CouplerExperiment, Imperfections, Settling, TrialPlan, TrialSetup};
+use crate::{Imperfections, Settling, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
@@ -45,7 +47,7 @@ const LOOP_MARGIN: f64 = 2.0;
 
 /// The stiffest coupler of an order.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct CouplerCandidate {
+pub(crate) struct CouplerCandidate {
     /// μ.
     pub order: f64,
     /// `k_c`, N·s/m; null if no coupler of this order is passive.
@@ -68,7 +70,7 @@ pub struct CouplerCandidate {
 
 /// The criterion that a coupler fulfils for every passive hand and object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CouplerCriterion {
+pub(crate) enum CouplerCriterion {
     /// Llewellyn's, for the dissertation's device under Tustin's rule.
     Llewellyn,
     /// Passivity of the port that is really sampled.
@@ -77,8 +79,7 @@ pub enum CouplerCriterion {
 
 impl CouplerCriterion {
     /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Llewellyn => "llewellyn",
             Self::Passive => "passive",
@@ -87,27 +88,8 @@ impl CouplerCriterion {
 }
 
 /// A question for couplers: on which device, before which object, by which criterion.
-///
-/// ```
-/// use fracdiff::{Order, Seconds};
-/// use haptic_experiment::question::design::coupler::{CouplerCriterion, CouplerDesign};
-/// use haptic_experiment::dissertation_device;
-/// use std::sync::atomic::AtomicBool;
-///
-/// let design = CouplerDesign {
-///     device: dissertation_device(Seconds(1e-3)),
-///     object: CouplerDesign::OBJECT,
-///     scheme: "full".parse()?,
-///     orders: vec![Order::new(1.0)?],
-///     criterion: CouplerCriterion::Llewellyn,
-///     frequency_hz: 1.0,
-/// };
-/// let answer = design.answer(&AtomicBool::new(false), &|_| {})?;
-/// assert!(answer.best.is_some() && answer.simulated.is_some_and(|trial| trial.stable));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
-pub struct CouplerDesign {
+pub(crate) struct CouplerDesign {
     /// The device and its hand; ideal.
     pub device: MassDamperConfig,
     /// The object that is to be behind the coupler.
@@ -117,14 +99,14 @@ pub struct CouplerDesign {
     /// Orders to try.
     pub orders: Vec<Order>,
     /// The criterion.
-    pub criterion: CouplerCriterion,
+    pub(crate) criterion: CouplerCriterion,
     /// Frequency at which couplers are compared, Hz.
     pub frequency_hz: f64,
 }
 
 impl CouplerDesign {
     /// The object of an experiment file that names none.
-    pub const OBJECT: CoupledObject = CoupledObject {
+    pub(crate) const OBJECT: CoupledObject = CoupledObject {
         mass_kg: OBJECT_MASS.default_number(),
         damping_n_s_per_m: OBJECT_DAMPING.default_number(),
         stiffness_n_per_m: OBJECT_STIFFNESS.default_number(),
@@ -273,12 +255,12 @@ fn cheapest(
     Ok(best)
 }
 
-/// Answer to a [`CouplerDesign`].
+/// The stiffest couplers.
 #[derive(Clone, Debug, Serialize)]
 pub struct CouplerAnswer {
     /// Mass, damping, hand and sample time of the device.
     #[serde(flatten)]
-    pub asked: AskedDevice,
+    pub(crate) asked: AskedDevice,
     /// `coupler`.
     pub wish: &'static str,
     /// The criterion.
@@ -292,9 +274,9 @@ pub struct CouplerAnswer {
     /// Of their `dissipation`, the spring.
     pub dissipation_unit: &'static str,
     /// The stiffest of each order.
-    pub candidates: Vec<CouplerCandidate>,
+    pub(crate) candidates: Vec<CouplerCandidate>,
     /// The stiffest of all as felt at the frequency; null if there is none.
-    pub best: Option<CouplerCandidate>,
+    pub(crate) best: Option<CouplerCandidate>,
     /// The trial of the best, on the ideal device.
     pub simulated: Option<Settling>,
     /// The experiment that runs it.
@@ -302,13 +284,28 @@ pub struct CouplerAnswer {
     pub experiment_text: Option<String>,
 }
 
+impl CouplerAnswer {
+    /// Refuses a design without a coupler, or one that is not stable when it is tried.
+    pub(crate) fn require(&self) -> Result<(), Failure> {
+        match (&self.best, &self.simulated) {
+            (None, _) => {
+                let mut reasons = self.candidates.iter().filter_map(|c| c.reason.as_deref());
+                Err(nothing_found(reasons.next()))
+            }
+            (Some(best), Some(simulated)) if !simulated.stable => Err(not_at_rest(
+                best.order,
+                simulated,
+                &format!("take a device with more damping, or other {DESIGN_ORDERS}"),
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
 impl CouplerDesign {
     /// Answers it: candidates, the best of them, its trial and its experiment file; `progress` hears of each order that is done, `stop` ends
     /// it before the next.
-    ///
-    /// # Errors
-    /// A parameter outside its range; a stop.
-    pub fn answer(
+    pub(crate) fn answer(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
@@ -363,7 +360,7 @@ impl CouplerDesign {
             coupler_dissipation_n_s_1_minus_mu_per_m: best.dissipation.unwrap_or(0.0),
             object: self.object,
         };
-        until_settled(make, CouplerExperiment::try_out)
+        until_settled(make, CouplerExperiment::settled)
     }
 
     /// The experiment file of a coupler that was tried.
@@ -392,7 +389,7 @@ impl CouplerDesign {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dissertation_device;
+    use crate::question::bench::dissertation_device;
     use fracdiff::Seconds;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 
@@ -516,10 +513,10 @@ mod tests {
                 .expect("valid");
             let text = answer.experiment_text.expect("a best one");
             let file = crate::ExperimentFile::parse(std::path::Path::new("design.toml"), &text);
-            let crate::ExperimentFile::Coupler(coupler) = file.expect("is right") else {
+            let crate::open::Experiment::Coupler(coupler) = file.expect("is right").0 else {
                 panic!("not a coupler: {text}");
             };
-            let settling = coupler.try_out().expect("valid");
+            let settling = coupler.settled().expect("valid");
             assert_eq!(Some(settling), answer.simulated, "{text}");
             assert!(settling.stable, "{settling:?}");
             let verdict = coupler.look().expect("valid");

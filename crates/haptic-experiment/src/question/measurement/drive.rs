@@ -22,8 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The end of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// The multi-sine came to its end.
     Complete,
     /// Stopped from outside.
@@ -38,7 +37,7 @@ pub enum Outcome {
 
 /// A motion, and how it ended; the force is zero.
 #[derive(Clone, Debug)]
-pub struct Driven {
+pub(crate) struct Driven {
     /// The motion up to there.
     pub record: MotionRecord,
     /// Its end.
@@ -47,7 +46,7 @@ pub struct Driven {
 
 /// A measurement that could not be made.
 #[derive(Debug, PartialEq)]
-pub enum DriveError<E> {
+pub(crate) enum DriveError<E> {
     /// Limits that make no safety chain.
     Plan(ParameterError),
     /// The device did not do what it was told.
@@ -58,10 +57,7 @@ pub enum DriveError<E> {
 /// `progress` hears the number of ticks.
 ///
 /// Whatever ends it, the force is zero when this returns.
-///
-/// # Errors
-/// Limits outside their range; the device's own.
-pub fn drive<V: Device<f64, 1>>(
+pub(crate) fn drive<V: Device<f64, 1>>(
     plan: &MeasurePlan,
     device: &mut V,
     applied: &mut dyn FnMut(&V, f64) -> f64,
@@ -134,10 +130,7 @@ fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Out
 
 impl Outcome {
     /// Refuses all but a measurement that came to its end.
-    ///
-    /// # Errors
-    /// In one line what happened, that the force is zero, and what to do.
-    pub fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
+    pub(crate) fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
         let force = plan.force_n();
         let box_mm = 1e3 * plan.box_m;
         Err(Failure::Run(match self {
@@ -165,10 +158,7 @@ impl Outcome {
 }
 
 /// Measures a simulated device in virtual time.
-///
-/// # Errors
-/// A parameter outside its range; a measurement that did not come to its end.
-pub fn on_simulated(
+pub(crate) fn on_simulated(
     plan: &MeasurePlan,
     (device, sensors): (MassDamperConfig, Sensors),
     progress: &dyn Fn(u64),
@@ -455,22 +445,17 @@ impl Environment<f64, 1> for Excitation {
 
 /// A motion of a serial device, and what the device calls itself.
 #[derive(Clone, Debug)]
-pub struct SerialMotion {
+pub(crate) struct SerialMotion {
     /// The motion.
     pub record: MotionRecord,
-    /// Name of the board, and its firmware.
+    /// Name of the board, and its firmware; whether it simulates its plant.
     pub board: String,
-    /// True if the device simulates its plant.
-    pub simulated: bool,
 }
 
 /// Measures a serial device. Its own limits hold too, where they are tighter.
 ///
 /// The delay that is found is the device's own: the line is not in it, as the force of each tick is the one that the device says it applied.
-///
-/// # Errors
-/// A device that cannot be used; a parameter outside its range; a measurement that did not come to its end.
-pub fn on_serial(
+pub(crate) fn on_serial(
     plan: &MeasurePlan,
     remote: &RemoteDevice,
     warn: Warn<'_>,
@@ -488,10 +473,11 @@ pub fn on_serial(
     let driven = driven(plan, &remote, &mut link, warn, progress, stop);
     let driven = driven.map_err(|failure| at_link(&link, failure))?;
     let can = link.capabilities();
+    let simulated = if can.simulated { " (simulated)" } else { "" };
+    let firmware = firmware_version(link.hello());
     Ok(SerialMotion {
         record: driven.record,
-        board: format!("{} {}", can.board(), firmware_version(link.hello())),
-        simulated: can.simulated,
+        board: format!("{} {firmware}{simulated}", can.board()),
     })
 }
 

@@ -21,8 +21,7 @@ use serde::Serialize;
 
 /// A record that tells too little.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MeasureError {
+pub(crate) enum MeasureError {
     /// Fewer samples than numbers.
     #[error(
         "the record has {samples} samples of the multi-sine, which is below {least}: give a longer {}",
@@ -104,10 +103,7 @@ const NOTHING_M: f64 = 1e-15;
 /// `hand` looks for the stiffness of a hand too. Intervals are those of the linearised problem, with residuals that go together for a while, and
 /// hold every minimum that fits as well as the best.
 /// *Cost*: some 2500 runs of the model over the record.
-///
-/// # Errors
-/// A record that is too short, has lost too much, or does not tell the mass.
-pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
+pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
     check(record)?;
     let start = first_guess(record, hand).ok_or(MeasureError::Still)?;
     let mut search = Search::new(record, hand).ok_or(MeasureError::Still)?;
@@ -545,7 +541,7 @@ const LOST_NOTABLE: usize = 1000;
 
 /// A number and the interval in which it lies in 95 of 100 cases, if the model is right.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// The most likely value.
     pub value: f64,
     /// Low end.
@@ -555,12 +551,6 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// True of a number in the interval.
-    #[must_use]
-    pub fn covers(&self, number: f64) -> bool {
-        (self.low..=self.high).contains(&number)
-    }
-
     /// Half the width of the interval over the value.
     pub(crate) fn relative(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value.abs()
@@ -569,7 +559,7 @@ impl Estimate {
 
 /// A device, as a record tells it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Measured {
+pub(crate) struct Measured {
     /// m.
     pub mass_kg: Estimate,
     /// b.
@@ -696,8 +686,7 @@ impl Measured {
 
 impl DeviceModel {
     /// A device that was measured.
-    #[must_use]
-    pub fn measured(found: &Measured, program: &str, note: &str) -> Self {
+    pub(crate) fn measured(found: &Measured, program: &str, note: &str) -> Self {
         let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
         let estimates = [
             (&p::MASS, Some(found.mass_kg)),

@@ -36,10 +36,7 @@ const HORIZON: f64 = 20e6;
 impl ZWidth {
     /// Runs the experiment; `progress` hears of each cell that is done, `stop` ends it with those, and `warn` hears what a
     /// user should know before the end.
-    ///
-    /// # Errors
-    /// A parameter outside its range; on a device the first failure, if no point was found before it, or that no wall came to rest.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,
@@ -473,7 +470,7 @@ impl Theory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::question::zwidth::dissertation_device;
+    use crate::question::bench::dissertation_device;
     use crate::{Imperfections, TrialPlan};
     use fracdiff::{Scheme, Seconds};
 

@@ -8,7 +8,7 @@ use hdrhistogram::Histogram;
 
 /// Counts of the link of a run.
 #[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct LinkSummary {
+pub(crate) struct LinkSummary {
     /// Board.
     pub board: String,
     /// Firmware version.
@@ -92,7 +92,7 @@ impl RoundTrip {
 
 /// Frames of one direction.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
-pub struct FrameCounts {
+pub(crate) struct FrameCounts {
     /// Sent.
     pub sent: u32,
     /// Received whole.

@@ -59,8 +59,7 @@ pub struct GuardedDevice {
 
 impl GuardedDevice {
     /// A simulated device, of which everything is known.
-    #[must_use]
-    pub fn simulated(device: &MassDamperConfig, sensors: Sensors) -> Self {
+    pub(crate) fn simulated(device: &MassDamperConfig, sensors: Sensors) -> Self {
         Self {
             mass_kg: Some(device.mass.0),
             damping_n_s_per_m: Some(device.damping.0),
@@ -71,8 +70,7 @@ impl GuardedDevice {
     }
 
     /// What an experiment says of a device that is not simulated here: a delay or lag that it does not speak of is not known.
-    #[must_use]
-    pub fn given(device: &MassDamperConfig) -> Self {
+    pub(crate) fn given(device: &MassDamperConfig) -> Self {
         let (delay, lag) = (device.delay.0, device.lag.0);
         Self {
             mass_kg: Some(device.mass.0),
@@ -84,7 +82,6 @@ impl GuardedDevice {
     }
 
     /// Facts that a board tells of its sensor: it rounds to its resolution.
-    #[must_use]
     pub(crate) fn read_by(capabilities: &Capabilities) -> Self {
         let sensors = Sensors {
             encoder_resolution_m: f64::from(capabilities.position_resolution_m),
@@ -98,8 +95,7 @@ impl GuardedDevice {
     }
 
     /// Values of this one; where it has none, those of the other.
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
+    pub(crate) fn or(self, other: Self) -> Self {
         Self {
             mass_kg: self.mass_kg.or(other.mass_kg),
             damping_n_s_per_m: self.damping_n_s_per_m.or(other.damping_n_s_per_m),
@@ -112,10 +108,7 @@ impl GuardedDevice {
 
 impl GuardChoice {
     /// The guard for a device, if there is to be one.
-    ///
-    /// # Errors
-    /// If what it needs to know of the device is not known.
-    pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
+    pub(crate) fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
         let unknown = |what, key: &dyn fmt::Display| {
             Failure::bad_input(format_args!(
                 "guard {} needs to know the {what} of a real device: give {key}",

@@ -2,15 +2,14 @@
 
 use super::resolved::{HORIZON, logarithmic, path, path_result};
 use crate::files::Place;
+use crate::options::keys::{ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME};
 use crate::options::{Given, Options, WithFiles, keys};
 use crate::output::{Output, joined};
 use crate::picture::{Panel, linear, logarithmic as axis, page};
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Coupler, Effective, Environment, LeastDamping, LoopOperator};
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::analysis::{
-    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, OMEGA_MAX, OMEGA_MIN, POINTS,
-};
+use haptic_experiment::parameters::analysis::{OMEGA_MAX, OMEGA_MIN, POINTS};
 use haptic_experiment::parameters::{
     COUPLER_DISSIPATION, COUPLER_STIFFNESS, DISSIPATION, Parameter, STIFFNESS,
 };

@@ -1,6 +1,10 @@
 //! The loop that an analysis is asked about, with units or without.
 
 use crate::options::Given;
+use crate::options::keys::{
+    ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
+    ANALYSED_SAMPLE_TIME,
+};
 use crate::parse::sample_time_of;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -8,10 +12,7 @@ use haptic_analysis::{
 };
 use haptic_experiment::Failure;
 use haptic_experiment::document::advice::analysed;
-use haptic_experiment::parameters::analysis::{
-    ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
-    ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA,
-};
+use haptic_experiment::parameters::analysis::{ALPHA, BETA, DELAY_SAMPLES, DELTA, GAMMA};
 use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
 use haptic_experiment::run::DeviceValues;
 use serde_json::{Value, json};

@@ -11,7 +11,6 @@ use haptic_analysis::{
     CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation, Transparency,
 };
 use haptic_experiment::document::advice::analysed;
-use haptic_experiment::experiment::teleoperation::RemotePlace;
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::analysis as a;
 use haptic_experiment::{Failure, Matter, ModelledTissue, Named as _, TissuePiece};
@@ -41,7 +40,7 @@ time-domain is not linear: analyze position-position instead, and try it with `h
 struct Question {
     hands: Teleoperation,
     omegas: Vec<f64>,
-    place: RemotePlace,
+    place: Matter,
     environment: Vec<Complex<f64>>,
 }
 
@@ -215,20 +214,16 @@ impl Asked {
             .map_err(Failure::input)?;
         let (area, thickness) = (self.number(&p::AREA), self.number(&p::THICKNESS));
         let specimen = Specimen::new(SquareMetres(area), Metres(thickness));
-        let matter = Matter::Tissue(TissuePiece {
+        let place = Matter::Tissue(TissuePiece {
             material: Box::new(ModelledTissue::new(material)?),
             specimen: specimen.map_err(|error| {
                 Failure::input_with_advice(error, "change --area or --thickness")
             })?,
         });
-        let place = RemotePlace {
-            matter,
-            one_sided: false,
-        };
         let count = self.given.count(&a::FELT_POINTS, 2..=10_000)? as usize;
         let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, count).collect();
         let environment = (omegas.iter())
-            .filter_map(|&omega| Some(place.stiffness(omega)? / Complex::new(0.0, omega)))
+            .map(|&omega| place.stiffness(omega) / Complex::new(0.0, omega))
             .collect();
         Ok(Question {
             hands: self.hands()?,

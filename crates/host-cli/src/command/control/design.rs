@@ -18,10 +18,13 @@ use fractional_control::ControlError;
 use fractional_control::design::{ControlAnswer, ControlDesign};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::{Bound, Specification};
+use haptic_experiment::Failure;
 use haptic_experiment::document::{ControllerFile, ControllerOrigin};
-use haptic_experiment::parameters::{Range, range};
-use haptic_experiment::{Failure, parameters};
+use haptic_experiment::parameters::{self, Range};
 use haptic_quantity::{digits, parse_for_key};
+
+/// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
+const BOUNDS: Range = Range::Within(1e-15, 1e6);
 
 pub(super) const LONG_ABOUT: &str = "\
 Tunes a PI^lambda D^mu. It meets crossover and phase margin exactly, makes the phase flat there (so that the overshoot stays the same \
@@ -48,7 +51,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     wishes: WishArguments,
     /// Sample time [default: about 1/(50 crossover)]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES), help_heading = "Controller")]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()), help_heading = "Controller")]
     sample_time: Option<f64>,
     /// Scheme: full or full-bdf2, each with :TOLERANCE
     #[arg(long, value_parser = controller_scheme, default_value = parameters::CONTROLLER_SCHEME.shown, help_heading = "Controller")]
@@ -57,10 +60,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits, help_heading = "Controller")]
     output_limits: Option<Limits>,
     /// Height of the simulated step
-    #[arg(long, value_parser = quantity("", range::NUMBERS), default_value = "1")]
+    #[arg(long, value_parser = quantity("", parameters::OUTPUT_HIGH.range()), default_value = "1")]
     step: f64,
     /// Length of the steps [default: 60 times 1/crossover]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::DURATIONS))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::TRIAL_DURATION.range()))]
     duration: Option<f64>,
     #[command(flatten)]
     files: Files,
@@ -71,7 +74,7 @@ pub(crate) struct Arguments {
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
     /// Crossover in rad/s or Hz: about 1.3/rise time
-    #[arg(long, value_parser = quantity("_rad_s", range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY")]
+    #[arg(long, value_parser = quantity("_rad_s", parameters::analysis::OMEGA_MAX.range()), value_name = "FREQUENCY")]
     crossover: f64,
     /// Phase margin, as in 60deg
     #[arg(long, value_name = "ANGLE", value_parser = quantity("_rad", ANGLES), default_value = "60deg")]
@@ -149,9 +152,9 @@ fn round_down(time_s: f64) -> f64 {
 
 fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
     let time = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
-    let [low, high] = range::SAMPLE_TIMES.ends().map(time);
+    let [low, high] = parameters::SAMPLE_TIME.range().ends().map(time);
     let sample_time_s = round_down(1.0 / (SAMPLES_A_RADIAN * crossover_rad_s));
-    if range::SAMPLE_TIMES.contains(sample_time_s) {
+    if parameters::SAMPLE_TIME.range().contains(sample_time_s) {
         return Ok(sample_time_s);
     }
     Err(Failure::bad_input(format_args!(
@@ -164,7 +167,7 @@ fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
 
 /// The gain of a controller is about one over that of the plant at the crossover, and may be no more than other numbers.
 fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
-    let [_, most] = range::NUMBERS.ends();
+    let [_, most] = parameters::OUTPUT_HIGH.range().ends();
     let gain = plant.plant.response(crossover_rad_s).map(|g| g.norm());
     match gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain)) {
         None => Ok(()),
@@ -244,7 +247,7 @@ fn write(plant: &NamedPlant, answer: &ControlAnswer, place: &mut Place) -> Vec<S
             let row = std::iter::once(n as f64 * t).chain(values);
             row.collect::<Vec<f64>>()
         });
-        place.write(|folder| folder.write_named_table("csv", &names, rows))
+        place.write(|folder| folder.write_table(&names, rows))
     });
     let picture = place.write(|folder| {
         let picture = draw_design(answer, plant).transpose();
@@ -265,11 +268,11 @@ fn parse_gain(text: &str) -> Result<f64, String> {
     let none = |_| format!("\"{text}\" is neither a number nor decibel");
     let Some(decibel) = text.trim().strip_suffix("dB") else {
         let gain = parse_for_key("", text).map_err(none)?;
-        return in_range("", gain, range::BOUNDS).map_err(|refused| format!("gain {refused}"));
+        return in_range("", gain, BOUNDS).map_err(|refused| format!("gain {refused}"));
     };
     let decibel = parse_for_key("", decibel).map_err(none)?;
     // The ends in decibel, rounded: they are whole.
-    let [low, high] = (range::BOUNDS.ends()).map(|end| (20.0 * end.log10()).round());
+    let [low, high] = (BOUNDS.ends()).map(|end| (20.0 * end.log10()).round());
     if (low..=high).contains(&decibel) {
         Ok(10_f64.powf(decibel / 20.0))
     } else {

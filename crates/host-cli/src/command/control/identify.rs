@@ -13,9 +13,9 @@ use fractional_control::model_search::{
 use fractional_control::{
     ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Term,
 };
-use haptic_experiment::document::record_check::{check_signals, check_times};
 use haptic_experiment::document::short;
-use haptic_experiment::run::{PlantFile, PlantModel};
+use haptic_experiment::document::{check_signals, check_times};
+use haptic_experiment::run::PlantModel;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
@@ -205,23 +205,18 @@ impl Arguments {
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
         let name = name.to_string_lossy();
         let (own, samples) = (&best.identified, record.time_s.len());
-        let file = PlantFile {
-            intervals: Vec::new(),
-            model: PlantModel::Function {
-                function: Box::new(with_digits(&own.function, DIGITS)),
-                delay_s: self.delay,
-            },
-            program: PROGRAM.to_owned(),
-            note: format!(
-                "identified from {name}, {samples} samples, rms {}",
-                digits(own.rms_residual, 4)
-            ),
+        let model = PlantModel::Function {
+            function: Box::new(with_digits(&own.function, DIGITS)),
+            delay_s: self.delay.0,
         };
+        let rms = digits(own.rms_residual, 4);
+        let note = format!("identified from {name}, {samples} samples, rms {rms}");
         let picture = || {
             let source = format!("{name} · {samples} samples");
             draw_identified(record, &own.model, &rounded(&own.function), &source)
         };
-        place.write(|| file.to_toml().unwrap_or_default(), picture)
+        let text = || model.to_toml(PROGRAM, &note).unwrap_or_default();
+        place.write(text, picture)
     }
 }
 

@@ -12,8 +12,7 @@ use fractional_control::{
     SetPoint, factor_after_division,
 };
 use haptic_experiment::document::{ControllerFile, short};
-use haptic_experiment::parameters::range;
-use haptic_experiment::run::{DeviceValues, PlantFile, PlantModel, read_response};
+use haptic_experiment::run::{DeviceValues, PlantModel};
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, parse_for_key};
 use std::path::Path;
@@ -100,14 +99,8 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
         path.extension()
             .is_some_and(|own| own.eq_ignore_ascii_case(extension))
     };
-    if ends("csv") {
-        return read_response(path)
-            .map(PlantModel::Measured)
-            .map_err(Failure::bad_input);
-    }
-    if ends("toml") || path.is_file() {
-        let file = PlantFile::read(path).map_err(Failure::input)?;
-        return Ok(file.model);
+    if ends("csv") || ends("toml") || path.is_file() {
+        return PlantModel::read(path);
     }
     let model = text.parse().map_err(|error| {
         let (text, error) = (short(text), in_degrees(&error));
@@ -139,7 +132,7 @@ pub(super) struct ControllerArguments {
     #[arg(long, value_name = "FILE|FUNCTION", allow_hyphen_values = true)]
     controller: Option<String>,
     /// Sample time [default: that of the controller file]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::SAMPLE_TIMES))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     pub(super) sample_time: Option<f64>,
     /// Scheme: full or full-bdf2, each with :TOLERANCE [default: of the controller file, or full-bdf2]
     #[arg(long, value_parser = controller_scheme)]
@@ -231,7 +224,7 @@ pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
         in_range(
             "",
             parse_for_key("", text).map_err(|_| wrong())?,
-            range::NUMBERS,
+            parameters::OUTPUT_HIGH.range(),
         )
     };
     let (low, high) = (end(low)?, end(high)?);

@@ -12,8 +12,7 @@ use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
 use fractional_control::{ControlError, ControllerSetup, Response};
-use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
+use haptic_experiment::{Failure, parameters};
 use haptic_quantity::digits;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -54,11 +53,11 @@ const SAMPLES_ALONE: f64 = 2000.0;
 /// The sample time of a plant that runs alone for so long.
 fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
     let sample_time_s = duration_s / SAMPLES_ALONE;
-    if range::SAMPLE_TIMES.contains(sample_time_s) {
+    if parameters::SAMPLE_TIME.range().contains(sample_time_s) {
         return Ok(sample_time_s);
     }
-    let [low, high] = range::DURATIONS.ends();
-    let shortest = range::SAMPLE_TIMES.ends()[0] * SAMPLES_ALONE;
+    let [low, high] = parameters::TRIAL_DURATION.range().ends();
+    let shortest = parameters::SAMPLE_TIME.range().ends()[0] * SAMPLES_ALONE;
     Err(Failure::bad_input(format_args!(
         "duration {} s is not from {} to {} s, shown in {SAMPLES_ALONE} samples: change --duration",
         Shown(duration_s),
@@ -79,10 +78,10 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     controller: ControllerArguments,
     /// Length [default: 60 times 1/crossover]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::DURATIONS))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::TRIAL_DURATION.range()))]
     duration: Option<f64>,
     /// Height of the step [default: 1]
-    #[arg(long, value_parser = quantity("", range::NUMBERS))]
+    #[arg(long, value_parser = quantity("", parameters::OUTPUT_HIGH.range()))]
     step: Option<f64>,
     /// CSV with `time_s` and `reference`, instead of a step
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
@@ -246,13 +245,13 @@ impl Record {
             let what = format!("line {line}: the time does not grow: sort the rows");
             return Err(table::wrong(path, what));
         }
-        let outside = |value: &f64| !range::NUMBERS.contains(*value);
+        let outside = |value: &f64| !parameters::OUTPUT_HIGH.range().contains(*value);
         if let Some(row) = value.iter().position(outside) {
             let what = format_args!(
                 "line {}: {} in column reference is not {}: give the column in another unit",
                 lines[row],
                 Shown(value[row]),
-                range::NUMBERS
+                parameters::OUTPUT_HIGH.range()
             );
             return Err(table::wrong(path, what));
         }

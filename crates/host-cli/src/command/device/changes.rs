@@ -5,8 +5,8 @@ use crate::output::warn;
 use crate::parse::parse_scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
-use haptic_experiment::document::advice::single;
-use haptic_experiment::parameters::{self, Range, range};
+use haptic_experiment::document::single;
+use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::guard_of;
 use haptic_experiment::run::{GuardedDevice, speed, workspace};
 use haptic_experiment::{GuardChoice, Named};
@@ -46,13 +46,13 @@ const KEYS: &[Key] = keys! {
     "scheme", "Scheme of that operator, see host-cli --help [default: full]";
     "horizon_s", "How far back a full memory remembers [default: 200s]";
     "surface_m", "Surface of a wall that pushes but never pulls; none for one that does both";
-    "force_limit_n" in range::FORCE_LIMITS => c.limits.force_n, "Largest force";
-    "force_rate_limit_n_per_s" in range::FORCE_RATES => c.limits.force_rate_n_per_s,
+    "force_limit_n" in parameters::FORCE_LIMIT.range() => c.limits.force_n, "Largest force";
+    "force_rate_limit_n_per_s" in parameters::FORCE_RATE_LIMIT.range() => c.limits.force_rate_n_per_s,
         "Largest rate of force";
     "watchdog_s", "Silence from the host after which the device lets go";
     "late_ticks", "Late ticks in a row that are a fault; 0 = off";
     "max_age_ticks", "Loop on the host: largest age of a force, in ticks from its sample";
-    "start_force_n" in range::FORCE_LIMITS.or_0() => c.limits.start_force_n,
+    "start_force_n" in parameters::FORCE_LIMIT.range().or_0() => c.limits.start_force_n,
         "Largest force with which the loop may start; 0 for any";
     "rise_time_s" in parameters::RISE_TIME.range().or_0() => c.limits.rise_time_s,
         "Time over which the force ramps up after a start; 0 for at once";
@@ -82,7 +82,7 @@ const KEYS: &[Key] = keys! {
         "Damping of a simulated device";
     "hand_stiffness_n_per_m" in parameters::HAND_STIFFNESS.range() => c.simulation.hand_stiffness_n_per_m,
         "Stiffness of the hand on a simulated device";
-    "push_n" in range::FORCES => c.simulation.push_n, "Push of the hand on a simulated device";
+    "push_n" in parameters::PUSH.range().or_0() => c.simulation.push_n, "Push of the hand on a simulated device";
 };
 
 pub(super) fn help() -> String {
@@ -164,7 +164,7 @@ impl Changes {
             "loop" => self.loop_mode = Some(named(text)?),
             "sample_time_s" => {
                 let us = whole(
-                    1e6 * in_range(key, range::SAMPLE_TIMES, text)?,
+                    1e6 * in_range(key, parameters::SAMPLE_TIME.range(), text)?,
                     "microseconds",
                 )?;
                 self.tick_period_us = Some(us);
@@ -176,9 +176,11 @@ impl Changes {
             "scheme" => {
                 self.scheme = Some(parse_scheme(text).map_err(|error| format!(": {error}"))?);
             }
-            "horizon_s" => self.horizon_s = Some(in_range(key, range::MEMORIES, text)?),
+            "horizon_s" => self.horizon_s = Some(in_range(key, parameters::MEMORY.range(), text)?),
             "surface_m" => {
-                let surface = unless_none(text, |text| in_range(key, range::PLACES, text))?;
+                let surface = unless_none(text, |text| {
+                    in_range(key, parameters::WORKSPACE_LOW.range(), text)
+                })?;
                 self.surface_m = Some(surface.map(|surface| surface as f32));
             }
             "watchdog_s" => {
@@ -192,7 +194,7 @@ impl Changes {
                     let (low, high) = text
                         .split_once(':')
                         .ok_or("is not LOW:HIGH, as in -10mm:20mm")?;
-                    let end = |text| in_range(key, range::PLACES, text);
+                    let end = |text| in_range(key, parameters::WORKSPACE_LOW.range(), text);
                     let (low, high) = (end(low)?, end(high)?);
                     (low < high)
                         .then_some((low, high))
@@ -210,7 +212,7 @@ impl Changes {
             }
             "device_delay_s" => {
                 let (least, most) = text.split_once(':').unwrap_or((text, text));
-                let end = |text| in_range(key, range::DEVICE_TIMES, text);
+                let end = |text| in_range(key, parameters::DELAY.range(), text);
                 let (least, most) = (end(least)?, end(most)?);
                 if least > most {
                     return Err(

@@ -4,13 +4,13 @@ use super::key_value::{self, count, in_range, key_and_value, keys_help, refused}
 use crate::command::conduct::stop_on_interrupt;
 use crate::options::DeviceModelArguments;
 use crate::output::{Output, note};
-use crate::parse::{choice, quantity, whole};
+use crate::parse::{WAITS, choice, quantity, whole};
 use clap::Args;
 use haptic_devices::haply::{HaplyName, Model, Version};
 use haptic_devices::moteus::{MoteusName, MoteusSettings};
 use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Socket, Terminal};
 use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
-use haptic_experiment::parameters::range;
+use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::MassDamperConfig;
@@ -20,6 +20,9 @@ use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+/// Seconds of an emulated device in a second.
+const SPEED_UPS: Range = Range::Within(1e-3, 1e3);
 
 pub(super) const LONG_ABOUT: &str = "\
 Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal. It prints the path; any \
@@ -85,10 +88,10 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     model: DeviceModelArguments,
     /// Device seconds per second; the watchdog stays in real time
-    #[arg(long, value_parser = quantity("", range::SPEED_UPS), default_value_t = 1.0)]
+    #[arg(long, value_parser = quantity("", SPEED_UPS), default_value_t = 1.0)]
     speed: f64,
     /// Stop after this time [default: run until Ctrl-C]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", WAITS))]
     duration: Option<f64>,
     /// The line and the hand, as in drop=1%; the keys are below
     #[arg(value_name = "KEY=VALUE")]
@@ -164,9 +167,9 @@ impl Details {
             "corrupt" => faults.corrupt = chance(text)?,
             "duplicate" => faults.duplicate = chance(text)?,
             "reorder" => faults.reorder = chance(text)?,
-            "delay_s" => faults.delay_s = in_range(key, range::LINE_TIMES, text)?,
+            "delay_s" => faults.delay_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
             "stall" => faults.stall = chance(text)?,
-            "stall_time_s" => faults.stall_s = in_range(key, range::LINE_TIMES, text)?,
+            "stall_time_s" => faults.stall_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
             "line_seed" => self.seed = count(text, 0, u64::MAX)?,
             "hardware" => self.hardware = Some(version(text)?),
             "hand" => self.held = Some(hand(text)?),
@@ -351,7 +354,7 @@ fn version(text: &str) -> Result<Version, String> {
 
 fn hand(text: &str) -> Result<Held, String> {
     let place = |text: &str| -> Result<Option<[f64; 2]>, String> {
-        let end = |text| in_range("place_m", range::ARM_PLACES, text);
+        let end = |text| in_range("place_m", parameters::PRESS.range(), text);
         let both = text.split_once(':');
         both.map(|(x, y)| Ok([end(x)?, end(y)?])).transpose()
     };
@@ -419,9 +422,9 @@ fn turn(text: &str) -> Result<moteus::Hand, String> {
         .ok_or("is not LENGTH:TIME, as in 2mm:0.5s")?;
     Ok(moteus::Hand {
         wait_commands: WAIT_COMMANDS,
-        turn_rev: in_range("turn_m", range::ARM_PLACES, length)?
+        turn_rev: in_range("turn_m", parameters::PRESS.range(), length)?
             / MoteusSettings::DEFAULT.metres_per_revolution(),
-        ramp_time_s: in_range("turn_s", range::DURATIONS, time)?,
+        ramp_time_s: in_range("turn_s", parameters::TRIAL_DURATION.range(), time)?,
     })
 }
 

@@ -5,7 +5,7 @@ use crate::output::{Output, note, warn};
 use crate::parse::one_of;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::device::firmware_version;
+use haptic_experiment::run::firmware_version;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -69,7 +69,7 @@ impl Arguments {
         program(self.board, &image, output)?;
         // A board that was just reset needs a moment; its port may go and come back.
         let patience = self.port.patience().max(std::time::Duration::from_secs(10));
-        let link = self.port.name()?.connect(patience, &warn, None)?;
+        let link = self.port.device.connect(None, patience, &warn, None)?;
         if let Some(identity) = &identity {
             identity.compare(&Identity {
                 board: link.capabilities().board().to_owned(),

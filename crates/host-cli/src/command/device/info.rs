@@ -7,7 +7,7 @@ use crate::parse::whole;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::RoundTrip;
-use haptic_experiment::run::device::{at_port, firmware_version, trouble};
+use haptic_experiment::run::{at_port, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};

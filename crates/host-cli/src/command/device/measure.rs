@@ -3,22 +3,16 @@
 use crate::command::conduct::{progress_bar, stop_on_interrupt};
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::options::{Options, keys};
-use crate::output::{Output, joined, warn};
-use crate::parse::quantity;
+use crate::output::{Output, warn};
+use crate::parse::{WAITS, quantity};
 use crate::picture::{Panel, linear, page};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::parameters::{MEASUREMENT, range};
-use haptic_experiment::question::measurement::{
-    MeasurePlan, Measured, Measurement, MotionRecord, estimate, on_serial, on_simulated,
-};
-use haptic_experiment::run::DeviceModel;
+use haptic_experiment::parameters::MEASUREMENT;
+use haptic_experiment::question::Measurement;
 use haptic_figure::{FigureError, Look, Picture};
-use haptic_log::record::StartTime;
-use haptic_quantity::{digits, written};
-use serde_json::json;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 pub(super) const LONG_ABOUT: &str = "\
 Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device, with 95 % intervals, and \
@@ -42,16 +36,10 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     options: Options<keys::Measure>,
     /// Keep trying for this long if the device is absent [default: 0s]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", WAITS))]
     wait: Option<f64>,
     #[command(flatten)]
     file: File,
-}
-
-struct Motion {
-    record: MotionRecord,
-    device: String,
-    board: Option<String>,
 }
 
 impl Arguments {
@@ -59,84 +47,23 @@ impl Arguments {
         let mut place = PlaceOfFile::look(&self.file, "device")?;
         let document = self.options.over(Document::new(MEASUREMENT))?;
         let mut asked = Measurement::open(&document).map_err(Failure::input)?;
-        if let (Some(remote), Some(wait)) = (&mut asked.remote, self.wait) {
-            remote.patience = Duration::from_secs_f64(wait);
+        if let Some(wait) = self.wait {
+            asked = asked.with_patience(Duration::from_secs_f64(wait));
         }
-        let plan = asked.plan;
-        let motion = motion(&asked, output)?;
-        let found = estimate(&motion.record, plan.hand).map_err(Failure::input)?;
-        for warning in &found.warnings {
+        let stop = stop_on_interrupt()?;
+        let bar = progress_bar(asked.steps(), output);
+        let measured = asked.run(&|ticks| bar.set_position(ticks), stop, &warn);
+        bar.finish_and_clear();
+        let mut report = measured?;
+        for warning in report.warnings() {
             warn(warning);
         }
-        let (model, figure) = write(&motion, &plan, &found, &mut place);
-        let (reach_low_m, reach_high_m) = motion.record.reach_m();
-        let stepless = found.encoder_resolution_m == 0.0;
-        let asked = json!({"device": motion.device, "board": motion.board});
-        let beside = json!({
-            "encoder_resolution_reason": stepless.then_some("no steps seen"),
-            "largest_force_n": motion.record.largest_force_n(),
-            "reach_low_m": reach_low_m,
-            "reach_high_m": reach_high_m,
-            "model": model,
-            "figure": figure,
-        });
-        output.summary(&joined([asked, json!(found), beside]))?;
+        let text = || report.device_file(PROGRAM);
+        let draw = || draw(report.curve(), &report.conditions);
+        (report.model, report.figure) = place.write(text, draw);
+        output.summary(&report)?;
         place.close(Ok(()))
     }
-}
-
-fn motion(asked: &Measurement, output: Output) -> Result<Motion, Failure> {
-    let stop = stop_on_interrupt()?;
-    let bar = progress_bar(asked.plan.ticks_at_most(), output);
-    let progress = |ticks| bar.set_position(ticks);
-    let plan = &asked.plan;
-    let moved = match &asked.remote {
-        Some(remote) => on_serial(plan, remote, &warn, &progress, stop).map(|moved| Motion {
-            record: moved.record,
-            device: remote.name.to_string(),
-            board: Some(match moved.simulated {
-                true => format!("{} (simulated)", moved.board),
-                false => moved.board,
-            }),
-        }),
-        None => {
-            let device = (asked.device, asked.sensors);
-            on_simulated(plan, device, &progress, stop).map(|record| Motion {
-                record,
-                device: "sim".to_owned(),
-                board: None,
-            })
-        }
-    };
-    bar.finish_and_clear();
-    moved
-}
-
-/// Writes the device file and its picture; their names.
-fn write(
-    motion: &Motion,
-    plan: &MeasurePlan,
-    found: &Measured,
-    place: &mut PlaceOfFile,
-) -> (Option<String>, Option<String>) {
-    let date = StartTime::at(SystemTime::now()).rfc3339();
-    let board = motion
-        .board
-        .as_ref()
-        .map_or(String::new(), |board| format!(", {board}"));
-    let words = format!(
-        "{}{board}, {}, {} of multi-sine at {}, up to {} N in a box of {}, hand {}, model off by {} rms",
-        motion.device,
-        date.split('T').next().unwrap_or_default(),
-        written("duration_s", plan.duration_s),
-        written("sample_time_s", plan.sample_time_s),
-        digits(plan.force_n(), 4),
-        written("box_m", plan.box_m),
-        if plan.hand { "on" } else { "off" },
-        written("residual_m", found.residual_rms_m)
-    );
-    let text = || DeviceModel::measured(found, PROGRAM, &words).to_toml();
-    place.write(text, || draw(&found.curve, &words))
 }
 
 /// The motion over the model, s and m, and below it what the model does not explain.

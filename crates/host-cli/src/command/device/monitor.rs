@@ -7,10 +7,9 @@ use crate::files::RunFiles;
 use crate::output::{Output, note, warn};
 use crate::parse::{quantity, whole};
 use clap::Args;
-use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
-use haptic_experiment::run::device::trouble;
+use haptic_experiment::run::trouble;
 use haptic_experiment::run::{Recorder, Stopped};
+use haptic_experiment::{Failure, parameters};
 use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};
 use haptic_log::record::{RecordError, StartTime, TickMessage};
 use haptic_remote::serial::{Heard, SerialLink};
@@ -37,7 +36,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
     /// Stop after this time [default: run until Ctrl-C]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::DURATIONS))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::TRIAL_DURATION.range()))]
     duration: Option<f64>,
     #[command(flatten)]
     live: LiveArguments,

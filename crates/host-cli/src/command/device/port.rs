@@ -2,11 +2,10 @@
 
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::warn;
-use crate::parse::quantity;
+use crate::parse::{WAITS, quantity};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
-use haptic_experiment::run::device::{DeviceName, LinkedName};
+use haptic_experiment::run::DeviceName;
 use haptic_remote::serial::SerialLink;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -16,42 +15,33 @@ use std::time::Duration;
 pub(crate) struct PortArguments {
     /// `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
-    device: DeviceName,
+    pub(super) device: DeviceName,
     /// Keep trying for this long if the device is absent
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::WAITS))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", WAITS))]
     #[arg(default_value = "0s")]
     wait: f64,
 }
 
 impl PortArguments {
-    pub(super) fn name(&self) -> Result<&LinkedName, Failure> {
-        match &self.device {
-            DeviceName::Linked(name) => Ok(name),
-            DeviceName::Simulated => Err(Failure::bad_input(
-                "device \"sim\" has no port: give --device serial:PATH",
-            )),
-        }
-    }
-
     pub(super) fn patience(&self) -> Duration {
         Duration::from_secs_f64(self.wait)
     }
 
     /// One attempt, at a device of one axis.
     pub(super) fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect_with(1, Duration::ZERO, &warn, None)
+        self.device.connect(Some(1), Duration::ZERO, &warn, None)
     }
 
     /// Attempts at a device of one axis until the patience is over; Ctrl-C ends them in words.
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
         let (patience, stop) = self.attempts()?;
-        self.name()?.connect_with(1, patience, &warn, stop)
+        self.device.connect(Some(1), patience, &warn, stop)
     }
 
     /// The same at a device of any number of axes.
     pub(super) fn connect_any(&self) -> Result<SerialLink, Failure> {
         let (patience, stop) = self.attempts()?;
-        self.name()?.connect(patience, &warn, stop)
+        self.device.connect(None, patience, &warn, stop)
     }
 
     /// For how long to try, and what ends it before.

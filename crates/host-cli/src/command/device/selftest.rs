@@ -6,7 +6,6 @@ use crate::command::device::port::PortArguments;
 use crate::output::{Output, note, warn};
 use crate::parse::{choice, of, quantity};
 use clap::Args;
-use haptic_experiment::parameters::range;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::written;
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
@@ -30,7 +29,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     port: PortArguments,
     /// Force limit during the test
-    #[arg(long, value_parser = quantity("_n", range::FORCE_LIMITS), value_name = "FORCE")]
+    #[arg(long, value_parser = quantity("_n", parameters::FORCE_LIMIT.range()), value_name = "FORCE")]
     force_limit: Option<f64>,
     /// Silence after which the device must let go
     #[arg(long, value_name = "TIME", value_parser = of(parameters::WATCHDOG))]

@@ -5,7 +5,7 @@ use super::port::PortArguments;
 use crate::output::{Output, joined, warn};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::device::{at_port, refused_at_port};
+use haptic_experiment::run::{at_port, refused_at_port};
 use haptic_link::{
     Configuration, Field, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind, Tighter,
 };

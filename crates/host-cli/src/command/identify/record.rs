@@ -4,13 +4,16 @@ use crate::parse::quantity;
 use crate::table;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::range;
+use haptic_experiment::parameters::Range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use haptic_tissue::identify::table::{
     Choice, Column, Columns, Loading, Reader, Reading, Understood, read_table,
 };
 use haptic_tissue::identify::{RecordKind, SAMPLES_MOST};
 use std::path::Path;
+
+/// Times in a record, s.
+const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
 
 /// Options of the table.
 #[derive(Debug, Args)]
@@ -24,10 +27,10 @@ pub(super) struct TableArguments {
     #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
     units: Vec<(Column, String)>,
     /// First time, or angular frequency of an oscillation, rad/s
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::RECORD_TIMES))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", RECORD_TIMES))]
     from: Option<f64>,
     /// Last time or angular frequency
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", range::RECORD_TIMES))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", RECORD_TIMES))]
     to: Option<f64>,
 }
 

@@ -1,12 +1,7 @@
 //! The page of all keys of experiment, controller and plant files, made from the tables that read them.
 
 use fracdiff::parameter::Shown;
-use haptic_experiment::parameters::choices;
-use haptic_experiment::parameters::{
-    self, CONTROLLER_LOOP, CONTROLLER_SOURCE, CRONE, DEVICE_PLANT, LEAD_LAG, MEASURED_PLANT, PID,
-    PLANT_SOURCE, Parameter, Range, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
-};
-use host_cli::TABLES;
+use haptic_experiment::parameters::{self, Parameter, Range, Value, choices};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use testkit::book;
@@ -17,23 +12,6 @@ const MARK: &str =
     "<!-- Made from the tables: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
 /// With this in the environment the page is written, not compared.
 const UPDATE: &str = "UPDATE_GUIDE";
-
-const CONTROLLER_FILES: &[(&str, &[Parameter])] = &[
-    ("[pid]", PID),
-    ("[tid]", TID),
-    ("[crone]", CRONE),
-    ("[lead_lag]", LEAD_LAG),
-    ("[transfer_function]", TRANSFER_CONTROLLER),
-    ("[loop], in every controller file", CONTROLLER_LOOP),
-    ("[source], optional", CONTROLLER_SOURCE),
-];
-const PLANT_FILES: &[(&str, &[Parameter])] = &[
-    ("[transfer_function]", TRANSFER_PLANT),
-    ("[device]", DEVICE_PLANT),
-    ("[state_space]", STATE_PLANT),
-    ("[measured_response]", MEASURED_PLANT),
-    ("[source], optional", PLANT_SOURCE),
-];
 
 /// A line for people, and the default that some of them tell in words: `…, 1ms to 1s [default: 0.1s]`.
 fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
@@ -127,7 +105,9 @@ fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String])
 
 /// The page below its mark.
 fn made() -> String {
-    let all = [TABLES, CONTROLLER_FILES, PLANT_FILES].concat();
+    let all = ["experiment", "controller", "plant"]
+        .map(parameters::tables)
+        .concat();
     let all = all
         .iter()
         .flat_map(|(heading, parameters)| rows(heading, parameters));
@@ -146,12 +126,12 @@ fn made() -> String {
     let shared: Vec<String> = shared.into_values().map(|(_, row)| row).collect();
     let mut text = String::from("\n## Experiment files\n");
     let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
-    tables(&mut text, TABLES, &shared);
+    tables(&mut text, parameters::tables("experiment"), &shared);
     table(&mut text, "Shared keys", &listed);
     text.push_str("\n## Controller files\n\nOne of the first five, and `[loop]`.\n");
-    tables(&mut text, CONTROLLER_FILES, &shared);
+    tables(&mut text, parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
-    tables(&mut text, PLANT_FILES, &shared);
+    tables(&mut text, parameters::tables("plant"), &shared);
     text
 }
 
@@ -175,7 +155,9 @@ fn no_table_of_an_experiment_is_missing_on_the_page() {
     for kind in parameters::KINDS {
         for (_, table) in parameters::of_kind(kind) {
             for parameter in table {
-                let shown = TABLES.iter().any(|(_, shown)| shown.contains(parameter));
+                let shown = parameters::tables("experiment")
+                    .iter()
+                    .any(|(_, shown)| shown.contains(parameter));
                 assert!(shown, "{kind}: {}", parameter.key);
             }
         }

@@ -3,9 +3,10 @@
 //! `CAMPAIGN_CASES` sets how many; 10 unless it is given, 500 at night.
 
 use super::measured;
+use crate::question::measurement::MeasurePlan;
+use crate::question::measurement::estimate::{Estimate, Measured, estimate};
+use crate::{Imperfections, Sensors};
 use fracdiff::Seconds;
-use haptic_experiment::question::measurement::{Estimate, MeasurePlan, Measured, estimate};
-use haptic_experiment::{Imperfections, Sensors};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use rayon::prelude::*;

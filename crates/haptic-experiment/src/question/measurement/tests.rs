@@ -4,13 +4,12 @@
 
 mod random_devices;
 
+use super::drive::{Driven, Outcome, drive, on_simulated};
+use super::estimate::{Estimate, MeasureError, Measured, estimate};
+use super::{MeasurePlan, MotionRecord};
+use crate::run::plant_file::DeviceModel;
+use crate::{Imperfections, Sensors};
 use fracdiff::Seconds;
-use haptic_experiment::question::measurement::{
-    Driven, MeasureError, MeasurePlan, Measured, MotionRecord, Outcome, drive, estimate,
-    on_simulated,
-};
-use haptic_experiment::run::DeviceModel;
-use haptic_experiment::{Imperfections, Sensors};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
@@ -374,5 +373,12 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
         let said = read.expect_err(&want).to_string();
         let told = said.starts_with(&format!("lab/device.toml:{want}")) && !said.contains('\n');
         assert!(told, "{said}");
+    }
+}
+
+impl Estimate {
+    /// True of a number in the interval.
+    pub(crate) fn covers(&self, number: f64) -> bool {
+        (self.low..=self.high).contains(&number)
     }
 }
