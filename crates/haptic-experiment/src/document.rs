@@ -10,7 +10,7 @@ pub(crate) mod parameters;
 pub(crate) mod reader;
 mod record_check;
 
-pub use advice::single;
+pub use advice::{analysed, single};
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
 use error::{Source, text_of};

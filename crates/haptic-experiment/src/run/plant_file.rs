@@ -26,8 +26,6 @@ use haptic_tissue::read_bytes;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use std::f64::consts::{PI, TAU};
-use std::fmt;
-use std::io::Read as _;
 use std::path::Path;
 use std::str::FromStr;
 

@@ -32,13 +32,13 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     tissue: TissueArguments,
     /// Time between two samples
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::SAMPLE_TIME.range()))]
     sample_time: f64,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
     /// How far back a full memory keeps its accuracy [default: 1h]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()))]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::MEMORY.range()))]
     horizon: Option<f64>,
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]

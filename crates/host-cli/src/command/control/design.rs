@@ -289,7 +289,7 @@ fn parse_bound(text: &str) -> Result<Bound, String> {
             (text.split_once(':')).ok_or_else(|| format!("\"{text}\" is not FREQUENCY:GAIN"))?;
         let key = "frequency_rad_s";
         let frequency = parse_for_key(key, frequency).map_err(|error| error.to_string())?;
-        let frequency = in_range(key, frequency, range::ANGULAR_FREQUENCIES);
+        let frequency = in_range(key, frequency, parameters::analysis::OMEGA_MAX.range());
         Ok(Bound {
             omega_rad_s: frequency.map_err(|refused| format!("frequency {refused}"))?,
             at_most: parse_gain(gain)?,

@@ -207,7 +207,7 @@ impl Arguments {
         let (own, samples) = (&best.identified, record.time_s.len());
         let model = PlantModel::Function {
             function: Box::new(with_digits(&own.function, DIGITS)),
-            delay_s: self.delay.0,
+            delay_s: self.delay,
         };
         let rms = digits(own.rms_residual, 4);
         let note = format!("identified from {name}, {samples} samples, rms {rms}");

@@ -65,10 +65,12 @@ impl PlantArguments {
         let model = match (&self.plant, self.mass) {
             (Some(text), _) => named(text)?,
             (None, Some(mass)) => PlantModel::Device(DeviceValues {
+                mass_kg: mass,
+                damping_n_s_per_m: self.damping.unwrap_or(0.0),
                 hand_stiffness_n_per_m: self.hand_stiffness.unwrap_or(0.0),
                 delay_s,
                 current_lag_s: self.current_lag.unwrap_or(0.0),
-                ..DeviceValues::ideal(mass, self.damping.unwrap_or(0.0))
+                ..DeviceValues::default()
             }),
             (None, None) => {
                 return Err(Failure::bad_input(
