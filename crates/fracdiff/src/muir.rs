@@ -1,4 +1,4 @@
-//! The Muir polynomial `A_n(w`, μ), and the operator that uses it alone.
+//! The Muir polynomial `A_n(w, μ)`, and the operator that uses it alone.
 
 use crate::differintegrator::past_is_kept;
 use crate::fir::FirHistory;
@@ -7,7 +7,7 @@ use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
-/// Coefficients of the Muir polynomial `A_n(w`, μ), of w⁰ first, into `coefficients`; n is one less than its length.
+/// Coefficients of the Muir polynomial `A_n(w, μ)`, of w⁰ first, into `coefficients`; n is one less than its length.
 /// ```text
 /// A₀ = 1,   A_n(w, μ) = A_{n−1}(w, μ) − c_n·wⁿ·A_{n−1}(w^(−1), μ),   c_n = μ/n for odd n, else 0
 /// ```
@@ -32,7 +32,7 @@ pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
     }
 }
 
-/// D^μ ≈ `T^(−μ)·A_n(w`, μ), n ≤ N: the numerator of the Tustin–Muir form alone, as chapter IV of the dissertation uses it.
+/// D^μ ≈ `T^(−μ)·A_n(w, μ)`, n ≤ N: the numerator of the Tustin–Muir form alone, as chapter IV of the dissertation uses it.
 /// ```text
 /// y[k] = T^(−μ) · Σ_{i=0}^{n} a_i·x[k−i]
 /// ```

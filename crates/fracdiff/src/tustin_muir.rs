@@ -8,13 +8,13 @@ use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
-/// D^μ ≈ (1 − w)^n T^(−n) · (`2/T)^φ·A_m(w`, `φ)/A_m(w`, −φ), m ≤ N, where μ = n + φ and n is the integer part towards zero.
+/// D^μ ≈ (1 − w)^n T^(−n) · `(2/T)^φ·A_m(w, φ)/A_m(w, −φ)`, m ≤ N, where μ = n + φ and n is the integer part towards zero.
 /// ```text
 /// ((1 − w)/(1 + w))^φ = lim A_m(w, φ)/A_m(w, −φ),   m → ∞
 /// y[k] = Σ_{i=0}^{m} b_i·x[k−i] − Σ_{i=1}^{m} a_i·y[k−i],   b = (2/T)^φ·A_m(φ),  a = A_m(−φ)
 /// ```
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory).
-/// - *Stable*: the reflection coefficients of `A_m(w`, −φ) are −φ/i, all inside (−1, 1), so its poles are too. This is why the integer part
+/// - *Stable*: the reflection coefficients of `A_m(w, −φ)` are −φ/i, all inside (−1, 1), so its poles are too. This is why the integer part
 ///   is taken by differences (or sums): at |φ| ≥ 1 the recursion would ring for ever or grow.
 /// - *Accuracy*: good in the middle of the band, from about π/m to π/2 rad/sample; at rest the gain is not zero but (4/(m + 1))^φ·Γ((1 +
 ///   φ)/2)/Γ((1 − φ)/2) for odd m and large, so it forgets a slow relaxation.

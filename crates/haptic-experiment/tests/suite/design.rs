@@ -146,7 +146,9 @@ fn the_noise_of_the_force_can_be_limited() {
         "require = \"passive\"",
         "wish = \"most-damping\"\nfrequency_hz = 5",
     ] {
-        let device = format!("encoder_resolution_m = 3e-5\norders = [0.5, 1, 1.5]\n{wish}");
+        let device = format!(
+            "encoder_resolution_m = 3e-5\nsample_time_s = 4e-3\norders = [0.5, 1, 1.5]\n{wish}"
+        );
         let any = design(&device);
         let quiet = design(&format!("{device}\nforce_noise_limit_n = 0.02"));
         for order in [0.5, 1.0, 1.5] {

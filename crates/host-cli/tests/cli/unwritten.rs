@@ -68,7 +68,7 @@ fn without_a_drawing(place: &Place, name: &str, line: &str, result: &str) -> End
 
 /// The name of a drawing, the line that makes it, what is told, and the file that is kept.
 const DRAWN: &str = "
-    z/zwidth | zwidth --orders 1 --points 2 --out z | stiffness max | z/zwidth.csv
+    z/zwidth | zwidth --orders 1 --points 2 duration=1s --out z | stiffness max | z/zwidth.csv
     r/region | analyze stability-region --order 1 --delta 0.1 --out r | area | r/region.csv
     s/sensitivity | analyze sensitivity --order 1 --alpha 0.1 --beta 0.1 --delta 0.1 --out s | peak | s/sensitivity.csv
     d/design | design --orders 1 --out d | best | d/design.toml

@@ -482,14 +482,17 @@ mod tests {
             one_sided: false,
             scheme: Scheme::Muir { degree: 3 },
             orders: vec![Order::new(1.0).expect("in range")],
-            points: 9,
-            plan: TrialPlan::DEFAULT,
+            points: 5,
+            plan: TrialPlan {
+                duration_s: 2.0,
+                ..TrialPlan::DEFAULT
+            },
             remote: None,
         };
         let never = AtomicBool::new(false);
         let whole = experiment.run(&|_| {}, &never, &|_| {}).expect("runs");
         assert!(whole.ended_early.is_none());
-        assert_eq!(whole.orders[0].boundary.len(), 9);
+        assert_eq!(whole.orders[0].boundary.len(), 5);
         let stop = AtomicBool::new(false);
         let first = |_| stop.store(true, Ordering::Relaxed);
         let cut = experiment.run(&first, &stop, &|_| {}).expect("runs");
@@ -499,7 +502,7 @@ mod tests {
             ("interrupted", 1)
         );
         let kept = &cut.orders[0].boundary;
-        assert!((1..9).contains(&kept.len()), "{kept:?}");
+        assert!((1..5).contains(&kept.len()), "{kept:?}");
         assert!(
             kept.iter()
                 .all(|point| whole.orders[0].boundary.contains(point))
