@@ -2,6 +2,7 @@
 
 use super::{Experiment, ExperimentFile};
 use crate::document::Document;
+use crate::experiment::trial::Trial as _;
 use std::path::Path;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
