@@ -125,7 +125,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         ("omega_rad_s,gain\n", "no column of the phase"),
         (
             "omega_rad_s,gain,phase_deg\n1,x,3\n",
-            "line 2: \"x\" is not a finite number",
+            "line 2, column gain: \"x\" is not a finite number",
         ),
         (
             "omega_rad_s,gain,phase_deg\n1,1,3\n",
