@@ -19,7 +19,7 @@ pub use {haptic_link, haptic_loop, haptic_remote, nalgebra};
 pub use clock::Clock;
 pub use device::{Place, Shared, Ticker, TickerSlot, power_up};
 pub use main_loop::{MainLoop, serve};
-pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog, identity, one_axis, only_real};
+pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog, identity};
 pub use quadrature::Quadrature;
 pub use queue::Queue;
 pub use retained::{Retained, RetainedMemory};

@@ -2,7 +2,6 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 
-mod board;
 mod foreign;
 pub mod haply;
 pub mod moteus;

@@ -31,7 +31,7 @@ mod workspace;
 pub use conversation::{Conversation, HostCounters, Incoming};
 #[cfg(feature = "std")]
 pub use fits_device::FitsDevice;
-pub use hardware::{Exchange, Exclusive, Hardware};
+pub use hardware::{Exchange, Exclusive, Hardware, abilities, only_real};
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};

@@ -1,9 +1,7 @@
 //! A device without hardware: a plant that is stepped by its own ticks.
 
-use crate::hardware::Hardware;
+use crate::hardware::{Hardware, abilities};
 use crate::limits::Fields;
-use crate::prepared::{COEFFICIENTS_MAX, DEGREE_MAX, MODES_MAX};
-use crate::records::FLIGHT_SAMPLES;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
 #[cfg(feature = "std")]
@@ -153,18 +151,11 @@ fn setup(simulation: &Simulation, sample_time: Seconds) -> Result<Setup, Refusal
 pub(crate) const fn capabilities(board: [u8; 16], axes: u8) -> Capabilities {
     Capabilities {
         board,
-        axes,
         simulated: true,
-        tick_period_min_us: 100,
-        tick_period_max_us: 10_000,
         // More than desktop devices can do; nothing here would break.
         force_max_n: 100.0,
         force_rate_max_n_per_s: 1e6,
-        position_resolution_m: 0.0,
-        coefficients_max: COEFFICIENTS_MAX as u16,
-        modes_max: MODES_MAX as u16,
-        degree_max: DEGREE_MAX as u16,
-        flight_samples: FLIGHT_SAMPLES as u16,
+        ..abilities("", axes)
     }
 }
 

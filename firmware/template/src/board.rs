@@ -2,9 +2,8 @@
 
 use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_board::haptic_remote::Hardware;
+use haptic_board::haptic_remote::{Hardware, abilities, only_real};
 use haptic_board::nalgebra::Vector1;
-use haptic_board::{one_axis, only_real};
 
 /// TODO: the name that the host sees, 16 bytes at most.
 pub(crate) const NAME: &str = "my-board";
@@ -83,7 +82,7 @@ impl Hardware for Board {
             force_max_n: FORCE_MAX_N,
             force_rate_max_n_per_s: FORCE_RATE_MAX_N_PER_S,
             position_resolution_m: METRES_PER_COUNT,
-            ..one_axis(NAME)
+            ..abilities(NAME, 1)
         }
     }
 

@@ -5,11 +5,11 @@ use super::model::{HaplyName, Model, Plane, middle};
 use super::protocol::{
     ANSWER_BYTES, TORQUE_MAX_NM, Trouble, configuration, judged, reset, resynchronise, torques,
 };
-use crate::board::{is_real, served_host};
+use crate::foreign::USB_PERIOD_US;
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause};
-use haptic_remote::{Exchange, Hardware};
+use haptic_remote::{Exchange, Hardware, abilities, only_real};
 use nalgebra::{SMatrix, SVector, Vector2};
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -113,17 +113,17 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
             _ => "Haply 2DIY v3",
         };
         Capabilities {
-            tick_period_max_us: 10_000,
+            tick_period_min_us: USB_PERIOD_US,
             force_max_n: FORCE_MAX_N,
             // From one end to the other in a tick.
             force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
             position_resolution_m: self.planar.model().resolution_m(),
-            ..served_host(board, D as u8)
+            ..abilities(board, D as u8)
         }
     }
 
     fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        is_real(simulation)
+        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

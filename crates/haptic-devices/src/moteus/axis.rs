@@ -11,11 +11,11 @@ use super::adapter::{Adapter, Gone, Heard};
 use super::frames::{Frames, HOST, Reply, Route};
 use super::settings::{MoteusName, MoteusSettings};
 use super::trouble::{Instead, MoteusOpenError, Trouble};
-use crate::board::{is_real, served_host};
+use crate::foreign::USB_PERIOD_US;
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, open, ports};
-use haptic_remote::{Exchange, Hardware};
+use haptic_remote::{Exchange, Hardware, abilities, only_real};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
@@ -304,17 +304,17 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
 
     fn capabilities(&self) -> Capabilities {
         Capabilities {
+            tick_period_min_us: USB_PERIOD_US,
             tick_period_max_us: 5000,
             force_max_n: (self.settings.torque_limit_nm / self.settings.radius_m.abs()) as f32,
             force_rate_max_n_per_s: 1e5,
-            // It has a filtered position, whose step it does not tell.
-            position_resolution_m: 0.0,
-            ..served_host("moteus", 1)
+            // Of its filtered position it does not tell the step.
+            ..abilities("moteus", 1)
         }
     }
 
     fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        is_real(simulation)
+        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

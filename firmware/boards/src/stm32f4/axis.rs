@@ -5,10 +5,9 @@ use crate::board::nucleo_f446re::{
     MISMATCH_A, MISMATCH_US, NAME, NEWTONS_PER_AMPERE,
 };
 use cortex_m::peripheral::DWT;
-use haptic_board::{one_axis, only_real};
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::Hardware;
+use haptic_remote::{Hardware, abilities, only_real};
 use nalgebra::SVector;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::gpio::{Input, Output, PC7, PC8};
@@ -156,7 +155,7 @@ impl Hardware for Axis {
             // The whole range in a tick of 1 ms; an amplifier's own limit is far above.
             force_rate_max_n_per_s: 2000.0 * CURRENT_MAX_A * NEWTONS_PER_AMPERE,
             position_resolution_m: METRES_PER_COUNT,
-            ..one_axis(NAME)
+            ..abilities(NAME, 1)
         }
     }
 

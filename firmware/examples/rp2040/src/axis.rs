@@ -18,9 +18,9 @@ use embassy_rp::pwm::{self, Pwm};
 use embassy_rp::{Peri, bind_interrupts};
 use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_board::haptic_remote::Hardware;
+use haptic_board::haptic_remote::{Hardware, abilities, only_real};
 use haptic_board::nalgebra::Vector1;
-use haptic_board::{Quadrature, one_axis, only_real};
+use haptic_board::Quadrature;
 
 pub(crate) const NAME: &str = "rp2040";
 
@@ -226,7 +226,7 @@ impl Hardware for Axis {
             // The whole range in a tick of 1 ms; an amplifier's own limit is far above.
             force_rate_max_n_per_s: 2000.0 * CURRENT_MAX_A * NEWTONS_PER_AMPERE,
             position_resolution_m: METRES_PER_COUNT,
-            ..one_axis(NAME)
+            ..abilities(NAME, 1)
         }
     }
 
