@@ -6,7 +6,7 @@ use crate::parse::parse_scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
 use haptic_experiment::document::single;
-use haptic_experiment::parameters::{self, Range};
+use haptic_experiment::parameters::{self, Range, SAFETY};
 use haptic_experiment::run::guard_of;
 use haptic_experiment::run::{GuardedDevice, speed, workspace};
 use haptic_experiment::{GuardChoice, Named};
@@ -15,14 +15,19 @@ use haptic_quantity::{parse_for_key, without_unit};
 use haptic_remote::{operator_shape, wire_guard};
 use std::collections::BTreeSet;
 
-type Field = fn(&mut Configuration) -> &mut f32;
+/// The place of a number that is set as it is.
+#[derive(Clone, Copy)]
+enum Place {
+    Own(fn(&mut Configuration) -> &mut f32),
+    Limit(fn(&mut Limits) -> &mut f32),
+}
 
 /// What can be set.
+#[derive(Clone, Copy)]
 struct Key {
     key: &'static str,
     help: &'static str,
-    /// Range and place of a number that is set as it is.
-    number: Option<(Range, Field)>,
+    number: Option<(Range, Place)>,
 }
 
 macro_rules! keys {
@@ -30,12 +35,12 @@ macro_rules! keys {
         &[$(Key {
             key: $key,
             help: $help,
-            number: [$(Some(($range, (|$c| &mut $c.$($field).+) as Field)),)? None][0],
+            number: [$(Some(($range, Place::Own(|$c| &mut $c.$($field).+))),)? None][0],
         }),*]
     };
 }
 
-/// As `device get` names them, and what operators and guards are made from.
+/// As `device get` names them, and what operators and guards are made from; but for the [`limits`] of the safety chain.
 const KEYS: &[Key] = keys! {
     "loop", "Where the loop runs: device or host";
     "sample_time_s", "Sample time of the loop; needs order too";
@@ -46,33 +51,21 @@ const KEYS: &[Key] = keys! {
     "scheme", "Scheme of that operator, see host-cli --help [default: full]";
     "horizon_s", "How far back a full memory remembers [default: 200s]";
     "surface_m", "Surface of a wall that pushes but never pulls; none for one that does both";
-    "force_limit_n" in parameters::FORCE_LIMIT.range() => c.limits.force_n, "Largest force";
-    "force_rate_limit_n_per_s" in parameters::FORCE_RATE_LIMIT.range() => c.limits.force_rate_n_per_s,
-        "Largest rate of force";
     "watchdog_s", "Silence from the host after which the device lets go";
     "late_ticks", "Late ticks in a row that are a fault; 0 = off";
     "max_age_ticks", "Loop on the host: largest age of a force, in ticks from its sample";
+    "force_limit_n" in parameters::FORCE_LIMIT.range() => c.limits.force_n, "Largest force";
+    "force_rate_limit_n_per_s" in parameters::FORCE_RATE_LIMIT.range() => c.limits.force_rate_n_per_s,
+        "Largest rate of force";
     "start_force_n" in parameters::FORCE_LIMIT.range().or_0() => c.limits.start_force_n,
         "Largest force with which the loop may start; 0 for any";
-    "rise_time_s" in parameters::RISE_TIME.range().or_0() => c.limits.rise_time_s,
-        "Time over which the force ramps up after a start; 0 for at once";
     "workspace_m", "Range of positions, as -10mm:20mm; none for any";
     "speed_limit_m_per_s", "Largest speed; 0 for any";
     "braking_n_s_per_m" in parameters::BRAKING.range().or_0() => c.limits.braking_n_s_per_m,
         "Damping that brakes near a limit and after a fault or stop; 0 = off";
-    "stop_time_s" in parameters::STOP_TIME.range() => c.limits.stop_time_s,
-        "Time over which the force falls to zero after a fault or stop";
-    "brake_force_n" in parameters::BRAKE_FORCE.range() => c.limits.brake_force_n,
-        "Largest braking force during that time";
-    "stuck_force_n" in parameters::STUCK_FORCE.range() => c.limits.stuck_force_n,
-        "Fault if the force rises by this much while the position is frozen; 0 = off";
     "stuck_time_s" in parameters::STUCK_TIME.range() => c.limits.stuck_time_s,
         "Time for which the position must be frozen";
-    "jump_m" in parameters::JUMP.range() => c.limits.jump_m,
-        "Fault if the position moves in one tick by this much more than the speed limit allows; 0 = off";
     "guard", "Keep the loop from feeding the device energy: off, observer or energy-bounding";
-    "device_mass_kg" in parameters::DEVICE_MASS.range().or_0() => c.limits.device_mass_kg,
-        "Mass of a real device, for guard=observer and braking; 0 for unknown";
     "device_damping_n_s_per_m", "Its damping, for guard=energy-bounding; so are the next three";
     "device_delay_s", "Delay from a measurement to the effect of its force, as 1ms or 0.2ms:1ms";
     "device_lag_s", "Time constant of its force";
@@ -85,20 +78,41 @@ const KEYS: &[Key] = keys! {
     "push_n" in parameters::PUSH.range().or_0() => c.simulation.push_n, "Push of the hand on a simulated device";
 };
 
+/// Every other number that is a limit by itself, by the row of its table and the parameter of an experiment. Where 0 is no limit, it
+/// may be 0.
+fn limits() -> impl Iterator<Item = Key> {
+    Limits::TABLE.iter().filter_map(|limit| {
+        let key = limit.field.key();
+        let parameter = SAFETY.iter().find(|parameter| parameter.key == key)?;
+        let range = match limit.least_for(0.0) <= 0.0 {
+            true => parameter.range().or_0(),
+            false => parameter.range(),
+        };
+        let help = parameter.help.split(" [default").next()?;
+        let number = Some((range, Place::Limit(limit.of)));
+        (KEYS.iter().all(|own| own.key != key)).then_some(Key { key, help, number })
+    })
+}
+
+/// All keys.
+fn keys() -> impl Iterator<Item = Key> {
+    KEYS.iter().copied().chain(limits())
+}
+
 pub(super) fn help() -> String {
-    keys_help(KEYS.iter().map(|key| (key.key, key.help)))
+    keys_help(keys().map(|key| (key.key, key.help)))
 }
 
 /// The key that is called like an option: of `force-limit` `force_limit`.
 pub(crate) fn key_like(option: &str) -> Option<&'static str> {
-    key_value::key_like(option, KEYS.iter().map(|key| key.key))
+    key_value::key_like(option, keys().map(|key| key.key))
 }
 
 /// What is set, in SI units.
 #[derive(Default)]
 pub(super) struct Changes {
     given: BTreeSet<&'static str>,
-    numbers: Vec<(Field, f32)>,
+    numbers: Vec<(Place, f32)>,
     loop_mode: Option<LoopMode>,
     tick_period_us: Option<u32>,
     order: Option<Order>,
@@ -124,11 +138,11 @@ impl Changes {
     pub(super) fn read(words: &[String]) -> Result<Self, Failure> {
         let mut changes = Self::default();
         for word in words {
-            let (name, text) = key_and_value(word, KEYS.iter().map(|key| key.key), "set")?;
+            let (name, text) = key_and_value(word, keys().map(|key| key.key), "set")?;
             if !changes.given.insert(name) {
                 return Err(refused(word, "is given twice: keep one"));
             }
-            for key in KEYS.iter().filter(|key| key.key == name) {
+            for key in keys().filter(|key| key.key == name) {
                 changes.set(key, text).map_err(|why| refused(word, &why))?;
             }
         }
@@ -151,13 +165,11 @@ impl Changes {
         Ok(changes)
     }
 
-    fn set(&mut self, &Key { key, number, .. }: &Key, text: &str) -> Result<(), String> {
-        if let Some((range, field)) = number {
+    fn set(&mut self, Key { key, number, .. }: Key, text: &str) -> Result<(), String> {
+        if let Some((range, place)) = number {
             let value = single(key, in_range(key, range, text)?);
-            self.numbers.push((
-                field,
-                value.map_err(|error| format!("is too small: {error}"))?,
-            ));
+            let value = value.map_err(|error| format!("is too small: {error}"))?;
+            self.numbers.push((place, value));
             return Ok(());
         }
         match key {
@@ -242,8 +254,11 @@ impl Changes {
         configuration: &mut Configuration,
         values: &mut Vec<f32>,
     ) -> Result<(), Failure> {
-        for (field, value) in &self.numbers {
-            *field(configuration) = *value;
+        for (place, value) in &self.numbers {
+            *match place {
+                Place::Own(of) => of(configuration),
+                Place::Limit(of) => of(&mut configuration.limits),
+            } = *value;
         }
         let given = |key| self.given.contains(key);
         let plant = [
@@ -407,7 +422,7 @@ mod tests {
     #[test]
     fn every_key_can_be_set_and_none_is_there_twice() {
         let mut names = BTreeSet::new();
-        for key in KEYS {
+        for key in keys() {
             assert!(names.insert(without_unit(key.key)), "{}", key.key);
             let name = without_unit(key.key);
             let text = match name {
