@@ -1,6 +1,5 @@
 //! A document: the text of a file, and values given over it by options, keywords or the fields of a form.
 
-pub(crate) mod advice;
 pub(crate) mod controller_file;
 pub(crate) mod error;
 pub(crate) mod failure;
@@ -10,7 +9,7 @@ pub(crate) mod parameters;
 pub(crate) mod reader;
 mod record_check;
 
-pub use advice::{analysed, single};
+
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
 use error::{Source, text_of};

@@ -12,7 +12,8 @@ pub(crate) mod touch;
 pub(crate) mod trial;
 pub(crate) mod wall;
 
-use crate::document::parameters::{ON_DEVICE, Parameter, SAFETY};
+use crate::document::parameters::{ON_DEVICE, Parameter};
+use crate::run::safety::keys::SAFETY;
 pub use teleoperation::{End, FarReport, FeltAt, Terms};
 
 /// Kinds of experiments, the names of their tables in files.

@@ -6,6 +6,7 @@
 //! A tick after which the world does not go on, by a fault or a silence, does not count; one in which somebody asked to
 //! stop does.
 
+pub(crate) mod advice;
 mod budget;
 pub(crate) mod device;
 pub(crate) mod ending;
@@ -29,6 +30,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{REALTIME, SAMPLE_TIME};
 use budget::TickParts;
 use device::Warn;
+pub use advice::{analysed, single};
 pub use device::{DeviceName, at_port, firmware_version, lost_board, refused_at_port, trouble};
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
@@ -51,6 +53,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 use tick::{KeptSample, TickRecord};
+pub use tick::{by_device, by_loop, unknown};
 
 /// Watcher of a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]

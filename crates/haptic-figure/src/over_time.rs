@@ -331,32 +331,37 @@ impl TimePanel {
 
 const ROW_HEIGHT: f64 = 300.0;
 /// Positions are drawn in mm.
-const MM_PER_M: f64 = 1e3;
 
-const REFERENCE: Stroke = Stroke::solid("#999999", 4.5);
-const INDENTER: Stroke = Stroke::solid(GREEN, 1.8);
-const RENDERING: Stroke = Stroke::solid(BLUE, 1.8);
-const FORCE: Stroke = Stroke::solid(VERMILION, 1.8);
-const CONTACT: Stroke = Stroke::solid(INK, 1.0);
+/// Strokes of the lines of a motion, over all of its rows.
+const MOTIONS: [Stroke; 5] = [
+    Stroke::solid("#999999", 4.5),
+    Stroke::solid(GREEN, 1.8),
+    Stroke::solid(BLUE, 1.8),
+    Stroke::solid(VERMILION, 1.8),
+    Stroke::solid(INK, 1.0),
+];
 
-/// Motion of a run for a first look: positions above, forces below. The slices belong together sample by sample;
+/// Motion of a run for a first look, as positions above and forces below. The slices belong together sample by sample;
 /// what is not finite is left out.
 /// ```
-/// use haptic_figure::MotionFigure;
+/// use haptic_figure::{MotionFigure, MotionRow};
 ///
 /// let time_s: Vec<f64> = (0..100).map(|i| 1e-3 * f64::from(i)).collect();
-/// let (ramp, rest) = (time_s.iter().map(|t| 0.01 * t), vec![0.0; 100]);
-/// let ramp: Vec<f64> = ramp.collect();
+/// let ramp: Vec<f64> = time_s.iter().map(|t| 0.01 * t).collect();
 /// let force_n: Vec<f64> = ramp.iter().map(|x| -500.0 * x).collect();
 /// let figure = MotionFigure {
 ///     title: "A push into a spring of 500 N/m",
 ///     subtitle: "",
 ///     time_s: &time_s,
-///     reference_m: &ramp,
-///     indenter_position_m: &rest,
-///     position_m: &ramp,
-///     force_n: &force_n,
-///     contact_force_n: &force_n,
+///     rows: &[
+///         MotionRow {
+///             caption: "position",
+///             label: "position / mm",
+///             scale: 1e3,
+///             lines: &[("hand", &ramp), ("device", &ramp)],
+///         },
+///         MotionRow { caption: "force", label: "force / N", scale: 1.0, lines: &[("force", &force_n)] },
+///     ],
 /// };
 /// assert!(figure.draw()?.svg().contains("position / mm"));
 /// # Ok::<(), haptic_figure::FigureError>(())
@@ -369,16 +374,21 @@ pub struct MotionFigure<'a> {
     pub subtitle: &'a str,
     /// Time, s.
     pub time_s: &'a [f64],
-    /// Position that was asked for, m.
-    pub reference_m: &'a [f64],
-    /// Position of the indenter, m.
-    pub indenter_position_m: &'a [f64],
-    /// Position of the device, m.
-    pub position_m: &'a [f64],
-    /// Force on the device, N.
-    pub force_n: &'a [f64],
-    /// Force of the contact, N.
-    pub contact_force_n: &'a [f64],
+    /// From top to bottom.
+    pub rows: &'a [MotionRow<'a>],
+}
+
+/// A row of a [`MotionFigure`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionRow<'a> {
+    /// Above it.
+    pub caption: &'a str,
+    /// At its axis, with the unit.
+    pub label: &'static str,
+    /// What a value is multiplied by.
+    pub scale: f64,
+    /// Names in the legend, and values.
+    pub lines: &'a [(&'static str, &'a [f64])],
 }
 
 impl MotionFigure<'_> {
@@ -386,43 +396,31 @@ impl MotionFigure<'_> {
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
-        check_lengths(
-            self.time_s,
-            &[
-                ("reference", self.reference_m),
-                ("indenter", self.indenter_position_m),
-                ("position", self.position_m),
-                ("force", self.force_n),
-                ("contact force", self.contact_force_n),
-            ],
-        )?;
-        let positions = vec![
-            self.line(self.reference_m, MM_PER_M, REFERENCE),
-            self.line(self.indenter_position_m, MM_PER_M, INDENTER),
-            self.line(self.position_m, MM_PER_M, RENDERING),
-        ];
-        let forces = vec![
-            self.line(self.force_n, 1.0, FORCE),
-            self.line(self.contact_force_n, 1.0, CONTACT),
-        ];
-        let mut curves = positions.iter().chain(&forces);
-        if curves.all(|curve| curve.points().next().is_none()) {
+        let lines: Vec<_> = self
+            .rows
+            .iter()
+            .flat_map(|row| row.lines)
+            .copied()
+            .collect();
+        check_lengths(self.time_s, &lines)?;
+        let mut strokes = MOTIONS.into_iter().cycle();
+        let (mut legend, mut rows, mut drawn) = (Vec::new(), Vec::new(), false);
+        for (name, of) in ('a'..).zip(self.rows) {
+            let mut curves = Vec::new();
+            for ((line, values), stroke) in of.lines.iter().zip(strokes.by_ref()) {
+                let curve = self.line(values, of.scale, stroke);
+                drawn |= curve.points().next().is_some();
+                legend.push((*line, stroke));
+                curves.push(curve);
+            }
+            rows.push(row(name, of.caption, of.label, curves));
+        }
+        if !drawn {
             return Err(FigureError::Empty {
                 what: "position or force",
                 samples: self.time_s.len(),
             });
         }
-        let legend = [
-            ("reference", REFERENCE),
-            ("indenter", INDENTER),
-            ("position", RENDERING),
-            ("force", FORCE),
-            ("contact force", CONTACT),
-        ];
-        let rows = vec![
-            row('a', "position", "position / mm", positions),
-            row('b', "force", "force / N", forces),
-        ];
         draw(self.title, self.subtitle, &legend, rows)
     }
 

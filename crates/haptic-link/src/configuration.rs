@@ -1,9 +1,8 @@
 //! Everything that can be set on a device, and the digest by which both ends know it.
 
-use crate::field::Field;
 use crate::frame::{CRC, written};
 use crate::in_order::{Blank, blank, read_in_order};
-use crate::limits::{Limits, LoopMode};
+use crate::limits::{Field, Limits, LoopMode};
 #[cfg(feature = "several-axes")]
 use crate::sample::AXES_MAX;
 use postcard_schema::Schema;

@@ -4,7 +4,6 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod configuration;
-mod field;
 mod frame;
 mod hand;
 mod in_order;
@@ -21,14 +20,13 @@ pub use configuration::{
     COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, DigestBuilder, OperatorForm,
     OperatorShape, Simulation, SimulationKind, block_count, hand_digest,
 };
-pub use field::Field;
 pub use frame::{
     Direction, EncodeError, FRAME_MAX, FrameError, Header, LineCounters, PROTOCOL_VERSION,
     Receiver, encode,
 };
 pub use hand::{Architecture, HandHello, HandMessage, HandSample, HandSide, HandState};
 pub use keys::{REPORT_KEYS, REQUEST_KEYS};
-pub use limits::{Guard, GuardKind, Limit, Limits, LoopMode, Tighter};
+pub use limits::{Field, Guard, GuardKind, Limit, Limits, LoopMode, Tighter};
 pub use report::{
     Ack, Alive, Capabilities, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys, MessageKey,
     Outcome, Refusal, Report, State, Statistics, Status,

@@ -1,7 +1,7 @@
 //! Messages of a device to its host: what it is, how it is, what happens to it.
 
 use crate::configuration::{CoefficientBlock, Configuration};
-use crate::field::Field;
+use crate::limits::Field;
 use crate::sample::{Batch, Flight, Sample};
 use heapless::Vec;
 use postcard_schema::Schema;

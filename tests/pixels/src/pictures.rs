@@ -2,8 +2,8 @@
 //! not, and what follows stands up to 0.3 px elsewhere.
 
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, HeldPanels, Look, MotionFigure, Picture, PlaneFigure,
-    Scale, Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, Conditions, HeldPanels, Look, MotionFigure, MotionRow, Picture,
+    PlaneFigure, Scale, Series, TheoryFigure,
 };
 
 type Points = Vec<(f64, f64)>;
@@ -175,11 +175,24 @@ fn motion() -> Picture {
         title: "run.mcap",
         subtitle: "a log",
         time_s: &time_s,
-        reference_m: &waves(0.0),
-        indenter_position_m: &waves(0.2),
-        position_m: &waves(0.4),
-        force_n: &waves(1.0),
-        contact_force_n: &waves(2.0),
+        rows: &[
+            MotionRow {
+                caption: "position",
+                label: "position / mm",
+                scale: 1e3,
+                lines: &[
+                    ("reference", &waves(0.0)),
+                    ("indenter", &waves(0.2)),
+                    ("position", &waves(0.4)),
+                ],
+            },
+            MotionRow {
+                caption: "force",
+                label: "force / N",
+                scale: 1.0,
+                lines: &[("force", &waves(1.0)), ("contact force", &waves(2.0))],
+            },
+        ],
     };
     figure.draw().expect("draws")
 }

@@ -8,13 +8,11 @@ mod common;
 mod controller;
 pub(crate) mod kind;
 pub(crate) mod range;
-mod safety;
 
 pub use common::*;
 pub use controller::*;
 pub use kind::{Parameter, Value};
 pub use range::Range;
-pub use safety::*;
 
 use haptic_quantity::Key;
 use std::path::Path;

@@ -29,7 +29,7 @@ use super::trial::{
     Judged, OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup,
     encoder_step, incomparable, limited, setup, six_digits, times,
 };
-use crate::document::advice::analysed;
+use crate::run::advice::analysed;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;

@@ -14,7 +14,6 @@ use super::rendering::{
     CREEP_DURATION, Contact, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN, STRESS,
     rendering,
 };
-use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -22,6 +21,7 @@ use crate::document::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
 use crate::document::reader::Table;
 use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
 use crate::judge::preflight::Preflight;
+use crate::run::advice::parameter;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::note_findings;
 use crate::run::remote::{

@@ -24,7 +24,6 @@ use super::reading::{metadata, piece};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
 };
-use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
@@ -40,6 +39,7 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::judge::preflight::Matter;
 use crate::run::SAMPLES;
+use crate::run::advice::parameter;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::safety::Safety;
 use crate::run::safety::safety;

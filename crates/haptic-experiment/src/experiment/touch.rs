@@ -19,7 +19,6 @@ use super::reading::{piece, remote, samples_fit, scheme, sensors};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, limits_there, safe_force_limit,
 };
-use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
@@ -29,13 +28,15 @@ use crate::document::parameters::range::{
 };
 use crate::document::parameters::{
     AREA, CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, LESS_THAN_IDEAL, LIBRARY, SAMPLE_TIME, SCHEME,
-    THICKNESS, TOUCH_AXES, WORKSPACE_LOW,
+    THICKNESS, TOUCH_AXES,
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::Matter;
 use crate::judge::preflight::Preflight;
+use crate::run::advice::parameter;
 use crate::run::record::WHOLE_MOST;
 use crate::run::remote::{RemoteDevice, host_limits};
+use crate::run::safety::keys::WORKSPACE_LOW;
 use crate::run::safety::safety;
 use crate::run::safety::{Safety, workspace};
 use crate::run::schedule::Pace;

@@ -7,7 +7,6 @@ mod report;
 mod setup;
 
 use super::reading::samples_fit;
-use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
@@ -17,6 +16,7 @@ use crate::document::parameters::range::{
 use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
+use crate::run::advice::parameter;
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;

@@ -1,12 +1,10 @@
 //! Warnings to the user about the numbers of a run.
 
-use crate::document::parameters::{
-    FORCE_LIMIT, FORCE_RATE_LIMIT, GUARD, RISE_TIME, SAMPLE_TIME, SCHEME, SPEED_LIMIT,
-    WORKSPACE_HIGH, WORKSPACE_LOW,
-};
+use crate::document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT, SAMPLE_TIME, SCHEME};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::{FrameCounts, LinkSummary};
+use crate::run::safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW};
 use haptic_loop::Limiters;
 
 /// In the order in which they are told.

@@ -16,6 +16,7 @@ pub use crate::experiment::trial::{
 };
 pub use crate::experiment::wall::{DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS};
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
+pub use crate::run::safety::keys::*;
 pub use crate::question::design::{
     DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
 };
@@ -55,9 +56,9 @@ const TABLES: Tables = &[
     ("[creep]", rendering::CREEP),
     ("[relax] and [creep]", rendering::RENDERING),
     ("[drive], beside [relax] or [creep]", DRIVE),
-    ("[wall], to be given", wall::WALL_REQUIRED),
+    ("[wall], required", wall::WALL_REQUIRED),
     ("[wall]", wall::WALL),
-    ("[coupler], to be given", coupler::COUPLER_REQUIRED),
+    ("[coupler], required", coupler::COUPLER_REQUIRED),
     ("[coupler]", coupler::COUPLER),
     ("[teleoperation]", teleoperation::TELEOPERATION),
     ("[touch]", touch::TOUCH),
@@ -76,8 +77,8 @@ const CONTROLLER_TABLES: Tables = &[
     ("[crone]", CRONE),
     ("[lead_lag]", LEAD_LAG),
     ("[transfer_function]", TRANSFER_CONTROLLER),
-    ("[loop], always", CONTROLLER_LOOP),
-    ("[source], if you like", CONTROLLER_SOURCE),
+    ("[loop], in every controller file", CONTROLLER_LOOP),
+    ("[source], optional", CONTROLLER_SOURCE),
 ];
 
 /// Of plant files.
@@ -86,7 +87,7 @@ const PLANT_TABLES: Tables = &[
     ("[device]", DEVICE_PLANT),
     ("[state_space]", STATE_PLANT),
     ("[measured_response]", MEASURED_PLANT),
-    ("[source], if you like", PLANT_SOURCE),
+    ("[source], optional", PLANT_SOURCE),
 ];
 
 /// True of a kind whose simulated device is that of its device file.

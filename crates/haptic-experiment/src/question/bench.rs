@@ -1,7 +1,6 @@
 //! What questions share: the device with its keys, orders and scheme, and a search that can be stopped.
 
 use crate::Sensors;
-use crate::document::advice::check;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, joined};
@@ -11,6 +10,7 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::experiment::reading::device;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
+use crate::run::advice::check;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::StableArea;
 use haptic_loop::plant::MassDamperConfig;

@@ -29,7 +29,6 @@ mod bench;
 pub(crate) mod coupler;
 pub(crate) mod reading;
 
-use crate::document::advice::{check, parameter};
 use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
@@ -42,6 +41,7 @@ use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::question::bench::Device;
 use crate::question::bench::{AskedDevice, check_orders};
+use crate::run::advice::{check, parameter};
 use crate::run::device::Warn;
 use crate::{Imperfections, Settling, judge::settling::TrialVerdict};
 use fracdiff::parameter::Shown;

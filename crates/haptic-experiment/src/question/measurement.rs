@@ -20,7 +20,6 @@ mod fit;
 mod tests;
 
 use crate::document::Document;
-use crate::document::advice::check;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
@@ -29,6 +28,7 @@ use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 use crate::experiment::reading::{device, with_devices};
 use crate::experiment::reading::{remote_by, without};
 use crate::question::bench::SIMULATED;
+use crate::run::advice::check;
 use crate::run::device::Warn;
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteDevice;

@@ -19,8 +19,8 @@ pub(crate) use summary::{FrameCounts, LinkSummary};
 
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
-use crate::document::advice::single;
 use crate::document::failure::Failure;
+use crate::run::advice::single;
 use crate::run::device::LinkedName;
 use crate::run::ending::Lateness;
 use fracdiff::Operator;

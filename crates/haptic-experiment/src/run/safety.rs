@@ -1,21 +1,85 @@
-//! Settings of the safety chain beyond force and rate, as an experiment asks for them.
+//! Settings of the safety chain beyond force and rate, as an experiment asks for them: keys, reading, limits.
 
 mod guard;
+
+/// Keys, for every table.
+pub(crate) mod keys {
+    use crate::document::parameters::kind::parameters;
+    use crate::document::parameters::range::{
+        DAMPINGS_ABOVE_0, DEVICE_TIMES, FORCES, MASSES, PLACES, REACHES, Range, SAFETY_TIMES,
+        SENSOR_STEPS, SPEEDS,
+    };
+    use haptic_loop::Limits;
+
+    parameters! {
+        /// Of the safety chain, for every experiment.
+        all SAFETY;
+        /// Passivity guard.
+        GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
+        /// Low end of the workspace, m.
+        WORKSPACE_LOW = optional("workspace_low_m", PLACES, "Lowest position; below it a fault ends the run");
+        /// High end of the workspace, m.
+        WORKSPACE_HIGH = optional("workspace_high_m", PLACES, "Highest position; above it a fault ends the run");
+        /// Speed limit, m/s.
+        SPEED_LIMIT = optional("speed_limit_m_per_s", SPEEDS, "Largest speed; above it a fault ends the run");
+        /// Rise time, s.
+        RISE_TIME = optional("rise_time_s", SAFETY_TIMES, "Ramp the force up over this time at the start");
+        /// Braking, N·s/m.
+        BRAKING = optional("braking_n_s_per_m", DAMPINGS_ABOVE_0,
+            "Damping that brakes near workspace and speed limits, and after a fault or stop");
+        /// Stop time, s.
+        STOP_TIME = optional("stop_time_s", Range::Within(Limits::STOP_TIME_S[0], Limits::STOP_TIME_S[1]),
+            "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]");
+        /// Brake force, N.
+        BRAKE_FORCE = optional("brake_force_n", Range::Within(0.0, Limits::BRAKE_FORCE_MAX_N),
+            "Largest braking force during that time, 0N to 10N [default: 2N]");
+        /// Stuck sensor, N.
+        STUCK_FORCE = optional("stuck_force_n", FORCES,
+            "Fault if the force rises by this much while the position is frozen; 0 = off [default: 3N on a \
+             serial device, else never]");
+        /// Stuck sensor, s.
+        STUCK_TIME = optional("stuck_time_s", Range::Within(1e-3, 10.0),
+            "Time for which the position must be frozen [default: 0.1s]");
+        /// Jump of a sensor, m.
+        JUMP = optional("jump_m", REACHES,
+            "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
+             [default: 1mm on a serial device, else never]");
+        /// Mass of a real device, kg.
+        DEVICE_MASS = optional("device_mass_kg", MASSES, "Mass of a real device, for guard observer, braking and pre-flight");
+        /// Damping of a real device, N·s/m.
+        DEVICE_DAMPING = optional("device_damping_n_s_per_m", DAMPINGS_ABOVE_0,
+            "Damping of a real device, for guard energy-bounding and pre-flight");
+        /// Least delay of a real device, s.
+        DEVICE_DELAY_LEAST = optional("device_delay_least_s", DEVICE_TIMES,
+            "Least delay of a real device from a measurement to the effect of its force, for guard energy-bounding");
+        /// Largest delay of a real device, s.
+        DEVICE_DELAY_MOST = optional("device_delay_most_s", DEVICE_TIMES, "Largest delay; equal to the least if known exactly");
+        /// Lag of a real device, s.
+        DEVICE_LAG = optional("device_lag_s", DEVICE_TIMES,
+            "Time constant of the force of a real device, for guard energy-bounding");
+        /// Noise of a real device, m.
+        DEVICE_NOISE = optional("device_noise_m", SENSOR_STEPS,
+            "Standard deviation of a real device's position noise, for guard energy-bounding [default: 0.29 \
+             of its resolution]");
+    }
+}
 
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
-use crate::document::parameters::{
-    self as p, BRAKING, DEVICE, DEVICE_DAMPING, DEVICE_MASS, DEVICE_MODEL, GUARD, JUMP, Parameter,
-    SPEED_LIMIT, STUCK_FORCE, STUCK_TIME,
-};
+use crate::document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
 use crate::document::reader::Table;
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
 use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
 };
-use haptic_loop::{Limits, SpeedLimit, Stuck, Workspace};
+use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
+use keys::{
+    self as p, BRAKING, DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG,
+    DEVICE_MASS, GUARD, JUMP, SPEED_LIMIT, STUCK_FORCE, STUCK_TIME,
+};
+use std::fmt;
 
 /// Settings that an experiment asks for; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,7 +131,7 @@ const NUMBERS: [Number; 12] = [
     (JUMP, |s| &mut s.jump_m),
     (DEVICE_MASS, |s| &mut s.device_mass_kg),
     (DEVICE_DAMPING, |s| &mut s.device_damping_n_s_per_m),
-    (p::DEVICE_LAG, |s| &mut s.device_lag_s),
+    (DEVICE_LAG, |s| &mut s.device_lag_s),
     (p::DEVICE_NOISE, |s| &mut s.device_noise_m),
 ];
 
@@ -102,7 +166,7 @@ fn pair(
 
 /// Reads the settings of the safety chain. A wall knows mass and damping of its device by other keys too.
 pub(crate) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
-    let delay = [&p::DEVICE_DELAY_LEAST, &p::DEVICE_DELAY_MOST];
+    let delay = [&DEVICE_DELAY_LEAST, &DEVICE_DELAY_MOST];
     let mut safety = Safety {
         guard: table.choice(&GUARD)?,
         workspace_m: pair(
@@ -295,5 +359,113 @@ pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
     SpeedLimit {
         soft: MetresPerSecond(soft),
         hard: MetresPerSecond(hard),
+    }
+}
+
+impl GuardChoice {
+    /// The guard for a device, if there is to be one.
+    ///
+    /// # Errors
+    /// If what it needs to know of the device is not known.
+    pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
+        let unknown = |what, key: &dyn fmt::Display| {
+            Failure::bad_input(format_args!(
+                "guard {} needs to know the {what} of a real device: give {key}",
+                self.name()
+            ))
+        };
+        let known =
+            |value: Option<f64>, what, key: Parameter| value.ok_or_else(|| unknown(what, &key));
+        Ok(match self {
+            Self::Off => None,
+            Self::Observer => {
+                let mass = known(device.mass_kg, "mass", DEVICE_MASS)?;
+                Some(Guard::Observer(PassivityObserver::bearable(
+                    Kilograms(mass),
+                    t,
+                )))
+            }
+            Self::EnergyBounding => {
+                let damping = known(device.damping_n_s_per_m, "damping", DEVICE_DAMPING)?;
+                let (least, most) = device.delay_s.ok_or_else(|| {
+                    let both = format_args!("{DEVICE_DELAY_LEAST} and {DEVICE_DELAY_MOST}");
+                    unknown("delay", &both)
+                })?;
+                let lag = known(device.lag_s, "lag", DEVICE_LAG)?;
+                Some(Guard::EnergyBounding(EnergyBounding {
+                    delay_least: Seconds(least),
+                    delay_most: Seconds(most),
+                    lag: Seconds(lag),
+                    noise: Metres(device.noise_m.unwrap_or_default()),
+                    ..EnergyBounding::of(NewtonSecondsPerMetre(damping))
+                }))
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_guard_says_what_it_has_to_know() {
+        let t = Seconds(1e-3);
+        let unknown = GuardedDevice::default();
+        assert_eq!(GuardChoice::Off.of(&unknown, t).expect("off"), None);
+        let damped = GuardedDevice {
+            damping_n_s_per_m: Some(3.5),
+            ..unknown
+        };
+        let late = GuardedDevice {
+            delay_s: Some((0.0, 1e-3)),
+            ..damped
+        };
+        for (guard, device, option) in [
+            (GuardChoice::Observer, unknown, "device_mass_kg"),
+            (
+                GuardChoice::EnergyBounding,
+                unknown,
+                "device_damping_n_s_per_m",
+            ),
+            (GuardChoice::EnergyBounding, damped, "device_delay_least_s"),
+            (GuardChoice::EnergyBounding, late, "device_lag_s"),
+        ] {
+            let error = guard.of(&device, t).expect_err("unknown").to_string();
+            assert!(
+                error.contains(option) && error.contains(guard.name()),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_somebody_says_of_a_device_goes_before_what_it_simulates() {
+        use crate::run::remote::guard_of;
+        use haptic_link::Simulation;
+        let t = Seconds(1e-3);
+        let said = GuardedDevice {
+            damping_n_s_per_m: Some(2.0),
+            delay_s: Some((0.0, 1e-3)),
+            lag_s: Some(5e-4),
+            ..GuardedDevice::default()
+        };
+        let bounding =
+            |known, simulation| match guard_of(GuardChoice::EnergyBounding, known, simulation, t)
+                .expect("known")
+            {
+                Some(Guard::EnergyBounding(bounding)) => {
+                    let delay = (bounding.delay_least.0, bounding.delay_most.0);
+                    (bounding.device_damping.0, delay, bounding.lag.0)
+                }
+                other => panic!("{other:?}"),
+            };
+        let nothing = GuardedDevice::default();
+        let ideal = (3.5, (0.0, 0.0), 0.0);
+        assert_eq!(bounding(nothing, &Simulation::TESTBED), ideal);
+        let worse = (2.0, (0.0, 1e-3), 5e-4);
+        assert_eq!(bounding(said, &Simulation::TESTBED), worse);
+        assert_eq!(bounding(said, &Simulation::REAL), worse);
+        assert!(guard_of(GuardChoice::EnergyBounding, nothing, &Simulation::REAL, t).is_err());
     }
 }

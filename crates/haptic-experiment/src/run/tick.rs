@@ -1,6 +1,7 @@
 //! A tick: what a loop did in it, what the log tells of it, and what a run keeps of it.
 
 use fracdiff::Real;
+use haptic_link::BatchItem;
 use haptic_log::record::flaw::{IMPOSSIBLE, LATE_FORCE};
 use haptic_log::record::{PerAxis, TickMessage};
 use haptic_loop::Sample;
@@ -69,8 +70,41 @@ pub(crate) fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAx
     PerAxis::new(vector.map(F::to_f64).as_slice())
 }
 
+/// The message of a tick on so many axes, 1 to 3, of a device that tells neither where its hand wants to be nor what its motors make.
+#[must_use]
+pub fn unknown(axes: usize) -> TickMessage {
+    let unknown = PerAxis::new(&[f64::NAN; 3][..axes.clamp(1, 3)]);
+    TickMessage {
+        reference_m: unknown,
+        indenter_position_m: unknown,
+        contact_force_n: unknown,
+        ..TickMessage::at_rest(axes)
+    }
+}
+
+/// The message of a tick with what a device told of it.
+#[must_use]
+pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64) -> TickMessage {
+    let axes = &sample.axes;
+    let of = |read: fn(&BatchItem) -> f32| axes.iter().map(|axis| read(axis).into()).collect();
+    let force_n: PerAxis = of(|axis| axis.force_n);
+    let first = axes.first().copied().unwrap_or_default();
+    TickMessage {
+        tick: sample.tick.into(),
+        time_s,
+        position_m: of(|axis| axis.position_m),
+        environment_force_n: of(|axis| axis.environment_force_n),
+        commanded_force_n: force_n,
+        applied_force_n: force_n,
+        limiters: first.limiters,
+        flaws: first.flaws,
+        observed_energy_j: f64::NAN,
+        ..message
+    }
+}
+
 /// The message of a tick with what a loop of this program did in it.
-pub(crate) fn by_loop<F: Real, const D: usize>(
+pub fn by_loop<F: Real, const D: usize>(
     message: TickMessage,
     sample: &Sample<F, D>,
     guarded_energy_j: Option<F>,

@@ -1,7 +1,9 @@
 //! Pictures of a run: what is on them and what must never be.
 
 use crate::picture::{self, texts};
-use haptic_figure::{Conditions, FigureError, HeldPanels, MotionFigure, Picture, TheoryFigure};
+use haptic_figure::{
+    Conditions, FigureError, HeldPanels, MotionFigure, MotionRow, Picture, TheoryFigure,
+};
 
 /// Pixels of a PNG per unit of the SVG.
 #[cfg(feature = "png")]
@@ -76,17 +78,28 @@ impl Relaxation {
 }
 
 /// All of it moves alike.
-fn motion<'a>(time_s: &'a [f64], values: &'a [f64]) -> MotionFigure<'a> {
-    MotionFigure {
+fn motion(time_s: &[f64], values: &[f64], position_m: &[f64]) -> Result<Picture, FigureError> {
+    let rows = [
+        MotionRow {
+            caption: "position",
+            label: "position / mm",
+            scale: 1e3,
+            lines: &[("reference", values), ("position", position_m)],
+        },
+        MotionRow {
+            caption: "force",
+            label: "force / N",
+            scale: 1.0,
+            lines: &[("force", values)],
+        },
+    ];
+    let figure = MotionFigure {
         title: "run.mcap",
         subtitle: "",
         time_s,
-        reference_m: values,
-        indenter_position_m: values,
-        position_m: values,
-        force_n: values,
-        contact_force_n: values,
-    }
+        rows: &rows,
+    };
+    figure.draw()
 }
 
 fn assert_sound(picture: &Picture, name: &str) {
@@ -159,8 +172,7 @@ fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
     assert!(creep.svg().contains(">simulated strain</text>"));
     assert_sound(&creep, "creep");
 
-    let motion = motion(&data.time_s, &data.force_n);
-    let motion = motion.draw().expect("draws");
+    let motion = motion(&data.time_s, &data.force_n, &data.force_n).expect("draws");
     assert!(motion.svg().contains("position / mm") && motion.svg().contains("force / N"));
     assert_sound(&motion, "motion");
 }
@@ -291,14 +303,12 @@ fn nothing_to_draw_and_slices_that_do_not_match_are_errors() {
         error.to_string(),
         "closed form has 9 samples where time has 10; both need the same number"
     );
-    let error = motion(&[], &[]).draw().expect_err("refuses");
+    let error = motion(&[], &[], &[]).expect_err("refuses");
     assert!(
         matches!(error, FigureError::Empty { samples: 0, .. }),
         "{error}"
     );
-    let mut short = motion(&[0.0, 1.0], &[2.0, 3.0]);
-    short.position_m = &[1.0];
-    let error = short.draw().expect_err("refuses");
+    let error = motion(&[0.0, 1.0], &[2.0, 3.0], &[1.0]).expect_err("refuses");
     assert_eq!(
         error.to_string(),
         "position has 1 samples where time has 2; both need the same number"

@@ -178,10 +178,11 @@ impl Keeper {
             {
                 if let FromLoop::Tick(ticked) = entry {
                     // What was lost is no number, so that rows and ticks go together.
-                    let lost = ticked.tick.saturating_sub(work.next) as usize;
+                    let tick = ticked.sample.reading.tick;
+                    let lost = tick.saturating_sub(work.next) as usize;
                     rows.resize(rows.len() + lost, [f32::NAN; CHANNELS.len()]);
                     rows.push(self.take(&mut work, &ticked));
-                    work.next = ticked.tick + 1;
+                    work.next = tick + 1;
                 }
             }
             self.keep(&mut work, &rows);
@@ -240,26 +241,29 @@ impl Keeper {
     }
 
     fn take(&self, work: &mut Work, ticked: &Ticked) -> [f32; CHANNELS.len()] {
+        let sample = &ticked.sample;
+        let (tick, time_s) = (sample.reading.tick, sample.reading.time_s);
+        let (position_m, force_n) = (sample.reading.position_m[0], sample.force.newtons()[0]);
+        let limiters = sample.limiters.bits();
         if ticked.fresh {
             work.ghosts.iter_mut().flatten().for_each(Ghosting::forget);
             work.before = None;
             work.state.energy_j = 0.0;
         }
-        if let Some((position_m, force_n)) = work.before {
-            work.state.energy_j += force_n * (ticked.position_m - position_m);
+        if let Some((before_m, before_n)) = work.before {
+            work.state.energy_j += before_n * (position_m - before_m);
         }
-        work.before = Some((ticked.position_m, ticked.force_n));
+        work.before = Some((position_m, force_n));
         let ghosts = work.ghosts.each_mut().map(|ghost| {
-            let force = ghost.as_mut().map(|ghost| ghost.force(ticked.position_m));
+            let force = ghost.as_mut().map(|ghost| ghost.force(position_m));
             force.unwrap_or(f64::NAN)
         });
-        let fault = Fault::from_code(ticked.fault);
         if work.state.fault.is_none()
-            && let Some(fault) = fault
+            && let Some(fault) = sample.fault
         {
             self.place.announce.notice(format!("stopped: {fault}"));
             if let Some(recording) = &mut work.recording {
-                recording.event(ticked.time_s, "fault", fault.to_string());
+                recording.event(time_s, "fault", fault.to_string());
             }
         }
         if ticked.skipped > 0 {
@@ -269,9 +273,9 @@ impl Keeper {
         work.took_ns.saturating_record(ticked.took_ns.max(1));
         work.late_ns.saturating_record(ticked.late_ns.max(1));
         let state = &mut work.state;
-        (state.tick, state.time_s) = (ticked.tick, ticked.time_s);
-        (state.position_m, state.force_n) = (ticked.position_m, ticked.force_n);
-        (state.limiter, state.fault) = (ticked.limiters.bits(), fault);
+        (state.tick, state.time_s) = (tick, time_s);
+        (state.position_m, state.force_n) = (position_m, force_n);
+        (state.limiter, state.fault) = (limiters, sample.fault);
         state.stopping = ticked.stopping;
         if let Some(recording) = &mut work.recording
             && !recording.tick(ticked, work.state.energy_j)
@@ -280,13 +284,13 @@ impl Keeper {
             self.closed(&recording.finish());
         }
         [
-            ticked.position_m,
+            position_m,
             ticked.hand_m,
-            ticked.force_n,
+            force_n,
             ghosts[0],
             ghosts[1],
             work.state.energy_j,
-            f64::from(ticked.limiters.bits()),
+            f64::from(limiters),
         ]
         .map(|number| number as f32)
     }

@@ -2,7 +2,7 @@
 
 use super::ticking::Ticked;
 use haptic_experiment::Failure;
-use haptic_experiment::run::{FolderRequest, Recorder, next_free};
+use haptic_experiment::run::{FolderRequest, Recorder, by_loop, next_free};
 use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -61,25 +61,23 @@ impl Recording {
 
     /// Takes a tick; `false` if the writer has ended, as on a full disk.
     pub(super) fn tick(&mut self, ticked: &Ticked, energy_j: f64) -> bool {
+        let reading = &ticked.sample.reading;
         let (first_tick, first_s) = *self.first.get_or_insert_with(|| {
             // A writer that has ended is seen at the tick.
             let _ = self.recorder.starts_at(StartTime::at(SystemTime::now()));
-            (ticked.tick, ticked.time_s)
+            (reading.tick, reading.time_s)
         });
-        self.samples = ticked.tick + 1 - first_tick;
-        let message = TickMessage {
-            tick: ticked.tick - first_tick,
-            time_s: ticked.time_s - first_s,
+        self.samples = reading.tick + 1 - first_tick;
+        let hand = TickMessage {
             reference_m: ticked.hand_m.into(),
             indenter_position_m: ticked.hand_m.into(),
-            position_m: ticked.position_m.into(),
-            environment_force_n: ticked.environment_force_n.into(),
-            commanded_force_n: ticked.force_n.into(),
-            applied_force_n: ticked.force_n.into(),
             contact_force_n: ticked.hand_force_n.into(),
-            limiters: ticked.limiters.bits(),
-            observed_energy_j: -energy_j,
             ..TickMessage::default()
+        };
+        let message = TickMessage {
+            tick: reading.tick - first_tick,
+            time_s: reading.time_s - first_s,
+            ..by_loop(hand, &ticked.sample, Some(-energy_j))
         };
         self.recorder.tick(&message).is_ok()
     }

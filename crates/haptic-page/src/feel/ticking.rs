@@ -5,7 +5,7 @@ use super::fading::Law;
 use super::hand::HeldDevice;
 use super::law::{FadingFelt, Felt};
 use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
-use haptic_loop::{Controller, Engaged, Limiters};
+use haptic_loop::{Controller, Engaged, Sample};
 use rtrb::{Consumer, Producer};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -36,16 +36,9 @@ pub(super) enum FromLoop {
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ticked {
-    pub(super) tick: u64,
-    pub(super) time_s: f64,
-    pub(super) position_m: f64,
+    pub(super) sample: Sample<f64, 1>,
     pub(super) hand_m: f64,
     pub(super) hand_force_n: f64,
-    pub(super) environment_force_n: f64,
-    pub(super) force_n: f64,
-    pub(super) limiters: Limiters,
-    /// Code of the latched fault, 0 for none.
-    pub(super) fault: u8,
     pub(super) stopping: bool,
     /// Time that the tick took, and how late it began, ns.
     pub(super) took_ns: u64,
@@ -232,20 +225,13 @@ impl Looping<'_> {
         let force_n = sample.force.newtons()[0];
         engaged.controller_mut().law_mut().1.sent(force_n);
         self.catch_up(engaged);
-        let fault = sample.fault;
-        if fault.is_some() && !self.stopping {
+        if sample.fault.is_some() && !self.stopping {
             self.stop(engaged);
         }
         let ticked = Ticked {
-            tick,
-            time_s: sample.reading.time_s,
-            position_m,
+            sample,
             hand_m,
             hand_force_n: engaged.device().hand_force_n(),
-            environment_force_n: sample.environment_force_n[0],
-            force_n,
-            limiters: sample.limiters,
-            fault: fault.map_or(0, haptic_loop::Fault::code),
             stopping: self.stopping,
             took_ns,
             late_ns,

@@ -4,7 +4,7 @@ use crate::output::Output;
 use crate::picture_file;
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
-use haptic_figure::{FigureError, MotionFigure, Picture, PlaneFigure};
+use haptic_figure::{FigureError, MotionFigure, MotionRow, Picture, PlaneFigure};
 use haptic_log::record::{
     EndKind, Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
     export_csv_to, inspect, recover,
@@ -232,11 +232,27 @@ fn draw(title: &str, subtitle: &str, ticks: &[TickMessage]) -> Result<Picture, F
             title,
             subtitle,
             time_s: &time_s,
-            reference_m: &of(0, |tick| tick.reference_m),
-            indenter_position_m: &of(0, |tick| tick.indenter_position_m),
-            position_m: &of(0, |tick| tick.position_m),
-            force_n: &of(0, |tick| tick.commanded_force_n),
-            contact_force_n: &of(0, |tick| tick.contact_force_n),
+            rows: &[
+                MotionRow {
+                    caption: "position",
+                    label: "position / mm",
+                    scale: 1e3,
+                    lines: &[
+                        ("reference", &of(0, |tick| tick.reference_m)),
+                        ("indenter", &of(0, |tick| tick.indenter_position_m)),
+                        ("position", &of(0, |tick| tick.position_m)),
+                    ],
+                },
+                MotionRow {
+                    caption: "force",
+                    label: "force / N",
+                    scale: 1.0,
+                    lines: &[
+                        ("force", &of(0, |tick| tick.commanded_force_n)),
+                        ("contact force", &of(0, |tick| tick.contact_force_n)),
+                    ],
+                },
+            ],
         }
         .draw();
     }

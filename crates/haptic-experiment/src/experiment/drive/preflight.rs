@@ -10,10 +10,10 @@
 //!   a spring of 1e-4 of its first sample.
 
 use super::Drive;
-use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, FORCE_UNSTABLE};
 use crate::judge::preflight::softer;
+use crate::run::advice::parameter;
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{

@@ -17,6 +17,7 @@ use crate::run::realtime::RealtimeOptions;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::schedule::{Pace, Schedule};
+use crate::run::tick::by_loop;
 use crate::run::{Ran, Supervisor, close, recorder, tell_end, told};
 use fracdiff::Operator;
 use fracdiff::parameter::Shown;
@@ -532,14 +533,9 @@ impl Side<'_> {
         let done = begun.finish();
         let message = done.message;
         self.at_limit += u64::from(done.sample.limiters.contains(Limiters::MAGNITUDE));
-        self.kept.take(&TickMessage {
-            environment_force_n: done.sample.environment_force_n[0].into(),
-            commanded_force_n: force.newtons()[0].into(),
-            applied_force_n: force.newtons()[0].into(),
-            limiters: done.sample.limiters.bits(),
-            observed_energy_j: 0.0 - self.port.given_j(),
-            ..observed
-        });
+        let taken_j = 0.0 - self.port.given_j();
+        self.kept
+            .take(&by_loop(observed, &done.sample, Some(taken_j)));
         let Line { state, buffer, .. } = &mut self.line;
         let length = (state.sample(message, buffer)).map_err(|error| Failure::Run(error.into()))?;
         self.line.send(length);

@@ -2,7 +2,7 @@
 
 use super::shape::{Grip, HandPath};
 use crate::run::simulate::Instrumented;
-use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
+use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis, unknown};
 use fracdiff::Real;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::Axes;
@@ -132,16 +132,8 @@ pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -
 impl<const D: usize> TouchTick<D> {
     /// Of a device that tells neither where its hand wants to be nor what its motors make.
     pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
-        let unknown = per_axis(&SVector::from([f64::NAN; D]));
-        Self {
-            tick: TickMessage {
-                reference_m: unknown,
-                indenter_position_m: unknown,
-                contact_force_n: unknown,
-                ..TickMessage::at_rest(D)
-            },
-            shape,
-        }
+        let tick = unknown(D);
+        Self { tick, shape }
     }
 }
 

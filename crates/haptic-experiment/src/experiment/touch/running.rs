@@ -8,12 +8,12 @@ use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
     TouchExperiment,
 };
-use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE, LOOP};
 use crate::experiment::reading::metadata;
 use crate::judge::Published;
 use crate::judge::preflight::Preflight;
+use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};

@@ -4,13 +4,13 @@ use super::{
     IMPACT, TRIAL_FORCE_RATE_LIMIT, TrialPlan, dynamics, force_and_rate, limits_there, plan,
     safe_force_limit, thrown,
 };
-use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
 use crate::document::reader::Table;
 use crate::experiment::reading::{device, device_model};
 use crate::judge::settling::{Criterion, Judge};
+use crate::run::advice::parameter;
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held, host_limits};
 use crate::run::safety::safety;

@@ -17,7 +17,6 @@
 
 use super::answer::{keys, plan, until_settled};
 use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
-use crate::document::advice::check;
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::experiment::coupler::CouplerExperiment;
@@ -26,6 +25,7 @@ use crate::experiment::trial::dynamics;
 use crate::experiment::trial::{Trial as _, TrialSetup};
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order};
+use crate::run::advice::check;
 use crate::{Imperfections, Settling, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{

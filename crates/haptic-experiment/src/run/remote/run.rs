@@ -3,7 +3,7 @@
 use super::session::HostSession;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::{CONTACT, DEVICE_DAMPING, DEVICE_MASS};
+use crate::document::parameters::CONTACT;
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
@@ -12,6 +12,7 @@ use crate::run::preflight::{
 use crate::run::record::{Record, Start};
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
 use crate::run::safety::GuardChoice;
+use crate::run::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
 use crate::run::schedule::Schedule;
 use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};

@@ -10,12 +10,11 @@ use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::remote::summary::summarise;
 use crate::run::schedule::Schedule;
-use crate::run::tick::{TickRecord, by_loop, per_axis};
+use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, unknown};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
-    BatchItem, EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State,
-    Statistics,
+    EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime, TickMessage};
@@ -337,10 +336,7 @@ fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
 pub(crate) fn blank(reference_m: f64) -> TickMessage {
     TickMessage {
         reference_m: reference_m.into(),
-        indenter_position_m: f64::NAN.into(),
-        contact_force_n: f64::NAN.into(),
-        observed_energy_j: f64::NAN,
-        ..TickMessage::default()
+        ..unknown(1)
     }
 }
 
@@ -394,25 +390,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if sample.axes.len() != D {
             return None;
         }
-        let axes = &sample.axes;
-        let tick = u64::from(sample.tick);
-        let time_s = tick as f64 * self.schedule.sample_time_s;
-        let applied_n = per_axis(&applied_n::<D>(sample));
-        let of = |read: fn(&BatchItem) -> f32| axes.iter().map(|axis| read(axis).into()).collect();
+        let time_s = f64::from(sample.tick) * self.schedule.sample_time_s;
         let mut message = (self.blank)(time_s - self.start_s());
         let logged = message.logged_mut();
-        *logged = TickMessage {
-            tick,
-            time_s,
-            position_m: of(|axis| axis.position_m),
-            environment_force_n: of(|axis| axis.environment_force_n),
-            commanded_force_n: applied_n,
-            applied_force_n: applied_n,
-            limiters: axes[0].limiters,
-            flaws: axes[0].flaws,
-            observed_energy_j: f64::NAN,
-            ..*logged
-        };
+        *logged = by_device(*logged, sample, time_s);
         Some(message)
     }
 

@@ -1,17 +1,10 @@
 //! The guard that an experiment asks for, and what it has to know of the device.
 
-use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::{
-    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, DEVICE_MASS, Parameter,
-};
 use crate::run::sensors::Sensors;
 use haptic_link::Capabilities;
 use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
-use haptic_loop::{EnergyBounding, Guard, PassivityObserver};
 use serde::Serialize;
-use std::fmt;
 
 /// Guard that keeps a wall from feeding the device energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -103,110 +96,5 @@ impl GuardedDevice {
             lag_s: self.lag_s.or(other.lag_s),
             noise_m: self.noise_m.or(other.noise_m),
         }
-    }
-}
-
-impl GuardChoice {
-    /// The guard for a device, if there is to be one.
-    pub(crate) fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
-        let unknown = |what, key: &dyn fmt::Display| {
-            Failure::bad_input(format_args!(
-                "guard {} needs to know the {what} of a real device: give {key}",
-                self.name()
-            ))
-        };
-        let known =
-            |value: Option<f64>, what, key: Parameter| value.ok_or_else(|| unknown(what, &key));
-        Ok(match self {
-            Self::Off => None,
-            Self::Observer => {
-                let mass = known(device.mass_kg, "mass", DEVICE_MASS)?;
-                Some(Guard::Observer(PassivityObserver::bearable(
-                    Kilograms(mass),
-                    t,
-                )))
-            }
-            Self::EnergyBounding => {
-                let damping = known(device.damping_n_s_per_m, "damping", DEVICE_DAMPING)?;
-                let (least, most) = device.delay_s.ok_or_else(|| {
-                    let both = format_args!("{DEVICE_DELAY_LEAST} and {DEVICE_DELAY_MOST}");
-                    unknown("delay", &both)
-                })?;
-                let lag = known(device.lag_s, "lag", DEVICE_LAG)?;
-                Some(Guard::EnergyBounding(EnergyBounding {
-                    delay_least: Seconds(least),
-                    delay_most: Seconds(most),
-                    lag: Seconds(lag),
-                    noise: Metres(device.noise_m.unwrap_or_default()),
-                    ..EnergyBounding::of(NewtonSecondsPerMetre(damping))
-                }))
-            }
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_guard_says_what_it_has_to_know() {
-        let t = Seconds(1e-3);
-        let unknown = GuardedDevice::default();
-        assert_eq!(GuardChoice::Off.of(&unknown, t).expect("off"), None);
-        let damped = GuardedDevice {
-            damping_n_s_per_m: Some(3.5),
-            ..unknown
-        };
-        let late = GuardedDevice {
-            delay_s: Some((0.0, 1e-3)),
-            ..damped
-        };
-        for (guard, device, option) in [
-            (GuardChoice::Observer, unknown, "device_mass_kg"),
-            (
-                GuardChoice::EnergyBounding,
-                unknown,
-                "device_damping_n_s_per_m",
-            ),
-            (GuardChoice::EnergyBounding, damped, "device_delay_least_s"),
-            (GuardChoice::EnergyBounding, late, "device_lag_s"),
-        ] {
-            let error = guard.of(&device, t).expect_err("unknown").to_string();
-            assert!(
-                error.contains(option) && error.contains(guard.name()),
-                "{error}"
-            );
-        }
-    }
-
-    #[test]
-    fn what_somebody_says_of_a_device_goes_before_what_it_simulates() {
-        use crate::run::remote::guard_of;
-        use haptic_link::Simulation;
-        let t = Seconds(1e-3);
-        let said = GuardedDevice {
-            damping_n_s_per_m: Some(2.0),
-            delay_s: Some((0.0, 1e-3)),
-            lag_s: Some(5e-4),
-            ..GuardedDevice::default()
-        };
-        let bounding =
-            |known, simulation| match guard_of(GuardChoice::EnergyBounding, known, simulation, t)
-                .expect("known")
-            {
-                Some(Guard::EnergyBounding(bounding)) => {
-                    let delay = (bounding.delay_least.0, bounding.delay_most.0);
-                    (bounding.device_damping.0, delay, bounding.lag.0)
-                }
-                other => panic!("{other:?}"),
-            };
-        let nothing = GuardedDevice::default();
-        let ideal = (3.5, (0.0, 0.0), 0.0);
-        assert_eq!(bounding(nothing, &Simulation::TESTBED), ideal);
-        let worse = (2.0, (0.0, 1e-3), 5e-4);
-        assert_eq!(bounding(said, &Simulation::TESTBED), worse);
-        assert_eq!(bounding(said, &Simulation::REAL), worse);
-        assert!(guard_of(GuardChoice::EnergyBounding, nothing, &Simulation::REAL, t).is_err());
     }
 }

@@ -11,7 +11,7 @@ use haptic_analysis::{
     Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
 use haptic_experiment::Failure;
-use haptic_experiment::document::analysed;
+use haptic_experiment::run::analysed;
 use haptic_experiment::parameters::analysis::{ALPHA, BETA, DELAY_SAMPLES, DELTA, GAMMA};
 use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
 use haptic_experiment::run::DeviceValues;

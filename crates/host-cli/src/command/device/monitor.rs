@@ -7,11 +7,10 @@ use crate::files::RunFiles;
 use crate::output::{Output, note, warn};
 use crate::parse::{quantity, whole};
 use clap::Args;
-use haptic_experiment::run::trouble;
-use haptic_experiment::run::{Recorder, Stopped};
+use haptic_experiment::run::{Recorder, Stopped, by_device, trouble, unknown};
 use haptic_experiment::{Failure, parameters};
-use haptic_link::{BATCH_MAX, BatchItem, FaultReport, Sample};
-use haptic_log::record::{RecordError, StartTime, TickMessage};
+use haptic_link::{BATCH_MAX, FaultReport, Sample};
+use haptic_log::record::{RecordError, StartTime};
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -307,27 +306,8 @@ impl Watch<'_> {
         let Some(first) = sample.axes.first() else {
             return;
         };
-        let axes = sample.axes.len();
-        let unknown = (0..axes).map(|_| f64::NAN).collect();
-        let of = |read: fn(&BatchItem) -> f32| {
-            (sample.axes.iter())
-                .map(|axis| f64::from(read(axis)))
-                .collect()
-        };
-        let message = TickMessage {
-            tick: u64::from(sample.tick),
-            time_s: f64::from(sample.tick) * period_s,
-            reference_m: unknown,
-            indenter_position_m: unknown,
-            contact_force_n: unknown,
-            position_m: of(|axis| axis.position_m),
-            environment_force_n: of(|axis| axis.environment_force_n),
-            commanded_force_n: of(|axis| axis.force_n),
-            applied_force_n: of(|axis| axis.force_n),
-            limiters: first.limiters,
-            flaws: first.flaws,
-            ..TickMessage::at_rest(axes)
-        };
+        let time_s = f64::from(sample.tick) * period_s;
+        let message = by_device(unknown(sample.axes.len()), sample, time_s);
         log.keep(|log| log.tick(&message));
         if self.watched.samples.is_multiple_of(50) {
             self.bar.set_message(format!(

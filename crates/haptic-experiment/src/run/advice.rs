@@ -2,9 +2,11 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{
-    CURRENT_LAG, DAMPING, DELAY, DEVICE_DAMPING, DEVICE_DELAY_MOST, DEVICE_LAG, FORCE_LIMIT,
-    FORCE_RATE_LIMIT, FRICTION, GUARD, HAND_STIFFNESS, MASS, Parameter, SAFETY, SAMPLE_TIME,
-    WORKSPACE_HIGH, WORKSPACE_LOW,
+    CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_STIFFNESS, MASS,
+    Parameter, SAMPLE_TIME,
+};
+use crate::run::safety::keys::{
+    DEVICE_DAMPING, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY, WORKSPACE_HIGH, WORKSPACE_LOW,
 };
 use fracdiff::parameter::Shown;
 use haptic_analysis::AnalysisError;
