@@ -91,20 +91,34 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
     let mut setup = setup(table, remote, (sample_time_s, duration_s))?;
     setup.must_be_stable = table.flag(&MUST_BE_STABLE)?;
+    let scheme = scheme(table, None, order, sample_time_s, duration_s)?;
+    let gains = (table.required(&STIFFNESS)?, table.required(&DISSIPATION)?);
     let wall = WallExperiment {
-        setup,
-        order,
-        model: None,
-        scheme: scheme(table, None, order, sample_time_s, duration_s)?,
-        stiffness_n_per_m: table.required(&STIFFNESS)?,
-        dissipation_n_s_mu_per_m: table.required(&DISSIPATION)?,
         one_sided: table.flag(&ONE_SIDED)?,
+        ..WallExperiment::linear(setup, (order, scheme), gains)
     };
     (wall.check()).map_err(|error| table.fail(error.to_string()))?;
     Ok(wall)
 }
 
 impl WallExperiment {
+    /// A linear wall of K in N/m and B in N·s^μ/m, and nothing else.
+    pub(crate) const fn linear(
+        setup: TrialSetup,
+        (order, scheme): (Order, Scheme),
+        (stiffness_n_per_m, dissipation_n_s_mu_per_m): (f64, f64),
+    ) -> Self {
+        Self {
+            setup,
+            order,
+            model: None,
+            scheme,
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            one_sided: false,
+        }
+    }
+
     fn look(&self, samples: u64) -> Preflight<'_> {
         Preflight {
             stiffness_n_per_m: self.stiffness_n_per_m,

@@ -174,17 +174,14 @@ impl Design {
         let order = Order::new(best.order).map_err(Failure::input)?;
         let make = |stretch| {
             let plan = plan(device.plant.sample_time, device.force_limit_n, stretch);
+            let setup = TrialSetup {
+                must_be_stable: true,
+                ..TrialSetup::new(device.plant, device.sensors, plan)
+            };
+            let gains = [best.stiffness, best.dissipation].map(Option::unwrap_or_default);
             WallExperiment {
-                setup: TrialSetup {
-                    must_be_stable: true,
-                    ..TrialSetup::new(device.plant, device.sensors, plan)
-                },
-                order,
                 model: self.model(order).cloned(),
-                scheme: self.scheme,
-                stiffness_n_per_m: best.stiffness.unwrap_or(0.0),
-                dissipation_n_s_mu_per_m: best.dissipation.unwrap_or(0.0),
-                one_sided: false,
+                ..WallExperiment::linear(setup, (order, self.scheme), gains.into())
             }
         };
         until_settled(make, WallExperiment::settled)
