@@ -8,9 +8,6 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Shortest tick at which a USB port of full speed, which moves bytes each millisecond, can follow, µs.
-pub(crate) const USB_PERIOD_US: u32 = 500;
-
 /// A device of another maker by name: `KIND:PATH[,key=value]…`.
 ///
 /// *A new kind* takes three things: a module with its name, read by `Settings`; a

@@ -1,10 +1,6 @@
 //! Functions of a board that the device's end of the link needs, and the exchange with one behind a line of its own.
 
-use crate::prepared::{COEFFICIENTS_MAX, DEGREE_MAX, MODES_MAX};
-use crate::records::FLIGHT_SAMPLES;
-use haptic_link::{
-    Capabilities, Field, NOT_TAKEN, Refusal, Simulation, SimulationKind, UNANSWERED,
-};
+use haptic_link::{Capabilities, NOT_TAKEN, Refusal, Simulation, UNANSWERED};
 use haptic_loop::{Device, Fault, Reading};
 
 /// A board: sensors and actuators of D axes, or a simulation of them. More than one axis needs the feature
@@ -60,37 +56,6 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Counts processor cycles, modulo 2³²; 0 for ever where nothing counts them.
     fn cycles(&self) -> u32 {
         0
-    }
-}
-
-/// Abilities of a real board of so many axes, as far as this crate knows them. The board adds its own: forces, in N and
-/// N/s, the sensor's resolution, in m, and other periods than 100 µs to 10 ms.
-#[must_use]
-pub const fn abilities(board: &str, axes: u8) -> Capabilities {
-    Capabilities {
-        board: Capabilities::board_name(board),
-        axes,
-        simulated: false,
-        tick_period_min_us: 100,
-        tick_period_max_us: 10_000,
-        force_max_n: 0.0,
-        force_rate_max_n_per_s: 0.0,
-        position_resolution_m: 0.0,
-        coefficients_max: COEFFICIENTS_MAX as u16,
-        modes_max: MODES_MAX as u16,
-        degree_max: DEGREE_MAX as u16,
-        flight_samples: FLIGHT_SAMPLES as u16,
-    }
-}
-
-/// [`Hardware::prepare`] of a board that simulates nothing.
-///
-/// # Errors
-/// A configuration that asks for a simulated plant.
-pub const fn only_real(simulation: &Simulation) -> Result<(), Refusal> {
-    match simulation.kind {
-        SimulationKind::Real => Ok(()),
-        _ => Err(Refusal::Unsupported(Field::SimulationKind)),
     }
 }
 

@@ -31,14 +31,15 @@ mod workspace;
 pub use conversation::{Conversation, HostCounters, Incoming};
 #[cfg(feature = "std")]
 pub use fits_device::FitsDevice;
-pub use hardware::{Exchange, Exclusive, Hardware, abilities, only_real};
+pub use hardware::{Exchange, Exclusive, Hardware};
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};
 #[cfg(feature = "std")]
 pub use prepared::operator_shape;
 pub use prepared::{
-    COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, prepare,
+    COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, abilities,
+    only_real, prepare,
 };
 pub use records::{FLIGHT_SAMPLES, QUEUE_SAMPLES, Records, Tick};
 pub use session::DeviceSession;

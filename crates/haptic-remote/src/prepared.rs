@@ -2,10 +2,12 @@
 
 use crate::hardware::Hardware;
 use crate::limits::{Fields, chain_limits};
+use crate::records::FLIGHT_SAMPLES;
 use fracdiff::PortableOperator;
 use fracdiff::portable::{Form, ListError};
 use haptic_link::{
-    Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
+    Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal, Simulation,
+    SimulationKind,
 };
 use haptic_loop::units::{Metres, Seconds};
 use haptic_loop::{Environment, SafetyChain, Wall, WallShape};
@@ -17,6 +19,37 @@ pub const COEFFICIENTS_MAX: usize = 256;
 pub const MODES_MAX: usize = 48;
 /// Largest degree of a recursion, most sections.
 pub const DEGREE_MAX: usize = 16;
+
+/// Abilities of a real board of so many axes, as far as this crate knows them. The board adds its own: forces, in N and
+/// N/s, the sensor's resolution, in m, and other periods than 100 µs to 10 ms.
+#[must_use]
+pub const fn abilities(board: &str, axes: u8) -> Capabilities {
+    Capabilities {
+        board: Capabilities::board_name(board),
+        axes,
+        simulated: false,
+        tick_period_min_us: 100,
+        tick_period_max_us: 10_000,
+        force_max_n: 0.0,
+        force_rate_max_n_per_s: 0.0,
+        position_resolution_m: 0.0,
+        coefficients_max: COEFFICIENTS_MAX as u16,
+        modes_max: MODES_MAX as u16,
+        degree_max: DEGREE_MAX as u16,
+        flight_samples: FLIGHT_SAMPLES as u16,
+    }
+}
+
+/// [`Hardware::prepare`](crate::Hardware::prepare) of a board that simulates nothing.
+///
+/// # Errors
+/// A configuration that asks for a simulated plant.
+pub const fn only_real(simulation: &Simulation) -> Result<(), Refusal> {
+    match simulation.kind {
+        SimulationKind::Real => Ok(()),
+        _ => Err(Refusal::Unsupported(Field::SimulationKind)),
+    }
+}
 
 /// The operator of a device.
 pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEGREE_MAX>;

@@ -1,7 +1,8 @@
 //! A device without hardware: a plant that is stepped by its own ticks.
 
-use crate::hardware::{Hardware, abilities};
+use crate::hardware::Hardware;
 use crate::limits::Fields;
+use crate::prepared::abilities;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
 #[cfg(feature = "std")]

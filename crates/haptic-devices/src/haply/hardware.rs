@@ -5,10 +5,9 @@ use super::model::{HaplyName, Model, Plane, middle};
 use super::protocol::{
     ANSWER_BYTES, TORQUE_MAX_NM, Trouble, configuration, judged, reset, resynchronise, torques,
 };
-use crate::foreign::USB_PERIOD_US;
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause};
+use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause, USB_PERIOD_US};
 use haptic_remote::{Exchange, Hardware, abilities, only_real};
 use nalgebra::{SMatrix, SVector, Vector2};
 use std::io::ErrorKind;

@@ -25,6 +25,6 @@ pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};
 pub use link::{Heard, LinkReport, SerialLink};
 pub use port::{PortInfo, open, ports};
-pub use served::{DeviceTime, ServeError, Served, ServedHardware};
+pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
 #[cfg(unix)]
 pub use socket::{set_patience, timed_out};

@@ -14,6 +14,9 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+/// Shortest tick at which a USB port of full speed, which moves bytes each millisecond, can follow, µs.
+pub const USB_PERIOD_US: u32 = 500;
+
 /// Time before a tick at which sleeping ends and spinning begins.
 const SPIN: Duration = Duration::from_micros(80);
 /// Longer than a force takes to fall, at the end.
