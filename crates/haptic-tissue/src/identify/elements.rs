@@ -4,22 +4,13 @@
 //! Variables, as parameters of a tissue file: a₁, α₁, a₂, α₂, and a₃ of the spring, whose α is 0.
 
 use super::error::IdentifyError;
-use crate::model::{Joint, ModelKind};
+use crate::model::{CANDIDATES, ModelKind};
 use num_complex::Complex64;
 
 /// The most elements of a candidate.
 pub(super) const ELEMENTS: usize = 3;
 /// The most variables.
 pub(super) const VARIABLES: usize = 5;
-
-/// The models that are fitted, those with few parameters first.
-pub const CANDIDATES: [ModelKind; 5] = [
-    ModelKind::SpringPot,
-    ModelKind::FractionalKelvinVoigt,
-    ModelKind::FractionalMaxwell,
-    ModelKind::FractionalZener,
-    ModelKind::FractionalPoyntingThomson,
-];
 
 /// One of [`CANDIDATES`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +23,7 @@ pub(super) const fn is_order(variable: usize) -> bool {
 
 impl Candidate {
     #[cfg(test)]
-    pub(super) fn all() -> [Self; 5] {
+    pub(super) fn all() -> [Self; CANDIDATES.len()] {
         CANDIDATES.map(Self)
     }
 
@@ -57,32 +48,7 @@ impl Candidate {
 
     /// M and its derivatives by the moduli of the elements e₁, e₂ and the spring e₃.
     pub(super) fn join(self, e: [Complex64; ELEMENTS]) -> (Complex64, [Complex64; ELEMENTS]) {
-        let (one, zero) = (Complex64::new(1.0, 0.0), Complex64::new(0.0, 0.0));
-        match self.0.joint() {
-            Joint::KelvinVoigt => (e[0] + e[1], [one, one, zero]),
-            joint @ (Joint::Maxwell | Joint::Zener) => {
-                // 1/M = 1/e₁ + 1/e₂, so ∂M/∂e₁ = (e₂/(e₁ + e₂))².
-                let inverse = (e[0] + e[1]).inv();
-                let (first, second) = (e[1] * inverse, e[0] * inverse);
-                let series = e[0] * first;
-                let (modulus, spring) = if joint == Joint::Zener {
-                    (series + e[2], one)
-                } else {
-                    (series, zero)
-                };
-                (modulus, [first * first, second * second, spring])
-            }
-            Joint::PoyntingThomson => {
-                let side_by_side = e[0] + e[1];
-                let inverse = (side_by_side + e[2]).inv();
-                let (soft, spring) = (e[2] * inverse, side_by_side * inverse);
-                (
-                    side_by_side * soft,
-                    [soft * soft, soft * soft, spring * spring],
-                )
-            }
-            Joint::None | Joint::Branches => (e[0], [one, zero, zero]),
-        }
+        self.0.joint().join(e)
     }
 }
 

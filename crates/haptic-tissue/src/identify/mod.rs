@@ -34,9 +34,9 @@ mod search;
 pub mod table;
 mod target;
 
+pub use crate::model::CANDIDATES;
 use crate::model::ModelKind;
 use bootstrap::intervals;
-pub use elements::CANDIDATES;
 use elements::Candidate;
 pub use error::IdentifyError;
 use fit::{AS_GOOD, fit};

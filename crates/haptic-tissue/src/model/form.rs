@@ -115,6 +115,39 @@ impl Form {
     }
 }
 
+#[cfg(feature = "identify")]
+impl Joint {
+    /// M and its derivatives by the moduli of the elements e₁, e₂ and the spring e₃.
+    pub(crate) fn join(self, e: [Complex64; 3]) -> (Complex64, [Complex64; 3]) {
+        let (one, zero) = (Complex64::new(1.0, 0.0), Complex64::new(0.0, 0.0));
+        match self {
+            Self::KelvinVoigt => (e[0] + e[1], [one, one, zero]),
+            joint @ (Self::Maxwell | Self::Zener) => {
+                // 1/M = 1/e₁ + 1/e₂, so ∂M/∂e₁ = (e₂/(e₁ + e₂))².
+                let inverse = (e[0] + e[1]).inv();
+                let (first, second) = (e[1] * inverse, e[0] * inverse);
+                let series = e[0] * first;
+                let (modulus, spring) = if joint == Self::Zener {
+                    (series + e[2], one)
+                } else {
+                    (series, zero)
+                };
+                (modulus, [first * first, second * second, spring])
+            }
+            Self::PoyntingThomson => {
+                let side_by_side = e[0] + e[1];
+                let inverse = (side_by_side + e[2]).inv();
+                let (soft, spring) = (e[2] * inverse, side_by_side * inverse);
+                (
+                    side_by_side * soft,
+                    [soft * soft, soft * soft, spring * spring],
+                )
+            }
+            Self::None | Self::Branches => (e[0], [one, zero, zero]),
+        }
+    }
+}
+
 /// 1/z. The relative accuracy of the imaginary part is that of z, however small it is.
 pub(super) fn inverse(z: Complex64) -> Complex64 {
     let square = z.norm_sqr();

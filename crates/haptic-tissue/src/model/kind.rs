@@ -156,6 +156,16 @@ pub enum ModelKind {
     Prony,
 }
 
+/// The models that are fitted, those with few parameters first.
+#[cfg(feature = "identify")]
+pub const CANDIDATES: [ModelKind; 5] = [
+    ModelKind::SpringPot,
+    ModelKind::FractionalKelvinVoigt,
+    ModelKind::FractionalMaxwell,
+    ModelKind::FractionalZener,
+    ModelKind::FractionalPoyntingThomson,
+];
+
 impl ModelKind {
     /// All of them, simple ones first.
     pub const ALL: [Self; 12] = [

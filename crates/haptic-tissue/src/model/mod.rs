@@ -17,6 +17,8 @@ use exponentials::{Response, Spectrum};
 pub use form::MaxwellBranch;
 pub(crate) use form::{Form, SpringPot, Two};
 use fracdiff::parameter::Shown;
+#[cfg(feature = "identify")]
+pub use kind::CANDIDATES;
 pub(crate) use kind::{Joint, TWO_ELEMENTS};
 pub use kind::{ModelKind, Parameter, ParameterRange};
 use num_complex::Complex64;
