@@ -265,6 +265,25 @@ impl<const D: usize> Tick<D> {
         flaws: 0,
     };
 
+    /// What a loop did in a tick, by the device's own number and time.
+    #[inline]
+    pub(crate) fn of(
+        sample: &haptic_loop::Sample<f32, D>,
+        (tick, time_us): (u32, u32),
+        flaws: u8,
+    ) -> Self {
+        Self {
+            tick,
+            time_us,
+            position_m: sample.reading.position_m.into(),
+            environment_force_n: sample.environment_force_n.into(),
+            force_n: (*sample.force.newtons()).into(),
+            limiters: sample.limiters.bits(),
+            flaws,
+        }
+    }
+
+    /// Adds what each axis did in it, as far as there is room.
     pub(crate) fn add_to<const N: usize>(&self, items: &mut Vec<BatchItem, N>) {
         for axis in 0..D {
             let _ = items.push(BatchItem {

@@ -160,15 +160,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             self.engaged.controller_mut().unmeasured(unmeasured);
         }
         let done = self.engaged.tick_commanded(commanded.as_ref())?;
-        Ok(Tick {
-            tick: self.tick,
-            time_us: self.now_us as u32,
-            position_m: done.reading.position_m.into(),
-            environment_force_n: done.environment_force_n.into(),
-            force_n: (*done.force.newtons()).into(),
-            limiters: done.limiters.bits(),
-            flaws: self.flaws(),
-        })
+        let at = (self.tick, self.now_us as u32);
+        Ok(Tick::of(&done, at, self.flaws()))
     }
 
     /// A tick while no force may act, which is in no hurry: the one that makes a force is laid out for speed.
