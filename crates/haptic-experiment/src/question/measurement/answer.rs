@@ -1,0 +1,179 @@
+//! A measurement from its document to its report.
+
+use super::drive::{on_serial, on_simulated};
+use super::estimate::{Measured, estimate};
+use super::{
+    HELD, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
+    MEASUREMENT, MeasurePlan, TABLES,
+};
+use crate::document::Document;
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::DEVICE;
+use crate::experiment::reading::{device, remote_by, with_devices, without};
+use crate::question::bench::SIMULATED;
+use crate::run::device::Warn;
+use crate::run::plant_file::DeviceModel;
+use crate::run::remote::RemoteDevice;
+use crate::run::sensors::Sensors;
+use haptic_log::record::StartTime;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_quantity::{digits, written};
+use serde::Serialize;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, SystemTime};
+
+/// A measurement of a device, all of its parameters checked.
+#[derive(Clone, Debug)]
+pub struct Measurement {
+    /// How it moves.
+    plan: MeasurePlan,
+    /// The device at a port; `None` for the simulated one.
+    remote: Option<RemoteDevice>,
+    /// The simulated one.
+    device: MassDamperConfig,
+    /// Its sensors.
+    sensors: Sensors,
+}
+
+impl Measurement {
+    /// Reads and checks a document.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with its place.
+    pub fn open(document: &Document) -> Result<Self, FileError> {
+        let document = document.parse()?;
+        let (_, table, _) =
+            document.one_of(&[MEASUREMENT], &[], ("measurement", "give [measure]"))?;
+        let table = with_devices(table.with_keys(&TABLES)?)?;
+        let remote = remote_by(&table, &MEASURE_DEVICE)?;
+        if remote.is_some() {
+            let why = format!(
+                "on a real device, which is measured: give {}",
+                DEVICE.set_to("sim")
+            );
+            without(&table, SIMULATED, &why)?;
+        }
+        let plan = MeasurePlan {
+            sample_time_s: table.number(&MEASURE_SAMPLE_TIME)?,
+            force_limit_n: table.number(&MEASURE_FORCE_LIMIT)?,
+            box_m: table.number(&MEASURE_BOX)?,
+            duration_s: table.number(&MEASURE_DURATION)?,
+            hand: table.flag(&HELD)?,
+        };
+        let (device, sensors) = device(&table, plan.sample_time_s)?;
+        Ok(Self {
+            plan,
+            remote,
+            device,
+            sensors,
+        })
+    }
+
+    /// The same, for a program that waits so long for a device at a port.
+    #[must_use]
+    pub fn with_patience(mut self, patience: Duration) -> Self {
+        if let Some(remote) = &mut self.remote {
+            remote.patience = patience;
+        }
+        self
+    }
+
+    /// Steps of which progress is told.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.plan.ticks_at_most()
+    }
+
+    /// Lets the device move, and finds what it is made of.
+    ///
+    /// # Errors
+    /// A device that cannot be used; a motion that did not come to its end, or that tells too little.
+    pub fn run(
+        &self,
+        progress: &dyn Fn(u64),
+        stop: &AtomicBool,
+        warn: Warn<'_>,
+    ) -> Result<MeasureReport, Failure> {
+        let plan = &self.plan;
+        let (record, device, board) = match &self.remote {
+            Some(remote) => {
+                let moved = on_serial(plan, remote, warn, progress, stop)?;
+                (moved.record, remote.name.to_string(), Some(moved.board))
+            }
+            None => {
+                let record = on_simulated(plan, (self.device, self.sensors), progress, stop)?;
+                (record, "sim".to_owned(), None)
+            }
+        };
+        let found = estimate(&record, plan.hand).map_err(Failure::input)?;
+        let date = StartTime::at(SystemTime::now()).rfc3339();
+        let at = board.as_ref();
+        let conditions = format!(
+            "{device}{}, {}, {} of multi-sine at {}, up to {} N in a box of {}, hand {}, model off by {} rms",
+            at.map_or(String::new(), |board| format!(", {board}")),
+            date.split('T').next().unwrap_or_default(),
+            written("duration_s", plan.duration_s),
+            written("sample_time_s", plan.sample_time_s),
+            digits(plan.force_n(), 4),
+            written("box_m", plan.box_m),
+            if plan.hand { "on" } else { "off" },
+            written("residual_m", found.residual_rms_m)
+        );
+        let (reach_low_m, reach_high_m) = record.reach_m();
+        Ok(MeasureReport {
+            device,
+            board,
+            encoder_resolution_reason: (found.encoder_resolution_m == 0.0)
+                .then_some("no steps seen"),
+            found,
+            largest_force_n: record.largest_force_n(),
+            reach_low_m,
+            reach_high_m,
+            model: None,
+            figure: None,
+            conditions,
+        })
+    }
+}
+
+/// The result. The keys are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeasureReport {
+    device: String,
+    /// Name of the board, and its firmware.
+    board: Option<String>,
+    #[serde(flatten)]
+    found: Measured,
+    encoder_resolution_reason: Option<&'static str>,
+    largest_force_n: f64,
+    reach_low_m: f64,
+    reach_high_m: f64,
+    /// The device file, once it is written.
+    pub model: Option<String>,
+    /// Its picture.
+    pub figure: Option<String>,
+    /// Device, day and excitation, in words.
+    #[serde(skip)]
+    pub conditions: String,
+}
+
+impl MeasureReport {
+    /// Facts that a user should know, a sentence each.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.found.warnings
+    }
+
+    /// Time since the start, s, position read and position of the model, m, of each fitted tick.
+    #[must_use]
+    pub fn curve(&self) -> &[[f64; 3]] {
+        &self.found.curve
+    }
+
+    /// The text of the device file, made by this program.
+    #[must_use]
+    pub fn device_file(&self, program: &str) -> String {
+        DeviceModel::measured(&self.found, program, &self.conditions).to_toml()
+    }
+}
