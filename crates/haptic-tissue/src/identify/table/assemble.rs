@@ -224,7 +224,7 @@ impl Columns {
         } else if has(Column::Time) && (has(Column::Strain) || has(Column::Position)) {
             format!("give {STRESS}, the held stress of a creep test")
         } else {
-            format!("name them by {COLUMNS}, as in time=1,modulus=3")
+            format!("give time_s and relaxation_modulus_pa, or {COLUMNS}, as in time=1,modulus=3")
         };
         IdentifyError::Record(format!(
             "the columns make no record, found {found}: {missing}"
