@@ -242,7 +242,7 @@ impl Columns {
             _ => String::new(),
         };
         Err(IdentifyError::Record(format!(
-            "kind {} needs a column {}, found {}: name it by {COLUMNS} {}={size}",
+            "kind {} needs a column {}, found {}: change {KIND}, or give {COLUMNS} {}={size}",
             kind.name(),
             column.header(),
             self.names(),
