@@ -223,7 +223,7 @@ impl Columns {
         } else if has(Column::Time) && (has(Column::Strain) || has(Column::Position)) {
             format!("give {STRESS}, the held stress of a creep test")
         } else {
-            format!("name them by {COLUMNS}, as in time=1,modulus=3")
+            format!("give time_s and relaxation_modulus_pa, or {COLUMNS}, as in time=1,modulus=3")
         };
         IdentifyError::Record(format!(
             "the columns make no record, found {found}: {missing}"
@@ -241,7 +241,7 @@ impl Columns {
             _ => String::new(),
         };
         Err(IdentifyError::Record(format!(
-            "kind {} needs a column {}, found {}: name it by {COLUMNS} {}={size}",
+            "kind {} needs a column {}, found {}: change {KIND}, or give {COLUMNS} {}={size}",
             kind.name(),
             column.header(),
             self.names(),

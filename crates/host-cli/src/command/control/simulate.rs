@@ -123,7 +123,7 @@ impl Arguments {
             Some(true) => {}
             Some(false) => warn("the loop is unstable: see host-cli control analyze"),
             None => {
-                warn("the loop is too fast for the sampled model: see host-cli control analyze")
+                warn("the loop is too fast for the sampled model: see host-cli control analyze");
             }
         }
         output.summary(&report)?;
