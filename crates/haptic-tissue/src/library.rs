@@ -144,11 +144,8 @@ mod tests {
     #[test]
     fn the_library_that_comes_with_the_program_has_its_sources() {
         let library = Library::load(None).expect("valid");
-        let names: Vec<_> = library
-            .materials()
-            .iter()
-            .map(|m| m.name.as_str())
-            .collect();
+        let names = library.materials().iter().map(|m| m.name.as_str());
+        let names: Vec<_> = names.collect();
         assert_eq!(
             names,
             ["prostate-cancerous", "prostate-healthy", "fish-muscle"]
@@ -160,11 +157,11 @@ mod tests {
             ("prostate-healthy", 3610.0, 0.2154),
         ] {
             let prostate = library.find(name).expect("known");
-            let numbers = (
-                prostate.elastic_modulus_pa(),
-                prostate.viscosity_pa_s_alpha(),
+            let elastic = prostate.elastic_modulus_pa();
+            assert_eq!(
+                (elastic, prostate.viscosity_pa_s_alpha()),
+                (Some(0.0), Some(viscosity))
             );
-            assert_eq!(numbers, (Some(0.0), Some(viscosity)));
             assert_eq!(prostate.order(), Some(order));
         }
     }
@@ -174,20 +171,15 @@ mod tests {
         let muscle = Library::load(None).and_then(|all| all.find("fish-muscle"));
         let muscle = muscle.expect("known");
         let record = include_str!("../records/fish-muscle-relaxation.tsv").lines();
-        let rows = record.skip(1).map(|line| {
-            let (time, modulus) = line.split_once('\t').expect("two columns");
-            (
-                time.parse::<f64>().expect("a time"),
-                modulus.parse::<f64>().expect("a modulus"),
-            )
-        });
+        let number = |cell: &str| cell.parse::<f64>().expect("a number");
+        let rows = record
+            .skip(1)
+            .map(|line| line.split_once('\t').expect("two columns"));
+        let rows = rows.map(|(time, modulus)| (number(time), number(modulus)));
         let (times, moduli): (Vec<f64>, Vec<f64>) = rows.unzip();
         assert_eq!(times.len(), 566);
-        let errors = muscle
-            .model
-            .relaxation_moduli(&times)
-            .into_iter()
-            .zip(&moduli);
+        let have = muscle.model.relaxation_moduli(&times).into_iter();
+        let errors = have.zip(&moduli);
         let squares = errors.map(|(have, want)| libm::pow(libm::log(have / want), 2.0));
         let rms = libm::sqrt(squares.sum::<f64>() / 566.0);
         assert!(rms < 0.0046, "{rms}");
@@ -210,10 +202,8 @@ mod tests {
         let library = Library::load(Some(folder.path())).expect("valid");
         let skipped: Vec<String> = library.skipped().collect();
         let taken = "too.toml: the library has a material \"gel\" already";
-        assert!(
-            skipped.len() == 1 && skipped[0].contains(taken),
-            "{skipped:?}"
-        );
+        assert_eq!(skipped.len(), 1, "{skipped:?}");
+        assert!(skipped[0].contains(taken), "{skipped:?}");
         let twice = library.find("gel").expect_err("which").to_string();
         assert!(twice.contains(taken), "{twice}");
     }

@@ -20,22 +20,13 @@ mod fit;
 #[cfg(test)]
 mod tests;
 
-use crate::document::Document;
-use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 use crate::question::bench::SIMULATED;
 use crate::run::advice::check;
-use crate::run::device::Warn;
-use crate::run::plant_file::DeviceModel;
-use crate::run::remote::RemoteDevice;
-use crate::run::sensors::Sensors;
-use drive::{on_serial, on_simulated};
-use estimate::{Measured, estimate};
-use haptic_log::record::StartTime;
-use haptic_loop::plant::MassDamperConfig;
+pub use answer::{MeasureReport, Measurement};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Limits, Stuck, Workspace};
 

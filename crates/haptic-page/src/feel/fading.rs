@@ -315,12 +315,8 @@ mod tests {
         let mut random = Random(1);
         for case in 0..40 {
             let laws = [(); 4].map(|()| {
-                let order = random.share();
-                tissue(
-                    order,
-                    random.between(0.0, 1000.0),
-                    random.between(1.0, 61.0),
-                )
+                let (order, stiffness) = (random.share(), random.between(0.0, 1000.0));
+                tissue(order, stiffness, random.between(1.0, 61.0))
             });
             let changes = [1, 2, 3].map(|n| 700 * n + random.between(0.0, 400.0) as u32);
             let size = random.between(0.0, 5e-3);

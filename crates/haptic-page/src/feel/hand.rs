@@ -297,19 +297,13 @@ mod tests {
         let mut device = device();
         device.hand(10e-3, true);
         run(&mut device, 30);
-        let (position, velocity) = (device.position_m(), device.held.velocity()[0]);
+        let at = (device.position_m(), device.held.velocity()[0]);
         device.hand_lets_go();
-        assert_eq!(
-            (device.position_m(), device.free.velocity()[0]),
-            (position, velocity)
-        );
+        assert_eq!((device.position_m(), device.free.velocity()[0]), at);
         assert!(device.hand_m().is_nan());
         device.hand(0.0, true);
-        assert_eq!(
-            (device.position_m(), device.held.velocity()[0]),
-            (position, velocity)
-        );
-        assert_eq!(device.hand_m().to_bits(), position.to_bits());
+        assert_eq!((device.position_m(), device.held.velocity()[0]), at);
+        assert_eq!(device.hand_m().to_bits(), at.0.to_bits());
     }
 
     #[test]

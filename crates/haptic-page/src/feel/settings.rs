@@ -373,10 +373,8 @@ mod tests {
             let error = asked.expect_err(words).to_string();
             assert!(error.contains(words), "{error}");
         };
-        refused(
-            started(tissue("../secret.toml")),
-            "take one of prostate-cancerous",
-        );
+        let secret = started(tissue("../secret.toml"));
+        refused(secret, "take one of prostate-cancerous");
         refused(started(order(0.5)), "`environment` is missing");
         let felt = started(tissue("prostate-cancerous")).expect("known");
         for wrong in [-0.1, 1.1, f64::NAN, f64::INFINITY] {

@@ -115,9 +115,8 @@ fn a_wall_that_is_pressed_from_the_start_gives_nothing_back_that_it_did_not_take
 fn the_device_begins_where_no_force_acts() {
     let rest: Pointer = Box::new(|_| -5e-3);
     let ticks = felt(WallNumbers::default(), &rest, None);
-    assert!(
-        ticks
-            .iter()
-            .all(|&(place, force)| place < 0.0 && force == 0.0)
-    );
+    let clear = ticks
+        .iter()
+        .all(|&(place, force)| place < 0.0 && force == 0.0);
+    assert!(clear);
 }

@@ -11,11 +11,13 @@ const SMALL: PyramidSize = PyramidSize {
 /// Least and largest by looking at every sample.
 fn brute_force(samples: &[[f32; 2]], channel: usize, ticks: std::ops::Range<u64>) -> (f32, f32) {
     let end = (ticks.end as usize).min(samples.len());
-    let of = samples[ticks.start as usize..end].iter();
-    of.map(|sample| sample[channel])
-        .fold((f32::NAN, f32::NAN), |(least, largest), number| {
-            (least.min(number), largest.max(number))
-        })
+    let of = samples[ticks.start as usize..end]
+        .iter()
+        .map(|sample| sample[channel]);
+    let none = (f32::NAN, f32::NAN);
+    of.fold(none, |(least, largest), number| {
+        (least.min(number), largest.max(number))
+    })
 }
 
 fn filled(samples: &[[f32; 2]]) -> Pyramid {
@@ -94,10 +96,8 @@ fn a_single_peak_is_seen_from_every_distance() {
     for (start, columns) in [(560, 40), (500, 7), (300, 10), (0, 3), (0, 1)] {
         let have = pyramid.columns(Span::new(start, 600, columns));
         let column = ((577 - have.first_tick()) / have.width()) as usize;
-        assert_eq!(
-            (have.largest(0)[column], have.least(1)[column]),
-            (9.0, -9.0)
-        );
+        let peak = (have.largest(0)[column], have.least(1)[column]);
+        assert_eq!(peak, (9.0, -9.0));
         let peaks = have.largest(0).iter().filter(|&&peak| peak > 0.0);
         assert_eq!(peaks.count(), 1, "from {start} in {columns}");
     }

@@ -153,12 +153,9 @@ mod tests {
             ),
         ] {
             let error = job(kind, &form(given)).expect_err(want).to_string();
-            assert!(error.contains(want), "{error}");
-            assert!(
-                !error.contains("form") || error.contains("closed"),
-                "{error}"
-            );
-            assert!(!error.contains('\n'), "{error}");
+            assert!(error.contains(want) && !error.contains('\n'), "{error}");
+            let closed = !error.contains("form") || error.contains("closed");
+            assert!(closed, "{error}");
         }
     }
 }

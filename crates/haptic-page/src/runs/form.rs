@@ -180,23 +180,16 @@ mod tests {
     fn every_parameter_of_a_file_stands_in_a_form_with_its_default() {
         let forms = forms();
         for (kind, form) in kinds().zip(forms["forms"].as_array().expect("a list")) {
-            let shown = form["tables"]
-                .as_array()
-                .expect("a list")
-                .iter()
-                .flat_map(|table| table["parameters"].as_array().expect("a list"));
+            let tables = form["tables"].as_array().expect("a list").iter();
+            let shown = tables.flat_map(|table| table["parameters"].as_array().expect("a list"));
             let keys: Vec<&str> = shown.filter_map(|shown| shown["key"].as_str()).collect();
             let tables = parameters::of_kind(kind);
             let wanted = tables.iter().flat_map(|(_, table)| *table);
-            assert_eq!(
-                keys,
-                wanted.map(|parameter| parameter.key).collect::<Vec<_>>()
-            );
+            let wanted: Vec<&str> = wanted.map(|parameter| parameter.key).collect();
+            assert_eq!(keys, wanted);
         }
         let text = forms.to_string();
-        assert!(
-            text.contains("\"choices\":[\"off\",\"observer\",\"energy-bounding\"]"),
-            "{text}"
-        );
+        let choices = "\"choices\":[\"off\",\"observer\",\"energy-bounding\"]";
+        assert!(text.contains(choices), "{text}");
     }
 }

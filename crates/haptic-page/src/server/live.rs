@@ -119,11 +119,8 @@ mod tests {
     fn every_sample_was_shown_or_missed() {
         let mut shown = Shown::default();
         shown.show(50, 100);
-        assert_eq!(
-            (shown.sent, shown.missed),
-            (50, 0),
-            "what went before the view is not its own"
-        );
+        // What went before the view is not its own.
+        assert_eq!((shown.sent, shown.missed), (50, 0));
         shown.show(60, 130);
         assert_eq!((shown.sent, shown.missed), (80, 0));
         shown.show(200, 300);

@@ -143,28 +143,29 @@ mod tests {
 
     #[test]
     fn garbage_has_no_number_and_a_wrong_request_has_its_own() {
-        for garbage in [
+        let garbage = [
             "",
             "{",
             "7",
             "[]",
             "{}",
-            "{\"do\": \"stop\"}",
-            "{\"id\": \"x\", \"do\": \"stop\"}",
-        ] {
+            r#"{"do": "stop"}"#,
+            r#"{"id": "x", "do": "stop"}"#,
+        ];
+        for garbage in garbage {
             let (id, sentence) = parse(garbage).expect_err(garbage);
             assert!(id.is_null() && !sentence.is_empty(), "{garbage}");
         }
-        for wrong in [
-            "{\"id\": 7}",
-            "{\"id\": 7, \"do\": \"fly\"}",
-            "{\"id\": 7, \"do\": \"feel.hand\", \"held\": true}",
-            "{\"id\": 7, \"do\": \"feel.hand\", \"held\": true, \"position_m\": \"x\"}",
-            "{\"id\": 7, \"do\": \"feel.hand\", \"held\": true, \"position_m\": 0, \"more\": 1}",
-            "{\"id\": 7, \"do\": \"feel.set\", \"ordre\": 0.3}",
-            "{\"id\": 7, \"do\": \"feel.start\", \"environment\": {\"tissue\": \"x\", \"wall\": {}}}",
-            "{\"id\": 7, \"do\": \"stop\", \"more\": 1}",
-        ] {
+        let wrong = r#"
+            {"id": 7}
+            {"id": 7, "do": "fly"}
+            {"id": 7, "do": "feel.hand", "held": true}
+            {"id": 7, "do": "feel.hand", "held": true, "position_m": "x"}
+            {"id": 7, "do": "feel.hand", "held": true, "position_m": 0, "more": 1}
+            {"id": 7, "do": "feel.set", "ordre": 0.3}
+            {"id": 7, "do": "feel.start", "environment": {"tissue": "x", "wall": {}}}
+            {"id": 7, "do": "stop", "more": 1}"#;
+        for wrong in wrong.trim().lines() {
             let (id, sentence) = parse(wrong).expect_err(wrong);
             assert_eq!(id, 7, "{wrong}");
             assert!(!sentence.contains('\n'), "{sentence}");
@@ -173,8 +174,8 @@ mod tests {
 
     #[test]
     fn requests_are_read_as_the_protocol_writes_them() {
-        let (id, request) =
-            parse("{\"id\": 7, \"do\": \"feel.set\", \"order\": 0.3}").expect("understood");
+        let request = parse("{\"id\": 7, \"do\": \"feel.set\", \"order\": 0.3}");
+        let (id, request) = request.expect("understood");
         assert_eq!(id, 7);
         assert!(request.needs_controls());
         let Request::FeelSet(change) = request else {

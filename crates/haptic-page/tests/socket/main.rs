@@ -83,24 +83,30 @@ fn has(answer: &Value, wanted: Value) {
 fn ran(page: &mut Page, kind: &str, parameters: Value) -> Value {
     let run = json!({"kind": kind, "parameters": parameters});
     let name = page.ask("runs.start", run)["name"].take();
-    page.wait("run", |run| {
-        run["name"] == name && run["state"] != "running"
-    })
+    ended(page, |run| run["name"] == name)
+}
+
+/// The last word of a run.
+fn ended(page: &mut Page, is: impl Fn(&Value) -> bool) -> Value {
+    page.wait("run", |run| is(run) && run["state"] != "running")
+}
+
+/// A run or question of these parameters is refused so.
+fn refuses(page: &mut Page, kind: &str, parameters: Value, words: &str) {
+    let run = json!({"kind": kind, "parameters": parameters});
+    page.refuses("runs.start", run, words);
 }
 
 /// Every key of an answer stands in the row of its request in docs/page-protocol.md.
 fn assert_documented(request: &str, answer: &Value) {
     let protocol = include_str!("../../../../docs/page-protocol.md");
-    let row = protocol
-        .lines()
-        .find(|line| line.starts_with(&format!("| `{request}`")));
+    let named = format!("| `{request}`");
+    let row = protocol.lines().find(|line| line.starts_with(&named));
     let row = row.unwrap_or_else(|| panic!("no row of {request}"));
     let keys = answer.as_object().expect("an object").keys();
     for key in keys.filter(|key| !["id", "ok"].contains(&key.as_str())) {
         let word = |character: char| !(character.is_alphanumeric() || character == '_');
-        assert!(
-            row.split(word).any(|known| known == key),
-            "`{key}` of {request} is not documented: {row}"
-        );
+        let known = row.split(word).any(|known| known == key);
+        assert!(known, "`{key}` of {request} is not documented: {row}");
     }
 }

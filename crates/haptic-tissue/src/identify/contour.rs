@@ -163,35 +163,20 @@ mod tests {
         let of = ELEMENTS_OF_TEST;
         for decade in -6..=6 {
             let t = 10_f64.powi(decade);
-            let at = |candidate, quantity| {
-                Contour::new(candidate, quantity, elements(of))
-                    .at(t.ln())
-                    .value
+            let at = |kind, quantity| {
+                let contour = Contour::new(candidate(kind), quantity, elements(of));
+                contour.at(t.ln()).value
             };
-            near(
-                at(candidate(ModelKind::SpringPot), Quantity::Relaxation),
-                relaxation(of[0], t),
-            );
-            near(
-                at(candidate(ModelKind::SpringPot), Quantity::Creep),
-                compliance(of[0], t),
-            );
-            near(
-                at(candidate(ModelKind::SpringPot), Quantity::Integral),
-                relaxation(of[0], t) * t / (1.0 - of[0].1),
-            );
+            let pot = |quantity| at(ModelKind::SpringPot, quantity);
+            near(pot(Quantity::Relaxation), relaxation(of[0], t));
+            near(pot(Quantity::Creep), compliance(of[0], t));
+            let integral = relaxation(of[0], t) * t / (1.0 - of[0].1);
+            near(pot(Quantity::Integral), integral);
             let sum = |f: fn((f64, f64), f64) -> f64| f(of[0], t) + f(of[1], t);
-            near(
-                at(
-                    candidate(ModelKind::FractionalKelvinVoigt),
-                    Quantity::Relaxation,
-                ),
-                sum(relaxation),
-            );
-            near(
-                at(candidate(ModelKind::FractionalMaxwell), Quantity::Creep),
-                sum(compliance),
-            );
+            let beside = at(ModelKind::FractionalKelvinVoigt, Quantity::Relaxation);
+            near(beside, sum(relaxation));
+            let behind = at(ModelKind::FractionalMaxwell, Quantity::Creep);
+            near(behind, sum(compliance));
         }
     }
 

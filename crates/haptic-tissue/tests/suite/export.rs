@@ -1,6 +1,7 @@
 //! Prony series of models, and their text for finite-element programs, read back.
 
 use haptic_tissue::{ExportFormat, Library, Model, ModelKind, PronyFit};
+use testkit::assert_relative;
 use testkit::tissue::model;
 
 fn muscle() -> Model {
@@ -15,10 +16,10 @@ fn error(model: &Model, series: &Model, shortest_s: f64, horizon_s: f64) -> f64 
         .map(|i| shortest_s * libm::pow(10.0, decades * f64::from(i) / 997.0))
         .collect();
     let have = series.relaxation_moduli(&times).into_iter();
-    have.zip(model.relaxation_moduli(&times))
-        .fold(0.0, |most, (have, want)| {
-            f64::max(most, (have / want - 1.0).abs())
-        })
+    let pairs = have.zip(model.relaxation_moduli(&times));
+    pairs.fold(0.0, |most, (have, want)| {
+        f64::max(most, (have / want - 1.0).abs())
+    })
 }
 
 #[test]
@@ -37,10 +38,8 @@ fn the_error_that_is_named_is_the_error() {
         let have = error(model, &series, 1e-3, 1e3);
         let named = fit.max_relative_error;
         assert!(named < most, "{branches}: {named}");
-        assert!(
-            have < 1.02 * named && have > 0.9 * named,
-            "{branches}: {have} {named}"
-        );
+        let named_well = have < 1.02 * named && have > 0.9 * named;
+        assert!(named_well, "{branches}: {have} {named}");
         assert!(fit.branches.len() <= branches && fit.elastic_modulus_pa >= 0.0);
     }
 }
@@ -55,16 +54,12 @@ fn every_format_takes_as_many_branches_as_it_has_by_itself() {
 
 #[test]
 fn more_branches_are_closer() {
-    let errors: Vec<f64> = [3, 6, 12, 24]
-        .map(|branches| {
-            let fit = PronyFit::new(&muscle(), branches, 1e-3, 1e3);
-            fit.expect("fits").max_relative_error
-        })
-        .into();
-    assert!(
-        errors.windows(2).all(|pair| pair[1] < 0.5 * pair[0]),
-        "{errors:?}"
-    );
+    let errors = [3, 6, 12, 24].map(|branches| {
+        let fit = PronyFit::new(&muscle(), branches, 1e-3, 1e3);
+        fit.expect("fits").max_relative_error
+    });
+    let closer = errors.is_sorted_by(|a, b| *b < 0.5 * *a);
+    assert!(closer, "{errors:?}");
 }
 
 #[test]
@@ -91,18 +86,12 @@ fn classical_models_are_their_own_series() {
         let model = Model::from_parameters(kind, values).expect("in range");
         // Far beyond the time at which nothing is left of it.
         let fit = PronyFit::new(&model, 12, 1e-3, 1e6).expect("a series");
-        assert_eq!(
-            (fit.branches.len(), fit.max_relative_error),
-            (1, 0.0),
-            "{kind}"
-        );
+        let own = (fit.branches.len(), fit.max_relative_error);
+        assert_eq!(own, (1, 0.0), "{kind}");
         let times = [1e-3, 0.01, 0.05, 0.2];
         let series = fit.model().expect("a model").relaxation_moduli(&times);
         for (have, want) in series.iter().zip(model.relaxation_moduli(&times)) {
-            assert!(
-                (have / want - 1.0).abs() < 1e-9,
-                "{kind}: {have} for {want}"
-            );
+            assert_relative(kind.name(), *have, want, 1e-9);
         }
     }
 }

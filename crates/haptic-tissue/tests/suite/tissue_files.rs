@@ -135,18 +135,16 @@ series | [3, 2.5] | [3, 0] | x.toml:7: branch_moduli_pa = 0 Pa is not above 0 an
 
 #[test]
 fn a_wrong_file_is_refused_with_line_and_reason() {
-    for line in WRONG.trim().lines() {
-        let [file, from, to, want] = line.split(" | ").collect::<Vec<_>>()[..] else {
-            panic!("{line}");
-        };
-        let text = match file {
+    for [file, from, to, want] in testkit::table(WRONG) {
+        let (from, want) = (&from[..], &want[..]);
+        let text = match &file[..] {
             "gel" => GEL,
             "muscle" => MUSCLE,
             _ => SERIES,
         };
         assert!(text.contains(from), "{from}");
-        let error = Material::parse(Path::new("x.toml"), &text.replacen(from, to, 1));
-        let have = error.expect_err(to).to_string();
+        let error = Material::parse(Path::new("x.toml"), &text.replacen(from, &to, 1));
+        let have = error.expect_err(&to).to_string();
         assert!(have.starts_with(want), "have {have}\nwant {want}");
         assert!(!have.contains('\n'), "{have}");
     }
@@ -154,16 +152,8 @@ fn a_wrong_file_is_refused_with_line_and_reason() {
 
 #[test]
 fn a_name_that_is_none_is_refused() {
-    let error = Material::new(
-        "Gel 1",
-        "",
-        model(ModelKind::Spring, 0.1),
-        Source::default(),
-    );
-    assert!(
-        error
-            .expect_err("a name")
-            .to_string()
-            .starts_with("name \"Gel 1\"")
-    );
+    let spring = model(ModelKind::Spring, 0.1);
+    let error = Material::new("Gel 1", "", spring, Source::default());
+    let said = error.expect_err("a name").to_string();
+    assert!(said.starts_with("name \"Gel 1\""), "{said}");
 }

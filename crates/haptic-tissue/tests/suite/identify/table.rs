@@ -6,6 +6,7 @@ use haptic_tissue::identify::table::{
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use testkit::assert_relative;
 
 fn understand(text: &str, reader: &Reader, reading: &Reading) -> Result<Understood, String> {
     let table = read_table(text.as_bytes()).map_err(|error| error.to_string())?;
@@ -20,72 +21,49 @@ fn plain(text: &str) -> Understood {
 
 #[test]
 fn our_own_headers_need_no_word() {
-    for (text, kind) in [
-        (
-            "time_s\trelaxation_modulus_pa\n1\t5\n2\t4\n",
-            RecordKind::Relaxation,
-        ),
-        (
-            "time_s,creep_compliance_per_pa\n1,4\n2,5\n",
-            RecordKind::Creep,
-        ),
-        (
-            "omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,5,1\n1,4,2\n",
-            RecordKind::Oscillation,
-        ),
-        (
-            "time_s,strain,stress_pa\n0,0,0\n1,0.1,4\n",
-            RecordKind::History,
-        ),
-    ] {
-        let understood = plain(text);
-        assert_eq!(understood.record.kind(), kind, "{text}");
-        assert_eq!(understood.notes.len(), 1, "{:?}", understood.notes);
-        assert!(understood.notes[0].starts_with(&format!("kind {}, by the columns", kind.name())));
+    for [text, kind] in testkit::table(
+        r"
+        time_s,relaxation_modulus_pa\n1,5\n2,4\n | relaxation
+        time_s,creep_compliance_per_pa\n1,4\n2,5\n | creep
+        omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,5,1\n1,4,2\n | oscillation
+        time_s,strain,stress_pa\n0,0,0\n1,0.1,4\n | record
+        ",
+    ) {
+        let understood = plain(&text);
+        assert_eq!(understood.record.kind().name(), kind, "{text}");
+        let [note] = &understood.notes[..] else {
+            panic!("{:?}", understood.notes);
+        };
+        assert!(
+            note.starts_with(&format!("kind {kind}, by the columns")),
+            "{note}"
+        );
     }
 }
 
 #[test]
 fn usual_spellings_and_units_of_other_programs_are_understood() {
-    for (header, rows, x, first) in [
-        ("Time [s]\tRelaxation Modulus [kPa]", "1\t5\n2\t4", 1.0, 5e3),
-        ("t;G(t) / MPa", "1,5;5,25\n2;4", 1.5, 5.25e6),
-        ("Time (ms),E(t) (Pa)", "1,5\n2,4", 1e-3, 5.0),
-        ("Test Time in min,Modulus", "1,5\n2,4", 60.0, 5.0),
-        (
-            "elapsed_time_ms,relaxation_modulus_kpa",
-            "1,5\n2,4",
-            1e-3,
-            5e3,
-        ),
-        ("Time,Creep Compliance (1/MPa)", "1,4\n2,5", 1.0, 4e-6),
-        ("Time,Compliance [Pa⁻¹]", "1,4\n2,5", 1.0, 4.0),
-        (
-            "Angular Frequency (rad/s),Storage Modulus (kPa),Loss Modulus (kPa)",
-            "1,4,1\n2,5,2",
-            1.0,
-            4e3,
-        ),
-        (
-            "Frequency (Hz)\tG' (Pa)\tG'' (Pa)",
-            "1\t4\t1\n2\t5\t2",
-            std::f64::consts::TAU,
-            4.0,
-        ),
-        ("ω [rad/s];E′ [MPa];E″ [MPa]", "1;4;1\n2;5;2", 1.0, 4e6),
-        (
-            "Angular Frequency,Storage Modulus,Loss Modulus\nrad/s,kPa,kPa",
-            "1,4,1\n2,5,2",
-            1.0,
-            4e3,
-        ),
-    ] {
-        let record = plain(&format!("{header}\n{rows}\n")).record;
-        let near = |have: f64, want: f64| (have / want - 1.0).abs() < 1e-12;
-        assert!(
-            near(record.x()[0], x) && near(record.first()[0], first),
-            "{header}: {record:?}"
-        );
+    // `~` stands for a tab.
+    for [header, rows, x, first] in testkit::table(
+        r"
+        Time [s]~Relaxation Modulus [kPa] | 1~5\n2~4 | 1 | 5e3
+        t;G(t) / MPa | 1,5;5,25\n2;4 | 1.5 | 5.25e6
+        Time (ms),E(t) (Pa) | 1,5\n2,4 | 1e-3 | 5
+        Test Time in min,Modulus | 1,5\n2,4 | 60 | 5
+        elapsed_time_ms,relaxation_modulus_kpa | 1,5\n2,4 | 1e-3 | 5e3
+        Time,Creep Compliance (1/MPa) | 1,4\n2,5 | 1 | 4e-6
+        Time,Compliance [Pa⁻¹] | 1,4\n2,5 | 1 | 4
+        Angular Frequency (rad/s),Storage Modulus (kPa),Loss Modulus (kPa) | 1,4,1\n2,5,2 | 1 | 4e3
+        Frequency (Hz)~G' (Pa)~G'' (Pa) | 1~4~1\n2~5~2 | 6.283185307179586 | 4
+        ω [rad/s];E′ [MPa];E″ [MPa] | 1;4;1\n2;5;2 | 1 | 4e6
+        Angular Frequency,Storage Modulus,Loss Modulus\nrad/s,kPa,kPa | 1,4,1\n2,5,2 | 1 | 4e3
+        ",
+    ) {
+        let table = format!("{header}\n{rows}\n").replace('~', "\t");
+        let record = plain(&table).record;
+        let number = |cell: &str| cell.parse().expect("a number");
+        assert_relative(&header, record.x()[0], number(&x), 1e-12);
+        assert_relative(&header, record.first()[0], number(&first), 1e-12);
     }
 }
 
@@ -141,29 +119,23 @@ fn columns_units_and_range_can_be_given() {
     assert_eq!(understood.record.x(), [2e-3, 4e-3]);
     assert_eq!(understood.record.first(), [7e3, 6e3]);
     let said = understood.notes.join("\n");
-    assert!(
-        said.contains("1 row left out, a cell without a number: line 7"),
-        "{said}"
-    );
-    assert!(
-        said.contains("2 rows left out, outside the range asked for: lines 3, 4"),
-        "{said}"
-    );
+    for note in [
+        "1 row left out, a cell without a number: line 7",
+        "2 rows left out, outside the range asked for: lines 3, 4",
+    ] {
+        assert!(said.contains(note), "{said}");
+    }
     // No header at all.
+    let places = [
+        (Column::Time, Choice::Number(1)),
+        (Column::Modulus, Choice::Number(2)),
+    ];
     let reader = Reader {
-        columns: vec![
-            (Column::Time, Choice::Number(1)),
-            (Column::Modulus, Choice::Number(2)),
-        ],
+        columns: places.into(),
         ..Reader::default()
     };
-    assert_eq!(
-        understand("1,8\n2,7\n", &reader, &Reading::default())
-            .expect("valid")
-            .record
-            .samples(),
-        2
-    );
+    let read = understand("1,8\n2,7\n", &reader, &Reading::default()).expect("valid");
+    assert_eq!(read.record.samples(), 2);
 }
 
 #[test]
@@ -179,153 +151,73 @@ fn columns_that_are_named_are_those_that_count() {
         ];
         let place = |column: &Column| places.iter().position(|place| place == column);
         let number = |column| Choice::Number(place(column).expect("a column of the table") + 1);
+        let columns = named.iter().map(|column| (*column, number(column)));
         let reader = Reader {
-            columns: named
-                .iter()
-                .map(|column| (*column, number(column)))
-                .collect(),
+            columns: columns.collect(),
             ..Reader::default()
         };
-        let kind = Some(kind);
-        understand(
-            text,
-            &reader,
-            &Reading {
-                kind,
-                ..Reading::default()
-            },
-        )
+        let reading = Reading {
+            kind: Some(kind),
+            ..Reading::default()
+        };
+        understand(text, &reader, &reading)
     };
-    let first = |named: &[Column], kind| read(named, kind).map(|it| it.record.first().to_vec());
     let (relaxation, creep) = (RecordKind::Relaxation, RecordKind::Creep);
-    assert_eq!(first(&[], relaxation).expect("valid"), [7.0, 6.0]);
-    assert_eq!(
-        first(&[Column::Stress], relaxation).expect("valid"),
-        [100.0, 80.0]
-    );
-    assert_eq!(
-        first(&[Column::Modulus], relaxation).expect("valid"),
-        [7.0, 6.0]
-    );
+    for (named, want) in [
+        (&[][..], [7.0, 6.0]),
+        (&[Column::Stress], [100.0, 80.0]),
+        (&[Column::Modulus], [7.0, 6.0]),
+    ] {
+        let read = read(named, relaxation).expect("valid");
+        assert_eq!(read.record.first(), want, "{named:?}");
+    }
     for (named, kind) in [
         (&[Column::Modulus, Column::Stress][..], relaxation),
         (&[Column::Modulus], creep),
     ] {
         let refused = read(named, kind).expect_err("no effect");
-        assert!(
-            refused.contains("has no effect") && refused.contains(kind.name()),
-            "{refused}"
-        );
+        for words in ["has no effect", kind.name()] {
+            assert!(refused.contains(words), "{refused}");
+        }
     }
 }
 
 /// A table, the kind of record that is asked for, and what the refusal says.
-const REFUSED: &[(&str, Option<RecordKind>, &[&str])] = &[
-    ("", None, &["empty"]),
-    ("time_s\n1\n", None, &["line 1", "only one column"]),
-    ("1,2\n3,4\n", None, &["line 1", "no header", "`columns`"]),
-    (
-        "time_s,relaxation_modulus_pa\n",
-        None,
-        &["no row with numbers"],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n1,5\n2,four\n",
-        None,
-        &[
-            "line 3, column relaxation_modulus_pa",
-            "\"four\" is not a finite number",
-        ],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n1,5\n2,inf\n",
-        None,
-        &["line 3, column relaxation_modulus_pa", "\"inf\""],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n0,5\n1,4\n",
-        None,
-        &["line 2", "time 0 s is not above 0 s", "omit the rows"],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n2,5\n\n1,4\n",
-        None,
-        &["line 4", "time 1 s comes after 2 s", "sort"],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n1,5\n2,-4\n",
-        None,
-        &["line 3", "modulus -4 Pa is not above 0 Pa"],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n1,5\n2,5\n",
-        None,
-        &["5 Pa in every sample"],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n1,4,5\n",
-        None,
-        &["line 2", "3 cells under a header of 2", "decimal commas"],
-    ),
-    (
-        "Time [Pa],Modulus\n1,5\n",
-        None,
-        &[
-            "line 1, column Time [Pa]",
-            "unit \"Pa\" is none of time",
-            "`units` time=s",
-        ],
-    ),
-    (
-        "time_s,t [s],modulus\n1,1,5\n",
-        None,
-        &["line 1", "both look like time", "`columns`"],
-    ),
-    (
-        "time_s,stress_pa\n1,5\n2,4\n",
-        None,
-        &["stress_pa (stress)", "give `strain`"],
-    ),
-    ("time_s,strain\n1,5\n2,4\n", None, &["give `stress_pa`"]),
-    (
-        "time_s,temperature\n1,5\n2,4\n",
-        None,
-        &["the columns make no record", "relaxation_modulus_pa"],
-    ),
-    (
-        "time_s,relaxation_modulus_pa\n1,5\n2,4\n",
-        Some(RecordKind::Creep),
-        &[
-            "kind creep needs a column creep_compliance_per_pa",
-            "`kind`",
-        ],
-    ),
-    (
-        "time_s,creep_compliance_per_pa\n1,5\n2,4\n",
-        None,
-        &["compliance falls with time", "`kind` = relaxation"],
-    ),
-    (
-        "time_s,position_m,stress_pa\n0,0,5\n2,4,5\n",
-        Some(RecordKind::History),
-        &["needs a column strain", "`thickness_m`"],
-    ),
-    (
-        "omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,1,1\n1,2,2\n2,3,3\n",
-        None,
-        &["line 4", "angular frequency 2 rad/s"],
-    ),
-];
+const REFUSED: &str = r#"
+    time_s\n1\n | - | line 1 & only one column
+    1,2\n3,4\n | - | line 1 & no header & `columns`
+    time_s,relaxation_modulus_pa\n | - | no row with numbers
+    time_s,relaxation_modulus_pa\n1,5\n2,four\n | - | line 3, column relaxation_modulus_pa & "four" is not a finite number
+    time_s,relaxation_modulus_pa\n1,5\n2,inf\n | - | line 3, column relaxation_modulus_pa & "inf"
+    time_s,relaxation_modulus_pa\n0,5\n1,4\n | - | line 2 & time 0 s is not above 0 s & omit the rows
+    time_s,relaxation_modulus_pa\n2,5\n\n1,4\n | - | line 4 & time 1 s comes after 2 s & sort
+    time_s,relaxation_modulus_pa\n1,5\n2,-4\n | - | line 3 & modulus -4 Pa is not above 0 Pa
+    time_s,relaxation_modulus_pa\n1,5\n2,5\n | - | 5 Pa in every sample
+    time_s,relaxation_modulus_pa\n1,4,5\n | - | line 2 & 3 cells under a header of 2 & decimal commas
+    Time [Pa],Modulus\n1,5\n | - | line 1, column Time [Pa] & unit "Pa" is none of time & `units` time=s
+    time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
+    time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
+    time_s,strain\n1,5\n2,4\n | - | give `stress_pa`
+    time_s,temperature\n1,5\n2,4\n | - | the columns make no record & relaxation_modulus_pa
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n | creep | kind creep needs a column creep_compliance_per_pa & `kind`
+    time_s,creep_compliance_per_pa\n1,5\n2,4\n | - | compliance falls with time & `kind` = relaxation
+    time_s,position_m,stress_pa\n0,0,5\n2,4,5\n | record | needs a column strain & `thickness_m`
+    omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,1,1\n1,2,2\n2,3,3\n | - | line 4 & angular frequency 2 rad/s
+"#;
 
 #[test]
 fn a_bad_table_is_refused_with_line_column_and_remedy() {
-    for &(text, kind, wanted) in REFUSED {
+    let empty = ["", "-", "empty"].map(str::to_owned);
+    for [text, kind, wanted] in testkit::table(REFUSED).chain([empty]) {
+        let kind = RecordKind::ALL
+            .into_iter()
+            .find(|known| known.name() == kind);
         let reading = Reading {
             kind,
             ..Reading::default()
         };
-        let message = understand(text, &Reader::default(), &reading).expect_err(text);
-        for wanted in wanted {
+        let message = understand(&text, &Reader::default(), &reading).expect_err(&text);
+        for wanted in wanted.split(" & ") {
             assert!(
                 message.contains(wanted),
                 "{text:?}\nhave {message}\nwant {wanted}"
@@ -337,34 +229,30 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
 
 #[test]
 fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
-    let latin = read_table(b"time_s,modulus\n1,5 \xb5Pa\n")
-        .expect_err("not UTF-8")
-        .to_string();
-    assert!(
-        latin.contains("line 2") && latin.contains("UTF-8"),
-        "{latin}"
-    );
-    let unit = Reader {
-        units: vec![(Column::Time, "kPa".to_owned())],
-        ..Reader::default()
-    };
-    let message = understand("t,modulus\n1,5\n2,4\n", &unit, &Reading::default())
-        .expect_err("a unit of pressure");
-    assert!(
-        message.contains("unit \"kPa\" is none of time"),
-        "{message}"
-    );
-    let twice = Reader {
-        units: vec![(Column::Modulus, "kPa".to_owned())],
-        ..Reader::default()
-    };
-    let message = understand(
-        "time_s,relaxation_modulus_pa\n1,5\n2,4\n",
-        &twice,
-        &Reading::default(),
-    )
-    .expect_err("two units");
-    assert!(message.contains("names its own unit"), "{message}");
+    let latin = read_table(b"time_s,modulus\n1,5 \xb5Pa\n").expect_err("not UTF-8");
+    let told = |said: &str, words: &str| assert!(said.contains(words), "{said}");
+    told(&latin.to_string(), "line 2");
+    told(&latin.to_string(), "UTF-8");
+    for (column, text, words) in [
+        (
+            Column::Time,
+            "t,modulus\n1,5\n2,4\n",
+            "unit \"kPa\" is none of time",
+        ),
+        (
+            Column::Modulus,
+            "time_s,relaxation_modulus_pa\n1,5\n2,4\n",
+            "names its own unit",
+        ),
+    ] {
+        let units = vec![(column, "kPa".to_owned())];
+        let reader = Reader {
+            units,
+            ..Reader::default()
+        };
+        let refused = understand(text, &reader, &Reading::default());
+        told(&refused.expect_err(words), words);
+    }
 }
 
 const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";
@@ -398,10 +286,8 @@ fn damaged_tables_never_panic() {
             Err(error) => {
                 refused += 1;
                 let message = error.to_string();
-                assert!(
-                    message.len() > 20 && !message.contains(char::is_control),
-                    "{message:?}"
-                );
+                let is_line = message.len() > 20 && !message.contains(char::is_control);
+                assert!(is_line, "{message:?}");
             }
         }
     }
