@@ -330,8 +330,6 @@ impl TimePanel {
 }
 
 const ROW_HEIGHT: f64 = 300.0;
-/// Positions are drawn in mm.
-
 /// Strokes of the lines of a motion, over all of its rows.
 const MOTIONS: [Stroke; 5] = [
     Stroke::solid("#999999", 4.5),
