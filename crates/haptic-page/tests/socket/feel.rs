@@ -69,10 +69,9 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
         deep && frame.least(FORCE).iter().any(|&force| force < -0.2)
     });
     assert_eq!(
-        (json!(pushed.request), pushed.channels),
-        (live["id"].clone(), 7)
+        (json!(pushed.request), pushed.channels, pushed.sample_time_s),
+        (live["id"].clone(), 7, 1e-3)
     );
-    assert_eq!(pushed.sample_time_s, 1e-3);
     let position = pushed.largest(0).iter().copied().fold(f32::NAN, f32::max);
     assert!(position < 8e-3, "{position}");
     // It relaxes: three seconds later the force is smaller, and A₃, which forgets at once, is not where the true one is.

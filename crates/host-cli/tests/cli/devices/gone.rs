@@ -142,7 +142,8 @@ fn logs(place: &Place) -> (usize, usize) {
 /// Waits for that.
 fn logs_become(place: &Place, wanted: impl Fn(usize, usize) -> bool) {
     let began = Instant::now();
-    while !(|(open, whole)| wanted(open, whole))(logs(place)) {
+    let as_wanted = |(open, whole)| wanted(open, whole);
+    while !as_wanted(logs(place)) {
         assert!(began.elapsed() < PATIENCE, "{:?}", logs(place));
         std::thread::sleep(Duration::from_millis(5));
     }
